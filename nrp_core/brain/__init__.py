@@ -1,0 +1,1 @@
+"""The brain side: networks, devices, and the interface of a spiking simulator."""

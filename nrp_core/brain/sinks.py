@@ -1,0 +1,243 @@
+"""Devices that listen to neurons: exact functions of their spikes, the same on every backend.
+
+Names, units and defaults are those of the Neurorobotics Platform and PyNN (ms, mV, nF, nA).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.filters import Kernel, LeakyMembrane
+from nrp_core.brain.network import IntArray
+from nrp_core.brain.spikes import Spikes
+from nrp_core.errors import CapabilityError
+
+
+@dataclass(frozen=True, slots=True)
+class SinkSpec(ABC):
+    """What a sink is; :meth:`open` makes it listen to neurons."""
+
+    @abstractmethod
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> SinkPort:
+        """Return the sink at work on ``neurons`` (global ids) of a network with ``n_neurons``."""
+
+
+class SinkPort(ABC):
+    """A sink at work. ``active = False`` makes it deaf."""
+
+    def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
+        self.neurons = neurons
+        self.name = name
+        self.active = True
+        self._heard = np.zeros(n_neurons, bool)
+        self._heard[neurons] = True
+
+    def receive(self, spikes: Spikes, until_ms: float) -> None:
+        """Take the spikes of all neurons in the window that ends at ``until_ms``."""
+        chosen = self._heard[spikes.neurons] if self.active else slice(0)
+        self._absorb(Spikes(spikes.neurons[chosen], spikes.times_ms[chosen]), until_ms)
+
+    @abstractmethod
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None: ...
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Start anew at time 0."""
+
+    @abstractmethod
+    def save(self) -> object:
+        """Return everything that changes while running."""
+
+    @abstractmethod
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeakyIntegrator(SinkSpec):
+    """A neuron with infinite threshold that all chosen neurons project to.
+
+    Args:
+        weight: nA a spike; negative on the inhibitory receptor. None: +0.01 or -0.01.
+        delay: ms.
+        receptor_type: ``excitatory`` or ``inhibitory``.
+        cm, tau_m, tau_syn_E, tau_syn_I, v_rest, i_offset: as PyNN's IF_curr_alpha and IF_curr_exp.
+        v_thresh: infinity; an integrator that fires is not one.
+    """
+
+    weight: float | None = None
+    delay: float = 0.1
+    receptor_type: str = "excitatory"
+    cm: float = 1.0
+    tau_m: float = 10.0
+    tau_syn_E: float = 2.0
+    tau_syn_I: float = 2.0
+    v_rest: float = 0.0
+    v_reset: float = 0.0
+    v_thresh: float = inf
+    tau_refrac: float = 0.1
+    i_offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("cm", "tau_m", "tau_syn_E", "tau_syn_I"):
+            value = getattr(self, name)
+            if not (isfinite(value) and value > 0):
+                raise ValueError(f"{name} must be positive, not {value}")
+        if self.delay < 0 or not isfinite(self.delay):
+            raise ValueError(f"delay must be 0 ms or more, not {self.delay}")
+        if self.v_thresh != inf:
+            raise CapabilityError(f"a leaky integrator never fires: v_thresh is inf, not {self.v_thresh}")
+
+    def _kernel(self, alpha: bool) -> Kernel:
+        tau_syn = self.tau_syn_E if self.receptor_type == "excitatory" else self.tau_syn_I
+        return Kernel(alpha, self.tau_m, tau_syn, self.cm, self.v_rest, self.i_offset)
+
+    def _weight(self) -> float:
+        if self.weight is not None:
+            return self.weight
+        return 0.01 if self.receptor_type == "excitatory" else -0.01
+
+
+@dataclass(frozen=True, slots=True)
+class LeakyIntegratorAlpha(LeakyIntegrator):
+    """Alpha-shaped currents, tau_m 10 ms, tau_syn 2 ms."""
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
+        return LeakyIntegratorPort(self._kernel(True), self._weight(), self.delay, neurons, n_neurons, name)
+
+
+@dataclass(frozen=True, slots=True)
+class LeakyIntegratorExp(LeakyIntegrator):
+    """Exponential currents, tau_m 20 ms, tau_syn 0.5 ms."""
+
+    tau_m: float = 20.0
+    tau_syn_E: float = 0.5
+    tau_syn_I: float = 0.5
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
+        return LeakyIntegratorPort(self._kernel(False), self._weight(), self.delay, neurons, n_neurons, name)
+
+
+@dataclass(frozen=True, slots=True)
+class PopulationRate(SinkSpec):
+    """The summed firing rate of all chosen neurons, smoothed.
+
+    A spike adds a difference of exponentials of unit area, so the mean is the sum of the rates in Hz.
+
+    Args:
+        tau_fall, tau_rise: ms; exchanged where the rise is the slower.
+    """
+
+    tau_fall: float = 20.0
+    tau_rise: float = 10.0
+
+    def __post_init__(self) -> None:
+        if not (self.tau_fall > 0 and self.tau_rise > 0):
+            raise ValueError(f"tau_fall and tau_rise must be positive, not {self.tau_fall}, {self.tau_rise}")
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> PopulationRatePort:
+        slow, fast = max(self.tau_fall, self.tau_rise), min(self.tau_fall, self.tau_rise)
+        kernel = Kernel(alpha=False, tau_m_ms=slow, tau_syn_ms=fast)
+        return PopulationRatePort(kernel, 1000.0 / kernel.area, 0.0, neurons, n_neurons, name)
+
+
+@dataclass(frozen=True, slots=True)
+class SpikeRecorder(SinkSpec):
+    """All spikes of the chosen neurons.
+
+    Args:
+        keep_ms: how long spikes are kept; everything by default.
+    """
+
+    keep_ms: float = inf
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> SpikeRecorderPort:
+        return SpikeRecorderPort(self.keep_ms, neurons, n_neurons, name)
+
+
+class _FilterPort(SinkPort):
+    """A linear filter of the spikes of all chosen neurons together."""
+
+    def __init__(
+        self, kernel: Kernel, weight: float, delay_ms: float, neurons: IntArray, n_neurons: int, name: str
+    ) -> None:
+        super().__init__(neurons, n_neurons, name)
+        self._kernel, self._weight, self._delay_ms = kernel, weight, delay_ms
+        # A neuron that is chosen twice counts twice, as two synapses would.
+        self._counts = np.bincount(neurons, minlength=n_neurons)
+        self.reset()
+
+    def reset(self) -> None:
+        self._membrane = LeakyMembrane(self._kernel)
+        self._now_ms = 0.0
+
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
+        counts = self._counts[spikes.neurons].tolist()
+        for time_ms, count in zip(spikes.times_ms.tolist(), counts, strict=True):
+            self._membrane.push(time_ms + self._delay_ms, self._weight * count)
+        self._now_ms = until_ms
+
+    def _read(self) -> float:
+        return self._membrane.voltage_mv(self._now_ms)
+
+    def save(self) -> object:
+        return self._now_ms, self.active, self._membrane.state()
+
+    def restore(self, saved: Any) -> None:
+        self._now_ms, self.active, state = saved
+        self._membrane.restore(state)
+
+
+class LeakyIntegratorPort(_FilterPort):
+    """A leaky integrator at work."""
+
+    @property
+    def voltage(self) -> float:
+        """Membrane voltage now, mV."""
+        return self._read()
+
+
+class PopulationRatePort(_FilterPort):
+    """A population rate at work."""
+
+    @property
+    def rate(self) -> float:
+        """Smoothed sum of the firing rates now, Hz."""
+        return self._read()
+
+
+class SpikeRecorderPort(SinkPort):
+    """A spike recorder at work."""
+
+    def __init__(self, keep_ms: float, neurons: IntArray, n_neurons: int, name: str) -> None:
+        super().__init__(neurons, n_neurons, name)
+        self._keep_ms = keep_ms
+        self.reset()
+
+    def reset(self) -> None:
+        self._parts: list[Spikes] = []
+
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
+        if len(spikes):
+            self._parts.append(spikes)
+        while self._parts and self._parts[0].times_ms[-1] <= until_ms - self._keep_ms:
+            self._parts.pop(0)
+
+    def spikes(self, since_ms: float = -inf, until_ms: float = inf) -> Spikes:
+        """Return the spikes with ``since_ms < t <= until_ms``, ascending in time."""
+        first = len(self._parts)
+        while first and self._parts[first - 1].times_ms[-1] > since_ms:
+            first -= 1
+        return Spikes.merged(self._parts[first:]).within(since_ms, until_ms)
+
+    def save(self) -> object:
+        return self.active, list(self._parts)
+
+    def restore(self, saved: Any) -> None:
+        self.active, parts = saved
+        self._parts = list(parts)

@@ -1,0 +1,69 @@
+"""Spikes and synaptic events as flat arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray, IntArray
+
+
+def _no_ids() -> IntArray:
+    return np.empty(0, np.int64)
+
+
+def _no_times() -> FloatArray:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Spikes:
+    """Spikes of neurons, ascending in time.
+
+    Args:
+        neurons: global ids, shape ``(n,)``.
+        times_ms: exact times, never rounded to a clock, shape ``(n,)``.
+    """
+
+    neurons: IntArray = field(default_factory=_no_ids)
+    times_ms: FloatArray = field(default_factory=_no_times)
+
+    def __len__(self) -> int:
+        return len(self.neurons)
+
+    @classmethod
+    def merged(cls, parts: list[Spikes]) -> Spikes:
+        """Join parts into one, ascending in time and by id among equal times."""
+        parts = [part for part in parts if len(part)]
+        if not parts:
+            return cls()
+        neurons = np.concatenate([part.neurons for part in parts])
+        times = np.concatenate([part.times_ms for part in parts])
+        order = np.lexsort((neurons, times))
+        return cls(neurons[order], times[order])
+
+    def within(self, since_ms: float, until_ms: float) -> Spikes:
+        """Return the spikes with ``since_ms < t <= until_ms``."""
+        first, last = np.searchsorted(self.times_ms, [since_ms, until_ms], side="right")
+        return Spikes(self.neurons[first:last], self.times_ms[first:last])
+
+
+@dataclass(frozen=True, slots=True)
+class SynapticEvents:
+    """Events that arrive at synapses of neurons, from outside the network.
+
+    Args:
+        neurons: global ids of the targets, shape ``(n,)``.
+        times_ms: exact arrival times, not before now, shape ``(n,)``.
+        weights: PyNN meaning and units for the target's cell type, shape ``(n,)``.
+        receptor: ``excitatory`` or ``inhibitory``.
+    """
+
+    neurons: IntArray
+    times_ms: FloatArray
+    weights: FloatArray
+    receptor: str = "excitatory"
+
+    def __len__(self) -> int:
+        return len(self.neurons)

@@ -1,0 +1,102 @@
+"""Time: integer nanoseconds, steps that divide, and samples that need not.
+
+Engine time counts nanoseconds since reset in ``int``; nothing is accumulated in floating point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from nrp_core.errors import TimestepError
+
+NS_PER_S = 1_000_000_000
+NS_PER_MS = 1_000_000
+
+
+def seconds(t_ns: int) -> float:
+    """Convert nanoseconds to seconds."""
+    return t_ns / NS_PER_S
+
+
+def milliseconds(t_ns: int) -> float:
+    """Convert nanoseconds to milliseconds."""
+    return t_ns / NS_PER_MS
+
+
+def from_seconds(t_s: float | Fraction) -> int:
+    """Convert seconds to the nearest nanosecond, reading a float by its shortest decimal form."""
+    exact = t_s if isinstance(t_s, Fraction) else Fraction(repr(float(t_s)))
+    return round(exact * NS_PER_S)
+
+
+def from_milliseconds(t_ms: float) -> int:
+    """Convert milliseconds to the nearest nanosecond, reading a float by its shortest decimal form."""
+    return from_seconds(Fraction(repr(float(t_ms))) / 1000)
+
+
+@dataclass(frozen=True, slots=True)
+class StepPlan:
+    """The period of the closed loop and the steps of both sides, checked to divide.
+
+    Args:
+        period_ns: one step of the closed loop.
+        brain_step_ns: the grid of the brain, or None where any time can be reached.
+        world_step_ns: the physics step of the world, or None where any time can be reached.
+
+    Raises:
+        TimestepError: a step is not positive or the period is not a multiple of it.
+    """
+
+    period_ns: int
+    brain_step_ns: int | None = None
+    world_step_ns: int | None = None
+
+    def __post_init__(self) -> None:
+        steps = (self.period_ns, self.brain_step_ns, self.world_step_ns)
+        positive = all(step is None or step > 0 for step in steps)
+        if not positive or any(step and self.period_ns % step for step in steps[1:]):
+            raise TimestepError(
+                f"the loop's period of {_in_ms(self.period_ns)} must be a positive multiple of the "
+                f"brain's step ({_in_ms(self.brain_step_ns)}) and of the world's step "
+                f"({_in_ms(self.world_step_ns)})"
+            )
+
+
+def _in_ms(t_ns: int | None) -> str:
+    return "any" if t_ns is None else f"{milliseconds(t_ns):g} ms"
+
+
+@dataclass(frozen=True, slots=True)
+class SampleSchedule:
+    """When something with a rate is due on a grid of steps that the rate need not divide.
+
+    Sample ``k`` is taken at the first multiple of ``step_ns`` at or after ``k / rate_hz``, in
+    rational arithmetic, so the mean rate is exact and never drifts.
+
+    Args:
+        rate_hz: samples per second, positive.
+        step_ns: the grid.
+    """
+
+    rate_hz: Fraction
+    step_ns: int
+
+    @classmethod
+    def of(cls, rate_hz: float, step_ns: int) -> SampleSchedule:
+        """Build a schedule from a float rate, read by its shortest decimal form."""
+        return cls(Fraction(repr(float(rate_hz))), step_ns)
+
+    def sample_ns(self, k: int) -> int:
+        """Time at which sample ``k`` (0, 1, ...) is taken."""
+        steps = -((-k * NS_PER_S) // (self.rate_hz * self.step_ns))
+        return int(steps) * self.step_ns
+
+    def next_after(self, t_ns: int) -> int:
+        """Time of the first sample strictly after ``t_ns``."""
+        k = max(0, int(t_ns * self.rate_hz / NS_PER_S))
+        while k > 0 and self.sample_ns(k) > t_ns:
+            k -= 1
+        while self.sample_ns(k) <= t_ns:
+            k += 1
+        return self.sample_ns(k)

@@ -1,0 +1,160 @@
+"""Every error the platform raises on purpose.
+
+Each is also the matching builtin, so ``except ValueError`` works where a caller expects it::
+
+    NrpError
+    ├── BackendError
+    │   ├── UnknownBackendError       (LookupError)   no installed distribution provides the name
+    │   ├── DuplicateBackendError     (LookupError)   two distributions claim one name
+    │   ├── BackendLoadError          (ImportError)   found, but it does not import or open
+    │   └── IncompatibleBackendError  (ImportError)   written for another interface version
+    ├── ExperimentError               (ValueError)    what the user wrote; carries path, line, column
+    │   ├── TimestepError                             time steps that do not divide
+    │   ├── TopicError                (LookupError)   topic unknown, or wrong type or direction
+    │   ├── NeuronSelectionError      (LookupError)   population unknown or index out of range
+    │   ├── TransferFunctionError                     a transfer function is written wrongly
+    │   ├── NetworkError                              a network breaks its own rules
+    │   └── SceneError                                a robot or room file that cannot be used
+    ├── CapabilityError               (NotImplementedError)  the backend does not have this
+    ├── SimulationError               (RuntimeError)  something failed while running; carries t_ns
+    │   ├── DivergedError             (ArithmeticError)  NaN or infinity from an engine
+    │   ├── TransferFunctionRaisedError               a transfer function raised
+    │   └── SnapshotError                             a snapshot that fits no longer
+    └── LifecycleError                (RuntimeError)  an operation out of order, e.g. on a closed simulation
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class NrpError(Exception):
+    """Base of every error raised on purpose by the platform."""
+
+
+class BackendError(NrpError):
+    """A brain or world backend cannot be used."""
+
+
+class UnknownBackendError(BackendError, LookupError):
+    """No installed distribution provides the requested backend."""
+
+
+class DuplicateBackendError(BackendError, LookupError):
+    """Two installed distributions provide a backend under one name."""
+
+
+class BackendLoadError(BackendError, ImportError):
+    """An installed backend does not import or open."""
+
+
+class IncompatibleBackendError(BackendError, ImportError):
+    """A backend was written for another version of the interface."""
+
+
+class ExperimentError(NrpError, ValueError):
+    """Something the user wrote is wrong.
+
+    Args:
+        message: what is wrong and what would be valid, one or a few sentences.
+        path: the file it stands in, if known.
+        line: the 1-based line, if known.
+        column: the 1-based column, if known.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        path: Path | str | None = None,
+        line: int | None = None,
+        column: int | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.path = None if path is None else Path(path)
+        self.line = line
+        self.column = column
+
+    @property
+    def location(self) -> str:
+        """``file:line:column`` as far as known, else the empty string."""
+        if self.path is None:
+            return ""
+        parts = (str(self.path), self.line, self.column)
+        return ":".join(str(part) for part in parts if part is not None)
+
+    def __str__(self) -> str:
+        return f"{self.location}: {self.message}" if self.path is not None else self.message
+
+
+class TimestepError(ExperimentError):
+    """Time steps that do not divide each other."""
+
+
+class TopicError(ExperimentError, LookupError):
+    """A topic that does not exist, or has another type or direction."""
+
+
+class NeuronSelectionError(ExperimentError, LookupError):
+    """A population that does not exist or an index outside it."""
+
+
+class TransferFunctionError(ExperimentError):
+    """A transfer function is declared wrongly (found before the first step)."""
+
+
+class NetworkError(ExperimentError):
+    """A neural network that contradicts itself or physics."""
+
+
+class SceneError(ExperimentError):
+    """A robot or room description that cannot be used."""
+
+
+class CapabilityError(NrpError, NotImplementedError):
+    """The backend declares that it does not have what was asked."""
+
+
+class SimulationError(NrpError, RuntimeError):
+    """Something failed while the simulation ran.
+
+    Args:
+        message: what failed.
+        t_ns: simulation time of the failure in nanoseconds, if known.
+    """
+
+    def __init__(self, message: str, *, t_ns: int | None = None) -> None:
+        super().__init__(message)
+        self.t_ns = t_ns
+
+
+class DivergedError(SimulationError, ArithmeticError):
+    """An engine produced NaN or infinity."""
+
+
+class TransferFunctionRaisedError(SimulationError):
+    """A transfer function raised or returned something its topic cannot carry."""
+
+
+class SnapshotError(SimulationError):
+    """A snapshot belongs to another model, backend or set of options."""
+
+
+class LifecycleError(NrpError, RuntimeError):
+    """An operation came out of order, such as stepping a closed simulation."""
+
+
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
+    """Return a hint for a misspelt name.
+
+    Returns:
+        ``"; did you mean 'x'?"`` when one valid name is close, else ``"; valid: a, b, c"``.
+    """
+    names = sorted(valid)
+    close = difflib.get_close_matches(name, names, n=1)
+    if close:
+        return f"; did you mean '{close[0]}'?"
+    return f"; valid: {', '.join(names)}" if names else "; there are none"

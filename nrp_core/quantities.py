@@ -1,0 +1,94 @@
+"""Numbers with units, as people write them in an experiment file: ``20 ms``, ``1 kHz``, ``90 deg``.
+
+The annotated types are for pydantic models; third parties use them for their own options.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from math import pi
+from typing import Annotated
+
+from pydantic import BeforeValidator, WithJsonSchema
+
+from nrp_core.clock import NS_PER_S
+from nrp_core.errors import did_you_mean
+
+_TIME = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1, "min": 60, "h": 3600}
+_RATE = {"Hz": 1, "kHz": 1e3, "MHz": 1e6}
+_LENGTH = {"mm": 1e-3, "cm": 1e-2, "m": 1, "km": 1e3}
+_ANGLE = {"rad": 1, "deg": pi / 180}
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ°]*)\s*\Z")
+
+
+def parse(value: object, units: dict[str, float], what: str, *, bare: str | None) -> Fraction | float:
+    """Return a quantity in its base unit.
+
+    Args:
+        value: a number or a text such as ``20 ms``.
+        units: factor of each unit.
+        what: for messages, e.g. ``a time``.
+        bare: the unit of a number without one, or None where it must have one.
+
+    Raises:
+        ValueError: it cannot be read; the message says what would be valid.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise ValueError(f"{what} is a number with a unit ({', '.join(units)}), not {value!r}")
+    match = _QUANTITY.match(str(value))
+    if match is None:
+        raise ValueError(f"cannot read {value!r} as {what}; write e.g. '20 {next(iter(units))}'")
+    number, unit = match.groups()
+    unit = unit.replace("µ", "u").replace("°", "deg") or ("" if float(number) else next(iter(units)))
+    if not unit:
+        if bare is None:
+            raise ValueError(f"{what} needs a unit: '{number} ms' or '{number} s'?")
+        unit = bare
+    if unit not in units:
+        raise ValueError(f"'{unit}' is no unit of {what}{did_you_mean(unit, units)}")
+    factor = units[unit]
+    return Fraction(number) * Fraction(repr(factor)) if factor != units.get("deg") else float(number) * factor
+
+
+def time_ns(value: object) -> int:
+    """Read a time; it needs a unit (but for 0)."""
+    exact = parse(value, _TIME, "a time", bare=None) * NS_PER_S
+    if exact != int(exact):
+        raise ValueError(f"{value!r} is not a whole number of nanoseconds")
+    return int(exact)
+
+
+def _positive(t_ns: int) -> int:
+    if t_ns <= 0:
+        raise ValueError(f"must be more than 0, not {t_ns} ns")
+    return t_ns
+
+
+def _not_negative(t_ns: int) -> int:
+    if t_ns < 0:
+        raise ValueError(f"must be 0 or more, not {t_ns} ns")
+    return t_ns
+
+
+def _number(units: dict[str, float], what: str, bare: str) -> BeforeValidator:
+    return BeforeValidator(lambda value: float(parse(value, units, what, bare=bare)))
+
+
+def _schema(example: str, what: str) -> WithJsonSchema:
+    return WithJsonSchema({"type": ["string", "number"], "description": what, "examples": [example]})
+
+
+_TIME_SCHEMA = _schema("20 ms", "a time with its unit: ns, us, ms, s, min, h")
+
+DurationNs = Annotated[int, BeforeValidator(lambda v: _positive(time_ns(v))), _TIME_SCHEMA]
+"""A positive time, kept in nanoseconds."""
+TimeNs = Annotated[int, BeforeValidator(lambda v: _not_negative(time_ns(v))), _TIME_SCHEMA]
+"""A time from 0 on, kept in nanoseconds."""
+RateHz = Annotated[float, _number(_RATE, "a rate", "Hz"), _schema("30 Hz", "a rate: Hz, kHz")]
+"""A rate, kept in Hz."""
+LengthM = Annotated[float, _number(_LENGTH, "a length", "m"), _schema("1.2 m", "a length: mm, cm, m, km")]
+"""A length, kept in metres."""
+AngleRad = Annotated[float, _number(_ANGLE, "an angle", "rad"), _schema("90 deg", "an angle: rad, deg")]
+"""An angle, kept in radians."""

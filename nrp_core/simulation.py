@@ -1,0 +1,206 @@
+"""What a brain and a world have in common: a clock that only moves forward, and a life cycle.
+
+The public methods are final and check the contract once, for every backend; a backend writes the
+``_do_*`` methods behind them (the non-virtual interface idiom). States::
+
+    READY ──(exception in a _do_* method)──> FAILED ──reset──> READY
+      └───────────────close────────────────────┴──────close──> CLOSED
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import Enum
+from types import TracebackType
+from typing import Any, Self, final
+
+from nrp_core.clock import seconds
+from nrp_core.errors import LifecycleError, NrpError, SimulationError, SnapshotError
+
+INTERFACE_VERSION = 1
+"""Version of the backend interfaces; a backend class carries it as ``interface_version``."""
+
+
+class Determinism(Enum):
+    """How far two runs with equal seeds agree."""
+
+    BITWISE = "bitwise"
+    """Bit for bit, on any machine."""
+    MACHINE = "machine"
+    """Bit for bit, on one machine with one build."""
+    STATISTICAL = "statistical"
+    """In distribution only."""
+
+
+class State(Enum):
+    """Where a simulation is in its life."""
+
+    READY = "ready"
+    FAILED = "failed"
+    CLOSED = "closed"
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The whole state of a simulation at one time.
+
+    Args:
+        digest: identity of what it fits: backend, model and options.
+        t_ns: time it was taken.
+        payload: opaque bytes.
+    """
+
+    digest: str
+    t_ns: int
+    payload: bytes
+
+
+class Simulation(ABC):
+    """A brain or a world that can be stepped.
+
+    Args:
+        seed: the experiment's seed for this side.
+        identity: text that names backend, model and options; snapshots are tied to it.
+    """
+
+    def __init__(self, *, seed: int, identity: str) -> None:
+        self._seed = seed
+        self._now_ns = 0
+        self._state = State.READY
+        self._digest = hashlib.blake2b(identity.encode(), digest_size=16).hexdigest()
+
+    @property
+    def now_ns(self) -> int:
+        """Time reached, in nanoseconds since reset."""
+        return self._now_ns
+
+    @property
+    def seed(self) -> int:
+        """The seed in force."""
+        return self._seed
+
+    @property
+    def state(self) -> State:
+        """The state of the life cycle."""
+        return self._state
+
+    @final
+    def run_until(self, t_ns: int) -> None:
+        """Advance to exactly ``t_ns``; how a run is split into calls does not change its result.
+
+        Raises:
+            LifecycleError: the simulation is closed or failed, or ``t_ns`` lies in the past.
+            SimulationError: the engine failed; its error is the cause.
+        """
+        self._require_ready()
+        if t_ns < self._now_ns:
+            raise LifecycleError(
+                f"cannot run back to {seconds(t_ns):g} s: it is {seconds(self._now_ns):g} s already"
+            )
+        if t_ns > self._now_ns:
+            with self._guarded("advance"):
+                self._advance(t_ns)
+            self._now_ns = t_ns
+
+    @final
+    def reset(self, *, seed: int | None = None) -> None:
+        """Return to time 0 and the state right after opening; devices and ports stay.
+
+        Args:
+            seed: a new seed; by default the one in force is used again.
+        """
+        self._require_open()
+        if seed is not None:
+            self._seed = seed
+        self._now_ns = 0
+        self._state = State.READY
+        with self._guarded("reset"):
+            self._reset()
+
+    @final
+    def snapshot(self) -> Snapshot:
+        """Save the complete state, in-flight events and random streams included."""
+        self._require_ready()
+        with self._guarded("snapshot"):
+            return Snapshot(self._digest, self._now_ns, pickle.dumps(self._save()))
+
+    @final
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot; running on from it equals never having left.
+
+        Raises:
+            SnapshotError: the snapshot belongs to another backend, model or set of options.
+        """
+        self._require_open()
+        if snapshot.digest != self._digest:
+            raise SnapshotError("the snapshot was taken from another backend, model or set of options")
+        self._state = State.READY
+        with self._guarded("restore"):
+            self._load(pickle.loads(snapshot.payload))
+        self._now_ns = snapshot.t_ns
+
+    @final
+    def close(self) -> None:
+        """Release the engine; calling it again does nothing."""
+        if self._state is not State.CLOSED:
+            self._state = State.CLOSED
+            self._do_close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # -- for the two sides (brain and world), which wrap the backend's own methods
+
+    @abstractmethod
+    def _advance(self, t_ns: int) -> None: ...
+
+    @abstractmethod
+    def _reset(self) -> None: ...
+
+    @abstractmethod
+    def _save(self) -> object: ...
+
+    @abstractmethod
+    def _load(self, saved: Any) -> None: ...
+
+    # -- for backends
+
+    @abstractmethod
+    def _do_close(self) -> None:
+        """Release the engine."""
+
+    # -- checks
+
+    def _require_open(self) -> None:
+        if self._state is State.CLOSED:
+            raise LifecycleError(f"{type(self).__name__} is closed")
+
+    def _require_ready(self) -> None:
+        self._require_open()
+        if self._state is State.FAILED:
+            raise LifecycleError(f"{type(self).__name__} has failed; only reset, restore and close work")
+
+    @contextmanager
+    def _guarded(self, what: str) -> Iterator[None]:
+        """Turn whatever a backend raises into one of our errors and mark the simulation failed."""
+        try:
+            yield
+        except BaseException as error:
+            self._state = State.FAILED
+            if isinstance(error, NrpError) or not isinstance(error, Exception):
+                raise
+            raise SimulationError(
+                f"{type(self).__name__} failed to {what} at {seconds(self._now_ns):g} s: "
+                f"{type(error).__name__}: {error}",
+                t_ns=self._now_ns,
+            ) from error

@@ -1,0 +1,12 @@
+"""ROS message types without ROS: the ROS names and fields as plain dataclasses.
+
+They construct as ROS 1 users expect (no arguments, positional, keywords, ints for floats); arrays are
+NumPy. Inside experiment files ``import geometry_msgs.msg`` finds them, see
+:mod:`nrp_core.dsl.loader`. Any dataclass can be a message type: :func:`message` names it.
+"""
+
+from __future__ import annotations
+
+from nrp_core.world.messages.base import TIME_ZERO, Time, message, type_name, type_of
+
+__all__ = ["TIME_ZERO", "Time", "message", "type_name", "type_of"]

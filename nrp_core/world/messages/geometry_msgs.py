@@ -1,0 +1,74 @@
+"""ROS package geometry_msgs; SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from nrp_core.world.messages.base import message
+
+
+@message("geometry_msgs/msg/Vector3")
+@dataclass(slots=True)
+class Vector3:
+    """A vector."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@message("geometry_msgs/msg/Point")
+@dataclass(slots=True)
+class Point:
+    """A position in m."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@message("geometry_msgs/msg/Quaternion")
+@dataclass(slots=True)
+class Quaternion:
+    """An orientation, a unit quaternion."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    w: float = 1.0
+
+
+@message("geometry_msgs/msg/Pose")
+@dataclass(slots=True)
+class Pose:
+    """A position and an orientation."""
+
+    position: Point = field(default_factory=Point)
+    orientation: Quaternion = field(default_factory=Quaternion)
+
+
+@message("geometry_msgs/msg/Twist")
+@dataclass(slots=True)
+class Twist:
+    """Linear (m/s) and angular (rad/s) velocity."""
+
+    linear: Vector3 = field(default_factory=Vector3)
+    angular: Vector3 = field(default_factory=Vector3)
+
+
+@message("geometry_msgs/msg/PoseWithCovariance")
+@dataclass(slots=True)
+class PoseWithCovariance:
+    """A pose; the covariance is that of (x, y, z, roll, pitch, yaw), row by row."""
+
+    pose: Pose = field(default_factory=Pose)
+    covariance: tuple[float, ...] = (0.0,) * 36
+
+
+@message("geometry_msgs/msg/TwistWithCovariance")
+@dataclass(slots=True)
+class TwistWithCovariance:
+    """A twist with its covariance, row by row."""
+
+    twist: Twist = field(default_factory=Twist)
+    covariance: tuple[float, ...] = (0.0,) * 36

@@ -1,0 +1,20 @@
+"""ROS package nav_msgs; SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from nrp_core.world.messages.base import message
+from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, TwistWithCovariance
+from nrp_core.world.messages.std_msgs import Header
+
+
+@message("nav_msgs/msg/Odometry")
+@dataclass(slots=True)
+class Odometry:
+    """Where a robot believes to be (pose in ``header.frame_id``) and how it moves (in its own frame)."""
+
+    header: Header = field(default_factory=Header)
+    child_frame_id: str = ""
+    pose: PoseWithCovariance = field(default_factory=PoseWithCovariance)
+    twist: TwistWithCovariance = field(default_factory=TwistWithCovariance)

@@ -1,0 +1,39 @@
+"""Colours of visuals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.parts.base import Engine, Part
+from nrp_core.world.scene.model import Rgba
+from nrp_core.world.topics import Direction, TopicInfo
+
+
+class ColorPart(Part):
+    """Serves ``/<model>/<link>/<visual>/color``: read it, or set it."""
+
+    def __init__(self, visual: str, rgba: Rgba, engine: Engine) -> None:
+        self._visual, self._initial, self._engine = visual, rgba, engine
+        self._rgba = rgba
+        what = f"colour of the visual {visual}"
+        self.topics = (TopicInfo(f"/{visual}/color", ColorRGBA, Direction.BOTH, what=what),)
+
+    def read(self, topic: str, now_ns: int) -> ColorRGBA:
+        return ColorRGBA(*self._rgba)
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        self._set((float(message.r), float(message.g), float(message.b), float(message.a)))
+
+    def reset(self) -> None:
+        self._set(self._initial)
+
+    def save(self) -> object:
+        return self._rgba
+
+    def restore(self, saved: Any) -> None:
+        self._set(saved)
+
+    def _set(self, rgba: Rgba) -> None:
+        self._rgba = rgba
+        self._engine.set_color(self._visual, rgba)

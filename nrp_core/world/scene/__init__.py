@@ -1,0 +1,1 @@
+"""Robots and rooms as data."""

@@ -1,0 +1,281 @@
+"""A scene as data: robots and rooms, the same for every world backend.
+
+SI units, x forward, y left, z up. Names are those of SDF; what a robot senses and how it drives comes from
+the standard tags of its file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import inf
+from pathlib import Path
+
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.scene.pose import Pose, Vector
+
+Rgba = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box about its centre; full edge lengths in m."""
+
+    size: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder about its centre, along z."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """A cylinder along z with half spheres on both ends; ``length`` is the cylinder's."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A sphere about its centre."""
+
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """An infinite plane through the origin, its normal along z; ``size`` (m) is what is drawn."""
+
+    size: tuple[float, float] = (100.0, 100.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A triangle mesh in a file (STL or OBJ), scaled along its axes."""
+
+    path: Path
+    scale: Vector = (1.0, 1.0, 1.0)
+
+
+Geometry = Box | Cylinder | Capsule | Sphere | Plane | Mesh
+
+
+@dataclass(frozen=True, slots=True)
+class Visual:
+    """What a camera sees of a link."""
+
+    name: str
+    geometry: Geometry
+    pose: Pose = Pose()
+    rgba: Rgba = (0.7, 0.7, 0.7, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """What a link touches with; ``friction`` is Coulomb's coefficient."""
+
+    name: str
+    geometry: Geometry
+    pose: Pose = Pose()
+    friction: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Inertial:
+    """Mass (kg), centre of mass and inertia about it (ixx, iyy, izz, ixy, ixz, iyz in kg m^2)."""
+
+    mass: float
+    pose: Pose = Pose()
+    inertia: tuple[float, float, float, float, float, float] = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A colour camera that looks along x of its pose, z up.
+
+    Args:
+        name: of the sensor.
+        topic: absolute topic of its images.
+        rate_hz: pictures a second.
+        horizontal_fov: radians.
+        width, height: pixels.
+        near, far: clip distances in m.
+    """
+
+    name: str
+    topic: str
+    rate_hz: float
+    horizontal_fov: float
+    width: int
+    height: int
+    near: float = 0.1
+    far: float = 100.0
+    pose: Pose = Pose()
+
+
+Sensor = Camera
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A rigid body; its pose is given in the model's frame. ``inertial`` None: of no mass of its own."""
+
+    name: str
+    pose: Pose = Pose()
+    inertial: Inertial | None = None
+    visuals: tuple[Visual, ...] = ()
+    collisions: tuple[Collision, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint between two links.
+
+    Args:
+        name: unique in the model.
+        kind: ``fixed``, ``revolute``, ``continuous`` or ``prismatic``.
+        parent, child: links; ``world`` as parent fixes the child to the world.
+        pose: of the joint, in the model's frame.
+        axis: unit vector in the joint's frame.
+        lower, upper: rad or m.
+        effort: limit of force or torque, N or N m.
+        velocity: limit, rad/s or m/s.
+        damping: N m s/rad or N s/m.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    pose: Pose = Pose()
+    axis: Vector = (0.0, 0.0, 1.0)
+    lower: float = -inf
+    upper: float = inf
+    effort: float = inf
+    velocity: float = inf
+    damping: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class WheelDrive:
+    """A differential or skid-steer drive: a body velocity commanded as a Twist.
+
+    Args:
+        name: of the plugin.
+        command_topic, odometry_topic, wheel_speeds_topic: absolute; None where there is none.
+        left, right: names of the wheel joints.
+        separation: effective distance of left and right wheels, m.
+        wheel_diameter: m.
+        torque: limit of each wheel, N m.
+        timeout: seconds without a command after which the drive stops.
+        rate_hz: of odometry and wheel speeds.
+    """
+
+    name: str
+    command_topic: str
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: float
+    wheel_diameter: float
+    torque: float = inf
+    timeout: float = 0.1
+    rate_hz: float = 100.0
+    odometry_topic: str | None = None
+    wheel_speeds_topic: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A robot or a thing in the room; its pose is that of the model's frame in the world.
+
+    Args:
+        name: unique in the scene; a robot's is its id.
+        links: the first one is the base (SDF's canonical link).
+        joint_states_topic: where its joint states are served, None for none.
+    """
+
+    name: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...] = ()
+    drives: tuple[WheelDrive, ...] = ()
+    pose: Pose = Pose()
+    static: bool = False
+    joint_states_topic: str | None = None
+
+    def link(self, name: str) -> Link:
+        """Return a link by name."""
+        for link in self.links:
+            if link.name == name:
+                return link
+        hint = did_you_mean(name, [link.name for link in self.links])
+        raise SceneError(f"model '{self.name}' has no link '{name}'{hint}")
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """A light; ``direction`` for directional ones, position in ``pose``."""
+
+    name: str
+    kind: str = "directional"
+    pose: Pose = Pose()
+    direction: Vector = (0.0, 0.0, -1.0)
+    diffuse: Rgba = (1.0, 1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that a world backend loads.
+
+    Raises:
+        SceneError: two models share a name, or a part refers to something that is not there.
+    """
+
+    models: tuple[Model, ...]
+    lights: tuple[Light, ...] = ()
+    gravity: Vector = (0.0, 0.0, -9.8)
+    warnings: tuple[str, ...] = field(default=(), compare=False)
+
+    def __post_init__(self) -> None:
+        names = [model.name for model in self.models]
+        for name in names:
+            if names.count(name) > 1:
+                raise SceneError(f"two models are named '{name}'")
+
+    def with_model(self, model: Model) -> Scene:
+        """Return this scene with one more model."""
+        return replace(self, models=(*self.models, model))
+
+    def model(self, name: str) -> Model:
+        """Return a model by name."""
+        for model in self.models:
+            if model.name == name:
+                return model
+        hint = did_you_mean(name, [model.name for model in self.models])
+        raise SceneError(f"the scene has no model '{name}'{hint}")
+
+    @cached_property
+    def visuals(self) -> Mapping[str, Visual]:
+        """Every visual by its path ``model/link/visual``."""
+        return {
+            f"{model.name}/{link.name}/{visual.name}": visual
+            for model, link in self.links()
+            for visual in link.visuals
+        }
+
+    def links(self) -> Iterator[tuple[Model, Link]]:
+        """Return every link with its model."""
+        return ((model, link) for model in self.models for link in model.links)
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of everything in the scene; equal digests, equal scenes."""
+        text = repr((self.models, self.lights, self.gravity))
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -1,0 +1,83 @@
+"""Poses: SI units, x forward, y left, z up, quaternions x, y, z, w."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import asin, atan2, copysign, cos, pi, sin, sqrt
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A position in metres and an orientation as a unit quaternion (x, y, z, w).
+
+    ``a @ b`` is the pose of ``b``, given in the frame of ``a``, in the frame that ``a`` is given in.
+    """
+
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+    @classmethod
+    def from_rpy(cls, position: Vector, roll: float, pitch: float, yaw: float) -> Pose:
+        """Build a pose from roll, pitch and yaw in radians, about fixed axes x, y, z (as SDF, URDF)."""
+        cr, sr = cos(roll / 2), sin(roll / 2)
+        cp, sp = cos(pitch / 2), sin(pitch / 2)
+        cy, sy = cos(yaw / 2), sin(yaw / 2)
+        orientation = (
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        )
+        return cls(position, orientation)
+
+    @property
+    def rpy(self) -> Vector:
+        """Roll, pitch and yaw in radians."""
+        x, y, z, w = self.orientation
+        sine = 2 * (w * y - z * x)
+        pitch = copysign(pi / 2, sine) if abs(sine) >= 1 else asin(sine)
+        roll = atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        return roll, pitch, atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+    @property
+    def yaw(self) -> float:
+        """Heading in radians, counter-clockwise from x."""
+        return self.rpy[2]
+
+    def __matmul__(self, other: Pose) -> Pose:
+        x, y, z = self.rotate(other.position)
+        px, py, pz = self.position
+        return Pose((px + x, py + y, pz + z), multiply(self.orientation, other.orientation))
+
+    def inverse(self) -> Pose:
+        """Return the pose that undoes this one."""
+        x, y, z, w = self.orientation
+        turned_back = Pose(orientation=(-x, -y, -z, w))
+        px, py, pz = turned_back.rotate(self.position)
+        return Pose((-px, -py, -pz), turned_back.orientation)
+
+    def rotate(self, vector: Vector) -> Vector:
+        """Turn a vector by the orientation."""
+        x, y, z, w = self.orientation
+        vx, vy, vz = vector
+        tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
+        return (
+            vx + w * tx + y * tz - z * ty,
+            vy + w * ty + z * tx - x * tz,
+            vz + w * tz + x * ty - y * tx,
+        )
+
+
+def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the rotation ``b`` followed by ``a``, normalised."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    x = aw * bx + ax * bw + ay * bz - az * by
+    y = aw * by - ax * bz + ay * bw + az * bx
+    z = aw * bz + ax * by - ay * bx + az * bw
+    w = aw * bw - ax * bx - ay * by - az * bz
+    norm = sqrt(x * x + y * y + z * z + w * w)
+    return x / norm, y / norm, z / norm, w / norm
