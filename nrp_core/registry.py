@@ -136,10 +136,7 @@ class Registry(Generic[T]):
 
     def _import(self, provider: Provider) -> object:
         try:
-            driver = _Driver(
-                self.group, provider.name, invoke_on_load=False, on_load_failure_callback=_raise,
-                warn_on_missing_entrypoint=False,
-            )  # fmt: skip
+            driver = _Driver(self.group, provider.name, on_load_failure_callback=_raise)
         except NoMatches as error:
             raise BackendLoadError(f"{self.kind} '{provider.name}' of {provider} vanished") from error
         except Exception as error:

@@ -1,0 +1,99 @@
+"""Networks are checked when they are made, and known by their digest."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nrp_core.brain.network import Network, Population, Projection
+from nrp_core.errors import NetworkError, NeuronSelectionError
+
+
+def population(label: str, size: int, cell_type: str = "IF_curr_exp", **values: float) -> Population:
+    parameters = {"tau_m": 20.0, **values}
+    return Population(label, size, cell_type, {name: np.full(size, v) for name, v in parameters.items()})
+
+
+def projection(**changes: Any) -> Projection:
+    base = Projection(
+        "a to b", "a", "b", "excitatory",
+        np.array([0, 1], np.int32), np.array([2, 0], np.int32), np.array([0.5, 0.25]), np.array([1.0, 2.0]),
+    )  # fmt: skip
+    return replace(base, **changes)
+
+
+def network(*projections: Projection, **kwargs: Any) -> Network:
+    return Network({"a": population("a", 2), "b": population("b", 3)}, projections, **kwargs)
+
+
+def test_global_ids_lay_the_populations_one_after_another() -> None:
+    net = network(views={"ends": np.array([0, 4])})
+    assert net.size == 5
+    assert net.neurons("b").tolist() == [2, 3, 4]
+    assert net.neurons("ends").tolist() == [0, 4]
+    assert [net.label_of(i) for i in range(5)] == [("a", 0), ("a", 1), ("b", 0), ("b", 1), ("b", 2)]
+
+
+def test_a_view_may_carry_the_name_of_a_population_and_hides_it() -> None:
+    net = network(views={"b": np.array([2])})
+    assert net.neurons("b").tolist() == [2]
+    assert net.ids_of("b").tolist() == [2, 3, 4]
+
+
+def test_an_unknown_name_gets_the_nearest() -> None:
+    with pytest.raises(NeuronSelectionError, match="no population 'sensor'; did you mean 'sensors'"):
+        network(views={"sensors": np.array([0])}).neurons("sensor")
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"pre": "c"}, "names no population 'c'"),
+        ({"pre_index": np.array([0, 2], np.int32)}, "pre index outside population 'a' of 2"),
+        ({"post_index": np.array([-1, 0], np.int32)}, "post index outside population 'b' of 3"),
+        ({"receptor": "excitatry"}, "did you mean 'excitatory'"),
+        ({"weight": np.array([0.5])}, r"weight has shape \(1,\), not \(2,\)"),
+        ({"weight": np.array([0.5, np.nan])}, "a weight is not finite"),
+        ({"delay_ms": np.array([1.0, -2.0])}, "delay -2 ms is negative"),
+        ({"post": "s", "post_index": np.array([0, 0], np.int32)}, "only emits spikes"),
+        ({"post": "g", "weight": np.array([0.5, -0.1])}, "weight -0.1 uS is negative"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], says: str) -> None:
+    populations = {
+        "a": population("a", 2),
+        "b": population("b", 3),
+        "s": population("s", 1, "SpikeSourcePoisson"),
+        "g": population("g", 3, "IF_cond_exp"),
+    }
+    with pytest.raises(NetworkError, match=says):
+        Network(populations, (projection(**changes),))
+
+
+def test_a_parameter_that_is_not_a_number_names_population_parameter_and_cell() -> None:
+    with pytest.raises(NetworkError, match="population 'x': parameter 'cm' of cell 1 is not a number"):
+        Population("x", 2, "IF_curr_exp", {"cm": np.array([1.0, np.nan])})
+
+
+def test_equal_networks_have_equal_digests_and_any_change_shows() -> None:
+    base = network(projection())
+    assert base.digest == network(projection()).digest
+    others = [
+        network(),
+        network(projection(weight=np.array([0.5, 0.26]))),
+        network(projection(delay_ms=np.array([1.0, 2.5]))),
+        network(projection(post_index=np.array([2, 1], np.int32))),
+        network(projection(receptor="inhibitory")),
+        network(projection(), views={"v": np.array([1])}),
+        Network({"a": population("a", 2, cm=2.0), "b": population("b", 3)}, (projection(),)),
+    ]
+    assert len({base.digest, *(other.digest for other in others)}) == len(others) + 1
+
+
+def test_a_constant_weight_takes_no_memory_and_is_hashed_without_being_spread_out() -> None:
+    n = 10**8
+    constant = np.broadcast_to(np.float64(0.5), (n,))
+    index = np.broadcast_to(np.int32(0), (n,))
+    net = network(projection(pre_index=index, post_index=index, weight=constant, delay_ms=constant))
+    assert len(net.digest) == 32

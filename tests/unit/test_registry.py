@@ -1,0 +1,104 @@
+"""Plugins are found by entry points; what is wrong with one is said, and hides no other."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core.brain.interface import BrainBackend
+from nrp_core.errors import (
+    BackendLoadError,
+    DuplicateBackendError,
+    IncompatibleBackendError,
+    UnknownBackendError,
+)
+from nrp_core.registry import BRAIN_GROUP, Registry, brains, worlds
+
+Install = Callable[..., None]
+
+GOOD = """
+from nrp_core.brain.interface import BrainBackend
+class Backend(BrainBackend):
+    def capabilities(self, options): return None
+    def open(self, network, *, seed, options): return None
+"""
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
+    """Put a distribution with one brain backend on the path, as pip would leave it."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def add(
+        name: str, source: str = GOOD, distribution: str = "acme-brain", module: str | None = None
+    ) -> None:
+        module = module or f"acme_{distribution.replace('-', '_')}_{name}"
+        (tmp_path / f"{module}.py").write_text(source)
+        info = tmp_path / f"{distribution}-2.0.dist-info"
+        info.mkdir(exist_ok=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 2.0\n")
+        entries = info / "entry_points.txt"
+        text = entries.read_text() if entries.exists() else f"[{BRAIN_GROUP}]\n"
+        entries.write_text(f"{text}{name} = {module}:Backend\n")
+
+    return add
+
+
+def test_ours_come_in_the_way_a_third_partys_do() -> None:
+    assert {"event", "spinnaker"} <= set(brains().names())
+    assert {"mujoco", "pybullet"} <= set(worlds().names())
+    assert all(provider.distribution == "nrp-core" for provider in brains().providers())
+
+
+def test_an_installed_backend_is_found_at_once_and_made(install: Install) -> None:
+    install("acme")
+    assert isinstance(brains().load("acme"), BrainBackend)
+    assert str(brains().provider("acme")).startswith("acme-brain 2.0 (acme_")
+
+
+def test_a_typo_gets_the_nearest_name() -> None:
+    with pytest.raises(UnknownBackendError, match="no brain backend is called 'evnt'; did you mean 'event'"):
+        brains().load("evnt")
+
+
+def test_an_empty_group_says_what_to_install() -> None:
+    with pytest.raises(UnknownBackendError, match="none is installed: .*pip install"):
+        Registry("nobody.has.this", "brain backend").load("event")
+
+
+def test_a_broken_plugin_is_named_with_its_cause_and_hides_no_other(install: Install) -> None:
+    install("good")
+    install("broken", "import does_not_exist", distribution="sad-brain")
+    with pytest.raises(BackendLoadError) as error:
+        brains().load("broken")
+    for part in ("'broken'", "sad-brain 2.0", "No module named 'does_not_exist'", "pip install"):
+        assert part in str(error.value)
+    assert brains().load("good")
+
+
+def test_two_distributions_with_one_name_are_both_named_and_only_that_name_is_refused(
+    install: Install,
+) -> None:
+    install("twin", distribution="first-brain")
+    install("twin", distribution="second-brain")
+    install("single")
+    with pytest.raises(
+        DuplicateBackendError, match=r"first-brain 2\.0 .* and second-brain 2\.0 .*pip uninstall"
+    ):
+        brains().load("twin")
+    assert brains().load("single")
+
+
+@pytest.mark.parametrize(("version", "what"), [(0, "acme-brain"), (99, "nrp-core")])
+def test_another_interface_version_says_which_side_to_upgrade(
+    install: Install, version: int, what: str
+) -> None:
+    install(f"v{version}", GOOD + f"    interface_version = {version}\n")
+    with pytest.raises(IncompatibleBackendError, match=f"interface version {version}.*--upgrade {what}"):
+        brains().load(f"v{version}")
+
+
+def test_something_that_is_no_backend_is_refused(install: Install) -> None:
+    install("odd", "Backend = 42")
+    with pytest.raises(BackendLoadError, match="not a subclass of BrainBackend"):
+        brains().load("odd")
