@@ -92,11 +92,11 @@ class SampleSchedule:
         steps = -((-k * NS_PER_S) // (self.rate_hz * self.step_ns))
         return int(steps) * self.step_ns
 
+    def index_at(self, t_ns: int) -> int:
+        """Number of the last sample that was due by ``t_ns``."""
+        return t_ns * self.rate_hz.numerator // (self.rate_hz.denominator * NS_PER_S)
+
     def next_after(self, t_ns: int) -> int:
         """Time of the first sample strictly after ``t_ns``."""
-        k = max(0, int(t_ns * self.rate_hz / NS_PER_S))
-        while k > 0 and self.sample_ns(k) > t_ns:
-            k -= 1
-        while self.sample_ns(k) <= t_ns:
-            k += 1
-        return self.sample_ns(k)
+        step_start_ns = t_ns - t_ns % self.step_ns
+        return self.sample_ns(max(0, self.index_at(step_start_ns) + 1))

@@ -1,0 +1,1 @@
+"""The transfer function framework under the name that its paper prints."""

@@ -1,1 +1,61 @@
-"""..."""
+"""The transfer function language: what a file calls ``nrp``.
+
+::
+
+    @nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
+    @nrp.Neuron2Robot(Topic("/robot/cmd_vel", geometry_msgs.msg.Twist))
+    def drive(t, left):
+        return geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(20 * left.voltage, 0, 0))
+"""
+
+from __future__ import annotations
+
+from nrp_core.dsl import tf_lib
+from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.kinds import (
+    dc_source,
+    fixed_frequency,
+    leaky_integrator_alpha,
+    leaky_integrator_exp,
+    poisson,
+    population_rate,
+    spike_recorder,
+)
+from nrp_core.dsl.mappings import (
+    MapRobotPublisher,
+    MapRobotSubscriber,
+    MapSpikeSink,
+    MapSpikeSource,
+    MapVariable,
+)
+from nrp_core.dsl.selectors import brain, chain_neurons, map_neurons, nrange, resolve
+from nrp_core.dsl.topics import Topic
+from nrp_core.dsl.variables import GLOBAL, TRANSFER_FUNCTION_LOCAL
+
+__all__ = [
+    "GLOBAL",
+    "TRANSFER_FUNCTION_LOCAL",
+    "MapRobotPublisher",
+    "MapRobotSubscriber",
+    "MapSpikeSink",
+    "MapSpikeSource",
+    "MapVariable",
+    "Neuron2Robot",
+    "Robot2Neuron",
+    "Topic",
+    "TransferFunction",
+    "brain",
+    "chain_neurons",
+    "dc_source",
+    "fixed_frequency",
+    "leaky_integrator_alpha",
+    "leaky_integrator_exp",
+    "map_neurons",
+    "nrange",
+    "poisson",
+    "population_rate",
+    "resolve",
+    "spike_recorder",
+    "tf_lib",
+]

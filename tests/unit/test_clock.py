@@ -64,6 +64,14 @@ def test_the_next_sample_is_the_earliest_one_in_the_future(rate: float, step_ns:
     assert not any(t_ns < other < at_ns for other in samples)
 
 
+@given(rates, steps, st.integers(0, 10_000))
+def test_sample_k_is_the_last_one_due_from_its_own_time_on(rate: float, step_ns: int, k: int) -> None:
+    schedule = SampleSchedule.of(rate, step_ns)
+    due_ns = -(-k * NS_PER_S // schedule.rate_hz)
+    assert schedule.index_at(int(due_ns)) == k
+    assert schedule.index_at(int(due_ns) - 1) < k
+
+
 def test_a_30_hz_camera_on_2_ms_steps_gives_30_pictures_in_every_second() -> None:
     schedule = SampleSchedule.of(30, 2 * MS)
     times = [schedule.sample_ns(k) for k in range(300)]

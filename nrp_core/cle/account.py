@@ -1,0 +1,52 @@
+"""Where the time goes."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+from nrp_core.clock import seconds
+
+
+@dataclass(slots=True)
+class TimeAccount:
+    """Wall time spent since the last reset, ns; waiting for the pace is not counted.
+
+    Attributes:
+        brain_ns: advancing the brain.
+        world_ns: advancing the world.
+        both_ns: advancing both; less than the sum of the two where they ran at once.
+        function_ns: running each transfer function, by name.
+        total_ns: all steps as a whole.
+    """
+
+    brain_ns: int = 0
+    world_ns: int = 0
+    both_ns: int = 0
+    function_ns: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
+    total_ns: int = 0
+
+    @property
+    def functions_ns(self) -> int:
+        """All transfer functions together."""
+        return sum(self.function_ns.values())
+
+    @property
+    def engine_ns(self) -> int:
+        """The loop itself, hooks included."""
+        return self.total_ns - self.both_ns - self.functions_ns
+
+    def shares(self) -> dict[str, float]:
+        """Return each one's share of the work, which add up to 1 (all 0 before the first step)."""
+        work = {
+            "brain": self.brain_ns,
+            "world": self.world_ns,
+            "transfer_functions": self.functions_ns,
+            "engine": self.engine_ns,
+        }
+        total = sum(work.values()) or 1
+        return {name: spent / total for name, spent in work.items()}
+
+    def function_times(self) -> dict[str, float]:
+        """Return the seconds that each transfer function took, by name."""
+        return {name: seconds(spent) for name, spent in self.function_ns.items()}

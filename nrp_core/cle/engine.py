@@ -1,0 +1,213 @@
+"""The closed loop engine.
+
+One step: brain and world advance over ``(t, t + period]`` with what was written at ``t``; then the
+transfer functions run, see what both are at ``t + period``, and write what acts from then on.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from time import perf_counter_ns
+from types import TracebackType
+from typing import Any, Literal, Self
+
+from nrp_core.brain.interface import Brain
+from nrp_core.cle.account import TimeAccount
+from nrp_core.cle.failures import Failure
+from nrp_core.cle.hooks import Hook, Hooks
+from nrp_core.cle.interrupts import DeferredInterrupt
+from nrp_core.cle.latency import LoopPath, paths
+from nrp_core.cle.pacing import AsFastAsPossible, Pacing
+from nrp_core.cle.sides import Sides
+from nrp_core.cle.wiring import connect
+from nrp_core.clock import StepPlan, milliseconds, seconds
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.errors import LifecycleError, SimulationError, TimestepError
+from nrp_core.world.interface import World
+from nrp_core.world.topics import Publication, check_message
+
+
+class ClosedLoop:
+    """A brain and a world, coupled by transfer functions. It closes neither of the two.
+
+    Args:
+        brain: the side of the neurons.
+        world: the side of the robot, at the same time as the brain.
+        functions: in the order in which those of equal priority run.
+        period_ns: one step of the loop.
+        tf_time: whether functions are told the time at the ``end`` of the step, that of their
+            data, or at its ``start``.
+        on_error: what happens when a function raises: the run ``stop``s, or the function goes to
+            ``quarantine`` (it runs no more, its devices fall silent) and the rest runs on.
+        pacing: how fast time passes; by default as fast as possible.
+        concurrent: whether brain and world advance at once; None: where it pays.
+
+    Raises:
+        TimestepError: the period is no multiple of the steps of both sides.
+        ExperimentError: a function names what does not exist.
+        LifecycleError: brain and world are not at the same time.
+    """
+
+    def __init__(
+        self,
+        brain: Brain,
+        world: World,
+        functions: Iterable[TransferFunction] = (),
+        *,
+        period_ns: int,
+        tf_time: Literal["end", "start"] = "end",
+        on_error: Literal["stop", "quarantine"] = "stop",
+        pacing: Pacing | None = None,
+        concurrent: bool | None = None,
+    ) -> None:
+        self.plan = StepPlan(period_ns, brain.capabilities.resolution_ns, world.capabilities.step_ns)
+        if brain.now_ns != world.now_ns:
+            at = f"{seconds(brain.now_ns):g} s and {seconds(world.now_ns):g} s"
+            raise LifecycleError(f"brain and world must be at the same time, not at {at}")
+        self.brain, self.world = brain, world
+        self.functions = tuple(connect(functions, brain, world))
+        self.tf_time, self.on_error = tf_time, on_error
+        self.pacing = AsFastAsPossible() if pacing is None else pacing
+        self.hooks = Hooks()
+        self.account = TimeAccount()
+        self.failures: list[Failure] = []
+        self.steps = 0
+        self._sides = Sides(brain, world, concurrent=concurrent)
+        self._published: deque[tuple[Publication, Any]] = deque()
+        self._stopping = False
+
+    @property
+    def now_ns(self) -> int:
+        """Time that brain and world have reached, ns."""
+        return self.world.now_ns
+
+    # -- running
+
+    def step(self) -> None:
+        """Take one step; see :meth:`run_until`."""
+        self.run_until(self.now_ns + self.plan.period_ns)
+
+    def run_until(self, t_ns: int) -> None:
+        """Take steps until ``t_ns`` or until :meth:`stop`. Ctrl-C ends the run between two steps.
+
+        Raises:
+            TimestepError: ``t_ns`` is not a whole number of steps away.
+            TransferFunctionRaisedError: a function raised (with ``on_error="stop"``); what it raised
+                is the cause.
+            SimulationError: an engine failed.
+        """
+        if (t_ns - self.now_ns) % self.plan.period_ns:
+            raise TimestepError(
+                f"{seconds(t_ns):g} s is not a whole number of steps of "
+                f"{milliseconds(self.plan.period_ns):g} ms after {seconds(self.now_ns):g} s"
+            )
+        self._stopping = False
+        self.pacing.start(self.now_ns)
+        while self.now_ns < t_ns and not self._stopping:
+            with DeferredInterrupt():
+                self._step()
+            self.pacing.wait(self.now_ns)
+
+    def stop(self) -> None:
+        """End the run after its current step; any thread or hook may ask for it."""
+        self._stopping = True
+
+    def _step(self) -> None:
+        began = perf_counter_ns()
+        start_ns = self.now_ns
+        self._deliver_published()
+        self._call(self.hooks.before_step)
+        self._sides.advance(start_ns + self.plan.period_ns, self.account)
+        self.steps += 1
+        self._call(self.hooks.before_functions)
+        failure = self._run_functions(start_ns)
+        self._call(self.hooks.after_step)
+        self.account.total_ns += perf_counter_ns() - began
+        if failure is not None:
+            raise failure.to_error() from failure.error
+
+    def _run_functions(self, start_ns: int) -> Failure | None:
+        """Run what is due and return the failure that ends the run, if any."""
+        now_ns = self.now_ns
+        t = seconds(now_ns if self.tf_time == "end" else start_ns)
+        for function in self.functions:
+            if not function.is_due(start_ns):
+                continue
+            began = perf_counter_ns()
+            failure = self._run(function, now_ns, t)
+            self.account.function_ns[function.name] += perf_counter_ns() - began
+            if failure is not None:
+                self.failures.append(failure)
+                if self.on_error == "stop":
+                    return failure
+                function.active = False
+        return None
+
+    def _run(self, function: TransferFunction, now_ns: int, t: float) -> Failure | None:
+        try:
+            function.run(now_ns, t)
+        except (SimulationError, LifecycleError):
+            raise  # an engine failed while the function used it
+        except Exception as error:  # noqa: BLE001 - whatever users write may raise anything
+            return Failure.of(function, error, step=self.steps, t_ns=now_ns)
+        return None
+
+    def _call(self, hooks: list[Hook]) -> None:
+        for hook in hooks:
+            hook(self)
+
+    # -- from outside
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Publish on a topic of the world before the next step; any thread may.
+
+        Raises:
+            TopicError: the topic does not exist or cannot carry the message.
+        """
+        publication = self.world.advertise(topic)
+        check_message(publication.topic, message)
+        self._published.append((publication, message))
+
+    def _deliver_published(self) -> None:
+        while self._published:
+            publication, message = self._published.popleft()
+            publication.publish(message)
+
+    def latency(self) -> list[LoopPath]:
+        """Return how many steps lie between each sensor and each actuator that it can move."""
+        return paths(self.functions)
+
+    # -- life cycle
+
+    def reset(self, *, seed: int | None = None) -> None:
+        """Return to time 0: both sides, variables, failures; functions in quarantine run again.
+
+        Args:
+            seed: a new seed for both sides; by default those in force are used again.
+        """
+        self.brain.reset(seed=seed)
+        self.world.reset(seed=seed)
+        failed = {failure.function for failure in self.failures}
+        for function in self.functions:
+            function.reset()
+            function.active = function.active or function.name in failed
+        self.failures.clear()
+        self._published.clear()
+        self.account = TimeAccount()
+        self.steps = 0
+        self._call(self.hooks.after_reset)
+
+    def close(self) -> None:
+        """Unbind the functions; brain and world stay open."""
+        for function in self.functions:
+            function.unbind()
+        self._sides.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,55 @@
+"""What is reported of a transfer function that raised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from nrp_core.clock import seconds
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.place import line_in
+from nrp_core.errors import ExperimentError, TransferFunctionRaisedError
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A transfer function that raised, or returned what its topic cannot carry.
+
+    Args:
+        function: its name.
+        path: its file.
+        line: the line in it.
+        step: number of the step, the first is 1.
+        t_ns: time that brain and world had reached.
+        error: what it raised.
+        inputs: what it saw in its parameters.
+    """
+
+    function: str
+    path: Path
+    line: int
+    step: int
+    t_ns: int
+    error: Exception
+    inputs: dict[str, str]
+
+    @classmethod
+    def of(cls, function: TransferFunction, error: Exception, *, step: int, t_ns: int) -> Failure:
+        """Describe what happened."""
+        path = function.place.path
+        line = line_in(error.__traceback__, path) or function.place.line
+        return cls(function.name, Path(path), line, step, t_ns, error, function.inputs())
+
+    def __str__(self) -> str:
+        error = self.error
+        message = error.message if isinstance(error, ExperimentError) else str(error)
+        lines = [
+            f"{self.path}:{self.line}: transfer function '{self.function}' raised "
+            f"{type(error).__name__}: {message}",
+            f"  in step {self.step}, at {seconds(self.t_ns):g} s, with",
+        ]
+        return "\n".join([*lines, *(f"    {name}: {seen}" for name, seen in self.inputs.items())])
+
+    def to_error(self) -> TransferFunctionRaisedError:
+        """Return the error that stops a run."""
+        return TransferFunctionRaisedError(str(self), t_ns=self.t_ns)

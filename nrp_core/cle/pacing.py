@@ -1,0 +1,84 @@
+"""How fast simulated time passes: as fast as possible, in real time, or by a factor."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from math import isfinite
+
+from nrp_core.clock import seconds
+from nrp_core.errors import ExperimentError
+
+_CATCH_UP_S = 0.1
+
+
+class Pacing(ABC):
+    """Says when the next step may begin."""
+
+    @abstractmethod
+    def start(self, now_ns: int) -> None:
+        """A run begins at a simulated time; what passed before does not count."""
+
+    @abstractmethod
+    def wait(self, now_ns: int) -> None:
+        """Return when this simulated time may be reached."""
+
+
+class AsFastAsPossible(Pacing):
+    """Never waits."""
+
+    def start(self, now_ns: int) -> None: ...
+
+    def wait(self, now_ns: int) -> None: ...
+
+
+class Paced(Pacing):
+    """Lets simulated time pass at a factor of wall time, where the machine can keep up.
+
+    Delays up to 0.1 s are made up for; what was lost beyond is not.
+
+    Args:
+        factor: simulated seconds for each second, positive; 1 is real time.
+        clock: gives seconds.
+        sleep: waits for seconds.
+    """
+
+    def __init__(
+        self,
+        factor: float = 1.0,
+        *,
+        clock: Callable[[], float] = time.perf_counter,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        if not (isfinite(factor) and factor > 0):
+            raise ExperimentError(f"the pace must be a positive factor, not {factor!r}")
+        self.factor = factor
+        self._clock, self._sleep = clock, sleep
+        self.start(0)
+
+    def start(self, now_ns: int) -> None:
+        self._origin_s = self._clock() - seconds(now_ns) / self.factor
+
+    def wait(self, now_ns: int) -> None:
+        ahead_s = self._origin_s + seconds(now_ns) / self.factor - self._clock()
+        if ahead_s > 0:
+            self._sleep(ahead_s)
+        elif ahead_s < -_CATCH_UP_S:
+            self._origin_s -= ahead_s + _CATCH_UP_S
+
+
+def pacing_of(text: str | float) -> Pacing:
+    """Return the pacing for ``max``, ``realtime`` or a factor.
+
+    Raises:
+        ExperimentError: it is neither.
+    """
+    if text == "max":
+        return AsFastAsPossible()
+    if text == "realtime":
+        return Paced()
+    try:
+        return Paced(float(text))
+    except ValueError:
+        raise ExperimentError(f"the pace is 'max', 'realtime' or a positive factor, not {text!r}") from None

@@ -1,0 +1,203 @@
+"""Devices as a transfer function sees them: a few attributes, and an error for any other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.brain.network import IntArray
+from nrp_core.brain.sinks import SinkPort
+from nrp_core.brain.sources import SourcePort
+from nrp_core.brain.spikes import Spikes
+from nrp_core.clock import milliseconds
+from nrp_core.dsl.binding import Adapter
+from nrp_core.dsl.selection import Selection
+from nrp_core.errors import did_you_mean
+
+Port = SourcePort | SinkPort
+
+
+class Reading:
+    """An attribute that shows the port's attribute of the same name."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, device: Device | None, owner: type) -> Any:
+        return self if device is None else getattr(device.port, self.name)
+
+    def __set__(self, device: Device, value: Any) -> None:
+        raise AttributeError(f"{device.parameter}.{self.name} can only be read")
+
+
+class Setting(Reading):
+    """An attribute that also sets the port's attribute of the same name."""
+
+    def __set__(self, device: Device, value: Any) -> None:
+        try:
+            setattr(device.port, self.name, value)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{device.parameter}: {error}") from None
+
+
+class Device(Adapter):
+    """One device at work.
+
+    Args:
+        parameter: the parameter that it is bound to, for messages.
+        port: the device in the brain.
+        selection: the neurons that it works on.
+        release: gives the port back.
+    """
+
+    __slots__ = ("_release", "parameter", "port", "selection")
+
+    options: ClassVar[tuple[str, ...]] = ()
+    """Keyword arguments of a mapping that are for this class and not for the port."""
+
+    def __init__(self, parameter: str, port: Port, selection: Selection, release: Callable[[], None]) -> None:
+        self.parameter = parameter
+        self.port: Any = port
+        self.selection = selection
+        self._release = release
+
+    @classmethod
+    def attributes(cls) -> list[str]:
+        """Return the names of what a function can read or set."""
+        return [name for name in dir(cls) if isinstance(getattr(cls, name), (Reading, property))]
+
+    @property
+    def active(self) -> bool:
+        """Whether the device works; it keeps its settings while it does not."""
+        return bool(self.port.active)
+
+    @active.setter
+    def active(self, active: bool) -> None:
+        self.port.active = bool(active)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(self._unknown(name), name=name, obj=self)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not hasattr(type(self), name):
+            raise AttributeError(self._unknown(name))
+        object.__setattr__(self, name, value)
+
+    def _unknown(self, name: str) -> str:
+        hint = did_you_mean(name, self.attributes())
+        return f"{self.parameter} is a {type(self).__name__} without attribute '{name}'{hint}"
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.parameter} on {self.selection.size} of {self.selection.label}>"
+
+    def set_active(self, active: bool) -> None:
+        self.active = active
+
+    def release(self) -> None:
+        self._release()
+
+
+class SpikeGenerator(Device):
+    """A Poisson generator or a source of equidistant spikes."""
+
+    __slots__ = ()
+    rate = Setting("Spikes a second and neuron: one number, or one for each neuron.")
+
+
+class CurrentGenerator(Device):
+    """A constant current."""
+
+    __slots__ = ()
+    amplitude = Setting("Current into each neuron, nA: one number, or one for each neuron.")
+
+
+class LeakyIntegratorDevice(Device):
+    """A leaky integrator of the spikes of all its neurons."""
+
+    __slots__ = ()
+    voltage = Reading("Membrane voltage now, mV.")
+
+    def shown(self) -> str:
+        return f"voltage = {self.voltage:g}"
+
+
+class PopulationRateDevice(Device):
+    """The smoothed firing rate of all its neurons together."""
+
+    __slots__ = ()
+    rate = Reading("Sum of the firing rates now, Hz.")
+
+    def shown(self) -> str:
+        return f"rate = {self.rate:g}"
+
+
+class SpikeRecorderDevice(Device):
+    """The spikes since the function last ran; of a longer time, those of the last ``keep_ms``."""
+
+    __slots__ = ("_spikes", "_until_ms", "_use_ids")
+
+    options: ClassVar[tuple[str, ...]] = ("use_ids",)
+
+    def __init__(
+        self,
+        parameter: str,
+        port: Port,
+        selection: Selection,
+        release: Callable[[], None],
+        *,
+        use_ids: bool = True,
+    ) -> None:
+        super().__init__(parameter, port, selection, release)
+        self._use_ids = use_ids
+        self._until_ms = -inf
+        self._spikes = Spikes()
+
+    def refresh(self, now_ns: int) -> None:
+        since_ms, self._until_ms = self._until_ms, milliseconds(now_ns)
+        self._spikes = self.port.spikes(since_ms, self._until_ms)
+
+    def reset(self) -> None:
+        self._until_ms = -inf
+        self._spikes = Spikes()
+
+    @property
+    def times(self) -> npt.NDArray[np.float64]:
+        """Neuron and time in ms of each spike, ascending in time, shape ``(n, 2)``.
+
+        Neurons are global ids, or with ``use_ids=False`` places within what was selected.
+        """
+        ids = self._spikes.neurons
+        if not self._use_ids:
+            order = np.argsort(self.selection.ids, kind="stable")
+            ids = order[np.searchsorted(self.selection.ids, ids, sorter=order)]
+        return np.stack([ids, self._spikes.times_ms], axis=1)
+
+    @property
+    def spiked(self) -> bool:
+        """Whether there was any spike."""
+        return len(self._spikes) > 0
+
+    @property
+    def neurons(self) -> IntArray:
+        """Global ids of the neurons that are listened to."""
+        return self.selection.ids
+
+    @property
+    def neurons_count(self) -> int:
+        """How many neurons are listened to."""
+        return self.selection.size
+
+    @property
+    def population_name(self) -> str:
+        """The population that the neurons come from."""
+        return self.selection.label
+
+    def shown(self) -> str:
+        return f"{len(self._spikes)} spikes"

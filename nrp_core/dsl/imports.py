@@ -1,0 +1,54 @@
+"""What transfer functions import by the names that their users know.
+
+Inside a transfer function file the message packages of ROS are always ours, whatever is installed: ROS 2's
+own classes take no positional arguments and store an integer in a float field as garbage. In
+plain scripts an installed ROS comes first.
+"""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.machinery
+import importlib.util
+import sys
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+
+from nrp_core.dsl.messages import message_packages
+from nrp_core.scoped_import import Scope
+
+
+def file_scope(framework: ModuleType, substitutes: Mapping[str, ModuleType]) -> Scope:
+    """Return the scope of a transfer function file.
+
+    Args:
+        framework: what ``import hbp_nrp_client.tf_framework`` gives.
+        substitutes: further modules, by their dotted names.
+    """
+    known = {f"{name}.msg": package.msg for name, package in message_packages().items()}
+    known |= {"hbp_nrp_client.tf_framework": framework, **substitutes}
+    return Scope({name.partition(".")[0] for name in known if "." in name}, known.get)
+
+
+class _MessageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Answers for the message packages where nobody else does."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        package, _, rest = fullname.partition(".")
+        if package not in message_packages() or rest not in ("", "msg"):
+            return None
+        return importlib.util.spec_from_loader(fullname, self, is_package=not rest)
+
+    def exec_module(self, module: ModuleType) -> None:
+        package, _, rest = module.__name__.partition(".")
+        if rest:
+            types = vars(message_packages()[package])[rest]
+            vars(module).update({k: v for k, v in vars(types).items() if not k.startswith("_")})
+
+
+def provide_messages() -> None:
+    """Let ``import geometry_msgs.msg`` work in plain scripts and notebooks without ROS."""
+    if not any(isinstance(finder, _MessageFinder) for finder in sys.meta_path):
+        sys.meta_path.append(_MessageFinder())

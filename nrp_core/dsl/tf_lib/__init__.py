@@ -1,0 +1,24 @@
+"""``nrp.tf_lib``: functions for the bodies of transfer functions."""
+
+from __future__ import annotations
+
+from nrp_core.dsl.tf_lib.camera import Camera, cam
+from nrp_core.dsl.tf_lib.vision import (
+    ColorValues,
+    RedShares,
+    detect_red,
+    find_centroid_hsv,
+    get_color_values,
+    rgb_array,
+)
+
+__all__ = [
+    "Camera",
+    "ColorValues",
+    "RedShares",
+    "cam",
+    "detect_red",
+    "find_centroid_hsv",
+    "get_color_values",
+    "rgb_array",
+]

@@ -1,0 +1,136 @@
+"""Topics as a transfer function names and sees them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from nrp_core.dsl.binding import Adapter
+from nrp_core.dsl.brief import brief
+from nrp_core.dsl.messages import message_type
+from nrp_core.dsl.place import Place
+from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.world.interface import World
+from nrp_core.world.messages.base import type_name
+from nrp_core.world.topics import Publication, Stamped, TopicInfo
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic of the robot or of the user's own.
+
+    Args:
+        name: absolute, ``/husky/camera``.
+        topic_type: the message class, or its ROS name; None where the world knows it.
+
+    Raises:
+        TopicError: there is no such message type.
+    """
+
+    name: str
+    topic_type: Any = None
+
+    def __post_init__(self) -> None:
+        place = Place.of_caller()
+        if not isinstance(self.name, str) or not self.name:
+            raise place.error(f"a topic has a name such as '/husky/camera', not {self.name!r}")
+        if self.topic_type is not None:
+            try:
+                object.__setattr__(self, "topic_type", message_type(self.topic_type))
+            except TopicError as error:
+                raise place.located(error, f"topic '{self.name}'") from None
+
+    @classmethod
+    def of(cls, given: Topic | str) -> Topic:
+        """Return a topic given as such or by its name."""
+        if isinstance(given, (Topic, str)):
+            return given if isinstance(given, Topic) else cls(given)
+        raise Place.of_caller().error(f"expected a Topic or the name of one, not {given!r}")
+
+    def require_type(self, info: TopicInfo) -> None:
+        """Refuse a topic that carries something else.
+
+        Raises:
+            TopicError: it does.
+        """
+        if self.topic_type is not None and type_name(self.topic_type) != type_name(info.type):
+            raise TopicError(
+                f"'{self.name}' carries {type_name(info.type)}, not {type_name(self.topic_type)}"
+            )
+
+    def __str__(self) -> str:
+        return self.name if self.topic_type is None else f"{self.name} ({type_name(self.topic_type)})"
+
+
+class SubscribedTopic(Adapter):
+    """What came on a topic by the time the function runs.
+
+    Attributes:
+        value: the last message, or the initial value before the first.
+        changed: whether a message came since the function last ran; what can be read at any
+            time, such as the poses of all models, always counts as changed.
+    """
+
+    __slots__ = ("_initial", "_seen", "_subscription", "_world", "changed", "value")
+
+    def __init__(self, world: World, topic: Topic, initial: Any = None) -> None:
+        self._world = world
+        self._subscription = world.subscribe(topic.name)
+        self._initial = initial
+        self._seen: Stamped | None = None
+        self.value = initial
+        self.changed = False
+        try:
+            topic.require_type(self._subscription.topic)
+        except TopicError:
+            self.release()
+            raise
+
+    @property
+    def name(self) -> str:
+        """Name of the topic."""
+        return self._subscription.topic.name
+
+    @property
+    def pending(self) -> bool:
+        """Whether a message came that the function has not seen."""
+        latest = self._subscription.latest
+        return latest is not None and latest is not self._seen
+
+    def refresh(self, now_ns: int) -> None:
+        latest = self._subscription.latest
+        self.changed = latest is not None and latest is not self._seen
+        if latest is not None:
+            self._seen, self.value = latest, latest.message
+
+    def reset(self) -> None:
+        self._seen = None
+        self.value = self._initial
+        self.changed = False
+
+    def release(self) -> None:
+        self._world.unsubscribe(self._subscription)
+
+    def shown(self) -> str:
+        return f"value = {brief(self.value)}"
+
+
+class PublishedTopic(Adapter):
+    """A topic that the function publishes on."""
+
+    __slots__ = ("_publication",)
+
+    def __init__(self, world: World, topic: Topic) -> None:
+        if topic.topic_type is None and topic.name not in world.topics:
+            hint = did_you_mean(topic.name, world.topics)
+            raise TopicError(f"no topic '{topic.name}'{hint} (a new one needs its type: Topic(name, type))")
+        self._publication: Publication = world.advertise(topic.name)
+        topic.require_type(self._publication.topic)
+
+    def send_message(self, message: Any) -> None:
+        """Send a message; it takes effect in the next step.
+
+        Raises:
+            TopicError: the message is of another type or holds a number that is not finite.
+        """
+        self._publication.publish(message)

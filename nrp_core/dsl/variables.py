@@ -1,0 +1,40 @@
+"""Variables that a transfer function keeps from run to run."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from nrp_core.dsl.binding import Adapter
+from nrp_core.dsl.brief import brief
+
+GLOBAL = "global_scope"
+"""One variable for all transfer functions of an experiment."""
+TRANSFER_FUNCTION_LOCAL = "transfer_function_scope"
+"""A variable of one transfer function."""
+SCOPES = (GLOBAL, TRANSFER_FUNCTION_LOCAL)
+
+
+class Variable(Adapter):
+    """A value that stays.
+
+    Args:
+        name: for messages.
+        initial: the value at time 0, copied, so that changing it in place does not outlive a reset.
+
+    Attributes:
+        value: the value now.
+    """
+
+    __slots__ = ("_initial", "name", "value")
+
+    def __init__(self, name: str, initial: Any = None) -> None:
+        self.name = name
+        self._initial = copy.deepcopy(initial)
+        self.reset()
+
+    def reset(self) -> None:
+        self.value: Any = copy.deepcopy(self._initial)
+
+    def shown(self) -> str:
+        return f"value = {brief(self.value)}"

@@ -1,0 +1,139 @@
+"""Run a user's file as a module of its own, with imports that mean what we decide.
+
+Such a file sees substitutes for some modules and may import its neighbours; nothing of it stays in
+``sys.modules``, so two files, or one file twice, never meet, and the rest of the program sees the
+real modules.
+"""
+
+from __future__ import annotations
+
+import builtins
+import importlib
+import sys
+import traceback
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from nrp_core.errors import ExperimentError, NrpError
+
+
+class Scope:
+    """A file and its neighbours, under one set of substitutes.
+
+    Args:
+        roots: top-level packages below which there are substitutes.
+        substitute: returns the module that a dotted name stands for, or None for the real one.
+    """
+
+    def __init__(self, roots: Iterable[str], substitute: Callable[[str], ModuleType | None]) -> None:
+        self._packages = {root: self._package(root) for root in roots}
+        self._substitute = substitute
+        self._importlib = ModuleType("importlib", importlib.__doc__)
+        self._importlib.__dict__.update(vars(importlib), import_module=self._import_module)
+        self._builtins = {**vars(builtins), "__import__": self._import}
+        self._files: set[str] = set()
+        self._neighbours: dict[Path, ModuleType] = {}
+
+    def run(self, path: Path, module: ModuleType | None = None) -> ModuleType:
+        """Execute a file and return the module of its names; whatever the file raises comes through.
+
+        Args:
+            path: the file.
+            module: where its names go and what it finds there already; by default a fresh one.
+        """
+        module = ModuleType(path.stem, None) if module is None else module
+        module.__dict__.update(__file__=str(path), __builtins__=self._builtins)
+        self._files.add(str(path))
+        # Dataclasses look their module up by its name while the file is executed.
+        module.__name__ = f"{path.stem}@{id(module):x}"
+        sys.modules[module.__name__] = module
+        try:
+            exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), module.__dict__)
+        finally:
+            del sys.modules[module.__name__]
+        return module
+
+    def place_of(self, error: BaseException) -> tuple[Path, int | None] | None:
+        """Return file and line, in this scope, that an error came from; None if from elsewhere."""
+        if isinstance(error, SyntaxError) and error.filename in self._files:
+            return Path(error.filename), error.lineno
+        for frame in reversed(traceback.extract_tb(error.__traceback__)):
+            if frame.filename in self._files:
+                return Path(frame.filename), frame.lineno
+        return None
+
+    def located(self, error: BaseException, kind: type[ExperimentError], file: Path) -> NrpError:
+        """Return an error that a file of this scope raised as one of ours, with its file and line.
+
+        Args:
+            error: what was raised; ours keep their class.
+            kind: the class for everything else.
+            file: the file that was run, for an error that comes from none of its lines.
+        """
+        path, line = self.place_of(error) or (file, None)
+        if isinstance(error, ExperimentError):
+            error.path, error.line = error.path or path, error.line or line
+            return error
+        if isinstance(error, NrpError):
+            return type(error)(f"{ExperimentError('', path=path, line=line).location}: {error}")
+        if isinstance(error, SyntaxError):
+            return kind(f"this is not Python: {error.msg}", path=path, line=line, column=error.offset)
+        text = str(error)
+        return kind(f"{type(error).__name__}{': ' if text else ''}{text}", path=path, line=line)
+
+    # -- what files of this scope get as `__import__` and `importlib.import_module`
+
+    def _import(
+        self,
+        name: str,
+        globals: Mapping[str, Any] | None = None,  # noqa: A002
+        locals: Mapping[str, Any] | None = None,  # noqa: A002
+        fromlist: Sequence[str] = (),
+        level: int = 0,
+    ) -> ModuleType:
+        if level == 0:
+            module = self._ours(name) or self._neighbour(name, globals)
+            if module is not None:
+                return module if fromlist else self._packages.get(name.partition(".")[0], module)
+        return builtins.__import__(name, globals, locals, fromlist, level)
+
+    def _import_module(self, name: str, package: str | None = None) -> ModuleType:
+        return self._ours(name) or importlib.import_module(name, package)
+
+    def _ours(self, name: str) -> ModuleType | None:
+        """Return the substitute for a name, or the package through which substitutes are reached."""
+        if name == "importlib":
+            return self._importlib
+        return self._packages.get(name) or self._substitute(name)
+
+    def _package(self, name: str) -> ModuleType:
+        package = ModuleType(name)
+
+        def attribute(child: str) -> object:
+            substitute = self._substitute(f"{name}.{child}")
+            if substitute is not None:
+                return substitute
+            real = importlib.import_module(name)
+            if not hasattr(real, child) and find_spec(f"{name}.{child}"):
+                return importlib.import_module(f"{name}.{child}")
+            return getattr(real, child)
+
+        package.__dict__["__getattr__"] = attribute
+        return package
+
+    def _neighbour(self, name: str, importer: Mapping[str, Any] | None) -> ModuleType | None:
+        """Return the module in a file beside the importing one, executed once in this scope."""
+        if "." in name or name in sys.stdlib_module_names or not (importer or {}).get("__file__"):
+            return None
+        path = Path(importer["__file__"]).with_name(f"{name}.py")  # type: ignore[index]
+        if path not in self._neighbours and path.is_file():
+            self._neighbours[path] = ModuleType(name)  # known at once, for modules that import each other
+            try:
+                self.run(path, self._neighbours[path])
+            except BaseException:
+                del self._neighbours[path]
+                raise
+        return self._neighbours.get(path)

@@ -1,0 +1,300 @@
+"""One step after another: who sees what when, and what comes from outside."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, Literal
+
+import pytest
+
+import nrp_core.dsl as nrp
+from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.cle import ClosedLoop
+from nrp_core.clock import NS_PER_MS
+from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.errors import LifecycleError, TimestepError, TopicError
+from nrp_core.world.messages.std_msgs import Float64, String
+
+PERIOD = 20 * NS_PER_MS
+
+
+class ListeningBrain(MockBrain):
+    """Keeps what arrives at its neurons."""
+
+    def __init__(self) -> None:
+        super().__init__({"cells": 2})
+        self.arrivals_ms: list[float] = []
+
+    def _do_inject(self, events: SynapticEvents) -> None:
+        self.arrivals_ms += events.times_ms.tolist()
+
+
+def loop_of(*functions: nrp.TransferFunction, brain: MockBrain | None = None, **options: Any) -> ClosedLoop:
+    brain = MockBrain({"cells": 2}) if brain is None else brain
+    world = MockWorld({"/in": Float64, "/out": Float64})
+    return ClosedLoop(brain, world, functions, period_ns=PERIOD, **options)
+
+
+@pytest.mark.parametrize(("tf_time", "times"), [("end", [0.02, 0.04]), ("start", [0.0, 0.02])])
+def test_functions_are_told_the_end_or_the_start_of_the_step(
+    tf_time: Literal["end", "start"], times: list[float]
+) -> None:
+    told: list[float] = []
+
+    @nrp.Robot2Neuron()
+    def f(t: float) -> None:
+        told.append(t)
+
+    loop_of(f, tf_time=tf_time).run_until(2 * PERIOD)
+    assert told == times
+
+
+def test_functions_see_both_sides_at_the_end_of_the_step() -> None:
+    seen: list[tuple[int, int, list[float]]] = []
+
+    @nrp.MapSpikeSink("spikes", nrp.brain.cells, nrp.spike_recorder)
+    @nrp.Neuron2Robot()
+    def f(t: float, spikes: Any) -> None:
+        seen.append((loop.brain.now_ns, loop.world.now_ns, spikes.times[:, 1].tolist()))
+
+    brain = MockBrain({"cells": 2})
+    loop = loop_of(f, brain=brain)
+    brain.fire([0, 1], [1.0, 20.0])
+    loop.run_until(2 * PERIOD)
+    assert seen == [(PERIOD, PERIOD, [1.0, 20.0]), (2 * PERIOD, 2 * PERIOD, [])]
+
+
+@pytest.mark.parametrize("concurrent", [True, False])
+def test_what_a_function_writes_acts_from_the_next_step_on(concurrent: bool) -> None:
+    @nrp.MapSpikeSource("x", nrp.brain.cells[0], nrp.fixed_frequency, delay=0.0)
+    @nrp.Robot2Neuron()
+    def f(t: float, x: Any) -> None:
+        x.rate = 100.0
+
+    brain = ListeningBrain()
+    with loop_of(f, brain=brain, concurrent=concurrent) as loop:
+        loop.run_until(3 * PERIOD)
+    assert brain.arrivals_ms == [30.0, 40.0, 50.0, 60.0]
+
+
+def test_a_message_from_a_function_reaches_the_next_function_and_the_one_before_a_step_later() -> None:
+    early: list[Any] = []
+    late: list[Any] = []
+
+    @nrp.MapRobotSubscriber("x", "/x")
+    @nrp.Neuron2Robot()
+    def before(t: float, x: Any) -> None:
+        early.append((x.value and x.value.data, x.changed))
+
+    @nrp.Neuron2Robot(nrp.Topic("/x", Float64))
+    def sends(t: float) -> Float64:
+        return Float64(round(t / 0.02))
+
+    @nrp.MapRobotSubscriber("x", "/x")
+    @nrp.Neuron2Robot()
+    def after(t: float, x: Any) -> None:
+        late.append((x.value.data, x.changed))
+
+    loop_of(before, sends, after).run_until(3 * PERIOD)
+    assert early == [(None, False), (1, True), (2, True)]
+    assert late == [(1, True), (2, True), (3, True)]
+
+
+def test_higher_priority_runs_first_and_equals_run_in_the_order_given() -> None:
+    ran: list[str] = []
+
+    def named(name: str, priority: int) -> nrp.TransferFunction:
+        def f(t: float) -> None:
+            ran.append(name)
+
+        f.__name__ = name
+        return nrp.Robot2Neuron(priority=priority)(f)
+
+    functions = [named("a", 0), named("b", 5), named("c", 0), named("d", -1), named("e", 5)]
+    loop = loop_of(*functions)
+    loop.step()
+    assert ran == ["b", "e", "a", "c", "d"]
+    assert [function.name for function in loop.functions] == ran
+
+
+def test_a_throttled_function_keeps_its_rate() -> None:
+    ran: list[float] = []
+
+    @nrp.Robot2Neuron(throttling_rate=30)
+    def f(t: float) -> None:
+        ran.append(t)
+
+    loop_of(f).run_until(100 * PERIOD)
+    assert len(ran) == 60
+    assert ran[0] == 0.02
+
+
+def test_variables_are_shared_within_a_loop_and_not_between_loops() -> None:
+    @nrp.MapVariable("n", initial_value=0, scope=nrp.GLOBAL)
+    @nrp.Robot2Neuron()
+    def count(t: float, n: Any) -> None:
+        n.value += 1
+
+    @nrp.MapVariable("n", scope=nrp.GLOBAL)
+    @nrp.Robot2Neuron()
+    def also(t: float, n: Any) -> None:
+        n.value += 10
+
+    @nrp.MapVariable("n", initial_value=0, scope=nrp.GLOBAL)
+    @nrp.Robot2Neuron()
+    def elsewhere(t: float, n: Any) -> None: ...
+
+    first, second = loop_of(count, also), loop_of(elsewhere)
+    first.run_until(2 * PERIOD)
+    second.step()
+    assert count.n.value == 22
+    assert elsewhere.n.value == 0
+
+
+def test_a_function_belongs_to_one_loop_until_it_is_closed() -> None:
+    @nrp.Robot2Neuron()
+    def f(t: float) -> None: ...
+
+    with loop_of(f), pytest.raises(LifecycleError, match="bound already"):
+        loop_of(f)
+    loop_of(f).step()
+
+
+def test_loops_in_threads_do_not_disturb_each_other() -> None:
+    told: dict[int, list[float]] = {}
+
+    def run(i: int) -> None:
+        told[i] = []
+
+        @nrp.Robot2Neuron()
+        def f(t: float) -> None:
+            told[i].append(t)
+
+        with loop_of(f) as loop:
+            loop.run_until((i + 1) * PERIOD)
+
+    threads = [threading.Thread(target=run, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert {i: len(times) for i, times in told.items()} == {0: 1, 1: 2, 2: 3, 3: 4}
+
+
+# -- from outside
+
+
+def test_a_message_published_by_a_thread_is_delivered_before_the_next_step() -> None:
+    loop = loop_of()
+    world = loop.world
+    assert isinstance(world, MockWorld)
+    thread = threading.Thread(target=loop.publish, args=("/in", Float64(3.0)))
+    thread.start()
+    thread.join()
+    assert world.sent("/in") == []
+    loop.hooks.before_step.append(lambda _: world.put("/out", Float64(len(world.sent("/in")))))
+    loop.step()
+    assert world.sent("/in") == [Float64(3.0)]
+    assert world.sent("/out") == [Float64(1)]
+
+
+def test_what_cannot_be_published_is_refused_at_once() -> None:
+    loop = loop_of()
+    with pytest.raises(TopicError, match="no topic '/inn'; did you mean '/in'"):
+        loop.publish("/inn", Float64(1.0))
+    with pytest.raises(TopicError, match="carries std_msgs/msg/Float64, not String"):
+        loop.publish("/in", String("1.0"))
+    loop.step()
+
+
+def test_hooks_are_called_at_their_moments() -> None:
+    moments: list[tuple[str, int]] = []
+
+    def note(what: str) -> None:
+        moments.append((what, loop.now_ns // PERIOD))
+
+    @nrp.Robot2Neuron()
+    def f(t: float) -> None:
+        note("function")
+
+    loop = loop_of(f)
+    loop.hooks.before_step.append(lambda _: note("before_step"))
+    loop.hooks.before_functions.append(lambda _: note("before_functions"))
+    loop.hooks.after_step.append(lambda _: note("after_step"))
+    loop.hooks.after_reset.append(lambda _: note("after_reset"))
+    loop.step()
+    loop.reset()
+    assert moments == [
+        ("before_step", 0), ("before_functions", 1), ("function", 1), ("after_step", 1), ("after_reset", 0)
+    ]  # fmt: skip
+
+
+def test_a_hook_can_end_the_run_and_it_can_go_on() -> None:
+    loop = loop_of()
+    loop.hooks.after_step.append(lambda loop: loop.stop() if loop.steps == 2 else None)
+    loop.run_until(5 * PERIOD)
+    assert (loop.steps, loop.now_ns) == (2, 2 * PERIOD)
+    loop.run_until(5 * PERIOD)
+    assert loop.steps == 5
+
+
+def test_reset_returns_to_the_beginning() -> None:
+    @nrp.MapSpikeSource("x", nrp.brain.cells[0], nrp.fixed_frequency, delay=0.0)
+    @nrp.MapVariable("n", initial_value=0)
+    @nrp.Robot2Neuron(throttling_rate=10)
+    def f(t: float, x: Any, n: Any) -> None:
+        n.value += 1
+        x.rate = 100.0
+
+    brain = ListeningBrain()
+    loop = loop_of(f, brain=brain)
+    loop.run_until(10 * PERIOD)
+    first, brain.arrivals_ms = brain.arrivals_ms, []
+    loop.publish("/in", Float64(1.0))
+    loop.reset()
+    assert (loop.now_ns, loop.steps, f.n.value, f.x.rate) == (0, 0, 0, 0.0)
+    loop.run_until(10 * PERIOD)
+    assert brain.arrivals_ms == first
+    assert isinstance(loop.world, MockWorld)
+    assert loop.world.sent("/in") == []
+
+
+def test_a_new_seed_reaches_both_sides() -> None:
+    loop = loop_of()
+    loop.reset(seed=9)
+    assert (loop.brain.seed, loop.world.seed) == (9, 9)
+
+
+# -- what cannot be
+
+
+def test_steps_that_do_not_divide_are_refused() -> None:
+    with pytest.raises(TimestepError, match=r"20 ms .* brain's step .3 ms. .* world's step .1 ms"):
+        loop_of(brain=MockBrain({}, step_ns=3 * NS_PER_MS))
+
+
+def test_a_time_between_steps_is_refused() -> None:
+    loop = loop_of()
+    with pytest.raises(TimestepError, match=r"0.03 s is not a whole number of steps of 20 ms after 0 s"):
+        loop.run_until(30 * NS_PER_MS)
+    assert loop.now_ns == 0
+
+
+def test_sides_at_different_times_are_refused() -> None:
+    brain = MockBrain({"cells": 1})
+    brain.run_until(PERIOD)
+    with pytest.raises(LifecycleError, match=r"not at 0.02 s and 0 s"):
+        loop_of(brain=brain)
+
+
+def test_closing_the_loop_gives_everything_back_and_leaves_the_sides_open() -> None:
+    @nrp.MapSpikeSource("x", nrp.brain.cells[0], nrp.poisson)
+    @nrp.Robot2Neuron()
+    def f(t: float, x: Any) -> None: ...
+
+    loop = loop_of(f)
+    loop.step()
+    loop.close()
+    assert not f.is_bound
+    assert loop.brain.devices == ()
+    loop.brain.run_until(2 * PERIOD)

@@ -1,0 +1,61 @@
+"""A transfer function is tested in three lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.rig import Rig
+from nrp_core.errors import TransferFunctionError
+
+Load = Callable[[str], list[TransferFunction]]
+
+EVERYTHING = """
+@nrp.MapSpikeSink("wheel", nrp.brain.actors[0], nrp.leaky_integrator_exp)
+@nrp.MapSpikeSink("rates", nrp.map_neurons(2, lambda i: nrp.brain.actors[i]), nrp.population_rate)
+@nrp.MapSpikeSink("spikes", nrp.brain.actors[3:], nrp.spike_recorder)
+@nrp.MapSpikeSource("eye", nrp.brain.sensors, nrp.poisson)
+@nrp.MapVariable("gain", initial_value=2.0)
+@nrp.Neuron2Robot(Topic("/arm", std_msgs.msg.Float64))
+def f(t, wheel, rates, spikes, eye, gain):
+    eye.rate = sum(rates.rate) + len(spikes.times)
+    return std_msgs.msg.Float64(gain.value * wheel.voltage)
+"""
+
+
+def test_set_what_it_sees_run_it_and_look_at_what_it_wrote(load: Load) -> None:
+    (function,) = load(EVERYTHING)
+    rig = Rig(function)
+    rig.set(wheel=0.5, rates=[10.0, 20.0], spikes=[3.0, 1.0], gain=4.0)
+    rig.run()
+    assert function.eye.rate == 32.0
+    assert rig.sent("/arm")[-1].data == 2.0
+    rig.run()
+    assert function.eye.rate == 30.0  # the spikes were of the step before
+
+
+def test_a_function_can_go_from_rig_to_rig(load: Load) -> None:
+    (function,) = load(EVERYTHING)
+    first = Rig(function)
+    first.set(wheel=0.5)
+    second = Rig(function)
+    second.run()
+    assert second.sent("/arm")[-1].data == 0.0
+    assert first.brain.devices == ()
+
+
+def test_what_the_function_does_not_read_cannot_be_set(load: Load) -> None:
+    (function,) = load(EVERYTHING)
+    rig = Rig(function)
+    with pytest.raises(TransferFunctionError, match="no parameter 'wheels'; did you mean 'wheel'"):
+        rig.set(wheels=1.0)
+    with pytest.raises(TransferFunctionError, match="reads no parameter 'eye'"):
+        rig.set(eye=1.0)
+
+
+def test_a_list_for_a_group_must_fit(load: Load) -> None:
+    (function,) = load(EVERYTHING)
+    with pytest.raises(ValueError, match="shorter"):
+        Rig(function).set(rates=[1.0])

@@ -1,0 +1,208 @@
+"""Topics as functions see them: the last message, whether it is new, and what may be sent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.messages import message_packages, message_type
+from nrp_core.dsl.mocks import MockWorld
+from nrp_core.dsl.rig import Rig
+from nrp_core.dsl.topics import SubscribedTopic, Topic
+from nrp_core.errors import TopicError
+from nrp_core.world.messages.geometry_msgs import Twist
+from nrp_core.world.messages.std_msgs import Float64
+
+Load = Callable[[str], list[TransferFunction]]
+
+READS = """
+@nrp.MapRobotSubscriber("x", Topic("/x", "std_msgs/Float64"))
+@nrp.Robot2Neuron({})
+def f(t, x):
+    return x.value, x.changed
+"""
+
+
+def subscribed(initial: Any = None) -> tuple[MockWorld, SubscribedTopic]:
+    world = MockWorld({"/x": Float64})
+    return world, SubscribedTopic(world, Topic("/x"), initial)
+
+
+def test_before_the_first_message_the_value_is_none_or_what_was_asked_for() -> None:
+    _, topic = subscribed()
+    topic.refresh(0)
+    assert (topic.value, topic.changed) == (None, False)
+    assert subscribed(Float64(3.0))[1].value == Float64(3.0)
+
+
+def test_a_message_is_new_to_each_reader_once() -> None:
+    world, early = subscribed()
+    late = SubscribedTopic(world, Topic("/x"))
+    early.refresh(0)
+    world.put("/x", Float64(1.0))  # after the first reader looked, before the second does
+    late.refresh(0)
+    assert (late.value, late.changed) == (Float64(1.0), True)
+    early.refresh(20)
+    late.refresh(20)
+    assert (early.value, early.changed) == (Float64(1.0), True)
+    assert (late.value, late.changed) == (Float64(1.0), False)
+
+
+def test_two_equal_messages_are_two_changes() -> None:
+    world, topic = subscribed()
+    for _ in range(2):
+        world.put("/x", Float64(1.0))
+        topic.refresh(0)
+        assert topic.changed
+
+
+def test_what_came_between_two_runs_is_not_missed_by_a_rare_reader() -> None:
+    world, topic = subscribed()
+    world.put("/x", Float64(1.0))
+    world.run_until(20_000_000)
+    world.run_until(40_000_000)
+    topic.refresh(0)
+    assert topic.changed
+
+
+def test_the_value_stays_the_same_while_the_function_runs() -> None:
+    world, topic = subscribed()
+    topic.refresh(0)
+    world.put("/x", Float64(1.0))
+    assert (topic.value, topic.changed) == (None, False)
+
+
+def test_reset_forgets_the_value() -> None:
+    world, topic = subscribed(Float64(7.0))
+    world.put("/x", Float64(1.0))
+    topic.refresh(0)
+    world.reset()
+    topic.reset()
+    topic.refresh(0)
+    assert (topic.value, topic.changed) == (Float64(7.0), False)
+
+
+def test_a_function_triggered_by_a_topic_is_due_when_something_came(load: Load) -> None:
+    (function,) = load(READS.format("triggers='x'"))
+    rig = Rig(function)
+    assert not function.is_due(0)
+    rig.set(x=Float64(1.0))
+    assert function.is_due(0)
+    assert rig.run() == (Float64(1.0), True)
+    assert not function.is_due(20_000_000)
+
+
+def test_a_throttled_trigger_waits_for_its_period(load: Load) -> None:
+    (function,) = load(READS.format("triggers=['x'], throttling_rate=10"))
+    rig = Rig(function)
+    due = []
+    for k in range(10):
+        rig.set(x=Float64(1.0))
+        due.append(function.is_due(k * 20_000_000))
+        if due[-1]:
+            rig.run()
+    assert [k for k in range(10) if due[k]] == [0, 5]
+
+
+@pytest.mark.parametrize("result", ["3.0", "'fast'", "geometry_msgs.msg.Vector3()"])
+def test_a_return_value_of_another_type_is_refused_by_function_topic_and_type(
+    load: Load, result: str
+) -> None:
+    (function,) = load(
+        f"@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))\ndef drive(t): return {result}"
+    )
+    rig = Rig(function)
+    with pytest.raises(
+        TopicError, match="return value of 'drive': /husky/cmd_vel carries geometry_msgs"
+    ) as caught:
+        rig.run()
+    assert str(caught.value).startswith(f"{function.place}: ")
+    assert rig.sent("/husky/cmd_vel") == []
+
+
+def test_a_message_with_a_number_that_is_none_is_refused(load: Load) -> None:
+    (function,) = load(
+        "@nrp.Neuron2Robot(Topic('/cmd', 'geometry_msgs/Twist'))\n"
+        "def drive(t): return geometry_msgs.msg.Twist(geometry_msgs.msg.Vector3(float('nan'), 0, 0))"
+    )
+    with pytest.raises(TopicError, match=r"in geometry_msgs/msg/Twist, linear.x is nan"):
+        Rig(function).run()
+
+
+def test_none_is_not_sent_and_without_a_topic_nothing_is(load: Load) -> None:
+    functions = load(
+        """
+        @nrp.Neuron2Robot(Topic("/cmd", geometry_msgs.msg.Twist))
+        def nothing(t): return None
+        @nrp.Neuron2Robot()
+        def unused(t): return 5
+        """
+    )
+    rig = Rig(functions[0])
+    assert rig.run() is None
+    assert rig.sent("/cmd") == []
+    assert Rig(functions[1]).run() == 5
+
+
+def test_a_publisher_sends_as_often_as_it_is_told(load: Load) -> None:
+    (function,) = load(
+        """
+        @nrp.MapRobotPublisher("arm", Topic("/arm", std_msgs.msg.Float64), queue_size=1)
+        @nrp.Neuron2Robot()
+        def f(t, arm):
+            arm.send_message(std_msgs.msg.Float64(1))
+            arm.send_message(std_msgs.msg.Float64(2))
+        """
+    )
+    rig = Rig(function)
+    rig.run()
+    assert rig.sent("/arm") == [Float64(1), Float64(2)]
+
+
+def foreign(**attributes: Any) -> type:
+    return type("Twist", (), attributes)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        Twist,
+        "geometry_msgs/Twist",
+        "geometry_msgs/msg/Twist",
+        "geometry_msgs.msg.Twist",
+        foreign(_type="geometry_msgs/Twist"),
+        foreign(__msgtype__="geometry_msgs/msg/Twist"),
+        foreign(get_fields_and_field_types=dict, __module__="geometry_msgs.msg._twist"),
+    ],
+)
+def test_a_message_type_is_ours_however_it_is_named(given: object) -> None:
+    assert message_type(given) is Twist
+    assert Topic("/cmd", given).topic_type is Twist
+
+
+def test_any_other_class_is_a_message_type_of_its_own() -> None:
+    assert message_type(SimpleNamespace) is SimpleNamespace
+
+
+def test_every_message_class_is_found_under_its_ros_name() -> None:
+    for package, module in message_packages().items():
+        types = [value for value in vars(module.msg).values() if isinstance(value, type)]
+        assert types, package
+        for type_ in types:
+            assert message_type(f"{package}/{type_.__name__}") is type_
+
+
+def test_reports_show_arrays_by_shape(load: Load) -> None:
+    (function,) = load(
+        "@nrp.MapRobotSubscriber('camera', Topic('/c', 'sensor_msgs/Image'))\ndef f(t, camera): pass"
+    )
+    rig = Rig(function)
+    pixels = np.zeros((240, 320, 3), np.uint8)
+    rig.set(camera=message_type("sensor_msgs/Image")(height=240, width=320, data=pixels))
+    rig.run()
+    assert "data=uint8 array of shape (240, 320, 3)" in function.inputs()["camera"]
