@@ -60,6 +60,11 @@ def time_ns(value: object) -> int:
     return int(exact)
 
 
+def length_m(value: object) -> float:
+    """Read a length; a number without a unit is in metres."""
+    return float(parse(value, _LENGTH, "a length", bare="m"))
+
+
 def _positive(t_ns: int) -> int:
     if t_ns <= 0:
         raise ValueError(f"must be more than 0, not {t_ns} ns")
@@ -88,7 +93,7 @@ TimeNs = Annotated[int, BeforeValidator(lambda v: _not_negative(time_ns(v))), _T
 """A time from 0 on, kept in nanoseconds."""
 RateHz = Annotated[float, _number(_RATE, "a rate", "Hz"), _schema("30 Hz", "a rate: Hz, kHz")]
 """A rate, kept in Hz."""
-LengthM = Annotated[float, _number(_LENGTH, "a length", "m"), _schema("1.2 m", "a length: mm, cm, m, km")]
+LengthM = Annotated[float, BeforeValidator(length_m), _schema("1.2 m", "a length: mm, cm, m, km")]
 """A length, kept in metres."""
 AngleRad = Annotated[float, _number(_ANGLE, "an angle", "rad"), _schema("90 deg", "an angle: rad, deg")]
 """An angle, kept in radians."""

@@ -20,7 +20,14 @@ from types import TracebackType
 from typing import Any, Self, final
 
 from nrp_core.clock import seconds
-from nrp_core.errors import LifecycleError, NrpError, SimulationError, SnapshotError
+from nrp_core.errors import (
+    CapabilityError,
+    ExperimentError,
+    LifecycleError,
+    NrpError,
+    SimulationError,
+    SnapshotError,
+)
 
 INTERFACE_VERSION = 1
 """Version of the backend interfaces; a backend class carries it as ``interface_version``."""
@@ -192,9 +199,14 @@ class Simulation(ABC):
 
     @contextmanager
     def _guarded(self, what: str) -> Iterator[None]:
-        """Turn whatever a backend raises into one of our errors and mark the simulation failed."""
+        """Turn whatever a backend raises into one of our errors and mark the simulation failed.
+
+        A request that cannot be met is refused before anything is done, and so it breaks nothing.
+        """
         try:
             yield
+        except (CapabilityError, ExperimentError):
+            raise
         except BaseException as error:
             self._state = State.FAILED
             if isinstance(error, NrpError) or not isinstance(error, Exception):

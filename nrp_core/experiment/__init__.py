@@ -1,1 +1,4 @@
-"""..."""
+"""Experiments: read one from a file, check it, run it, and judge what came of it.
+
+``find`` reads, ``validate`` checks, ``run`` runs; ``model`` and ``happenings`` say what a file can hold.
+"""

@@ -8,7 +8,8 @@ all backends, by the parts in :mod:`nrp_core.world.parts`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
@@ -20,6 +21,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
 from nrp_core.clock import SampleSchedule, milliseconds
+from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, TimestepError, TopicError, did_you_mean
 from nrp_core.simulation import INTERFACE_VERSION, Determinism, Simulation
 from nrp_core.world.messages.base import type_name
@@ -56,6 +58,15 @@ class WorldCapabilities:
     releases_gil: bool = False
 
 
+@dataclass(slots=True)
+class _Sampling:
+    """A topic with a rate that somebody listens to, and when its next sample is due."""
+
+    schedule: SampleSchedule
+    subscriptions: list[Subscription]
+    due_ns: int = 0
+
+
 class World(Simulation, Engine):
     """A scene in a physics engine, at a time.
 
@@ -76,9 +87,15 @@ class World(Simulation, Engine):
         self._parts: dict[str, Part] = {}
         self._topics: dict[str, TopicInfo] = {}
         self._aliases: dict[str, str] = {}
-        self._rated: dict[str, tuple[SampleSchedule, list[Subscription]]] = {}
+        self._rated: dict[str, _Sampling] = {}
         self._bus: dict[str, list[Subscription]] = {}
+        self._subscriptions: list[Subscription] = []
+        self._observers: list[Callable[[str, Stamped], None]] = []
+        self._movable = [model.name for model in scene.models if not model.static]
         self._all_parts = parts_of(scene, self)
+        self._timed_parts = [
+            part for part in self._all_parts if type(part).at_deadline is not Part.at_deadline
+        ]
         for part in self._all_parts:
             for topic in part.topics:
                 self._serve(topic, part)
@@ -92,15 +109,21 @@ class World(Simulation, Engine):
         return MappingProxyType({**self._topics, **aliases})
 
     def add_alias(self, alias: str, topic: str) -> None:
-        """Serve a topic under one more name."""
-        if alias in self._topics:
-            raise TopicError(f"the alias '{alias}' is the name of a topic already")
+        """Serve a topic under one more name.
+
+        Raises:
+            TopicError: the name is taken, or there is no such topic.
+        """
+        self._require_free(alias)
         self._aliases[alias] = self._info(topic).name
 
     def declare(self, name: str, type_: type) -> None:
-        """Add a topic of the user's own, which only carries what is published on it."""
-        if name in self._topics or name in self._aliases:
-            raise TopicError(f"there is a topic '{name}' already")
+        """Add a topic of the user's own, which only carries what is published on it.
+
+        Raises:
+            TopicError: the name is taken.
+        """
+        self._require_free(name)
         self._topics[name] = TopicInfo(name, type_, Direction.BOTH, what="declared by the experiment")
         self._bus[name] = []
 
@@ -123,21 +146,32 @@ class World(Simulation, Engine):
             subscription = Subscription(info, depth, partial(self._read_now, info.name))
         else:
             subscription = Subscription(info, depth)
-            step_ns = self.capabilities.step_ns
-            schedule = SampleSchedule.of(info.rate_hz, step_ns)
-            self._rated.setdefault(info.name, (schedule, []))[1].append(subscription)
+            if info.name not in self._rated:
+                schedule = SampleSchedule.of(info.rate_hz, self.capabilities.step_ns)
+                self._rated[info.name] = _Sampling(schedule, [])
+                self._plan_samples()
+            self._rated[info.name].subscriptions.append(subscription)
+        self._subscriptions.append(subscription)
         return subscription
 
     @final
     def unsubscribe(self, subscription: Subscription) -> None:
         """End a subscription; a topic that nobody reads costs nothing."""
+        if subscription not in self._subscriptions:
+            return
         name = subscription.topic.name
+        self._subscriptions.remove(subscription)
         if name in self._rated:
-            self._rated[name][1].remove(subscription)
-            if not self._rated[name][1]:
+            self._rated[name].subscriptions.remove(subscription)
+            if not self._rated[name].subscriptions:
                 del self._rated[name]
         elif name in self._bus:
             self._bus[name].remove(subscription)
+
+    @property
+    def subscribed(self) -> frozenset[str]:
+        """The topics that somebody listens to, never by an alias."""
+        return frozenset(subscription.topic.name for subscription in self._subscriptions)
 
     @final
     def advertise(self, topic: str) -> Publication:
@@ -148,6 +182,22 @@ class World(Simulation, Engine):
         """
         info = self._require(topic, Direction.IN)
         return Publication(replace(info, name=topic), partial(self._deliver, info.name))
+
+    @final
+    def add_observer(self, observer: Callable[[str, Stamped], None]) -> None:
+        """Show an observer every message that anybody publishes, with its topic (never an alias)."""
+        self._observers.append(observer)
+
+    @final
+    def remove_observer(self, observer: Callable[[str, Stamped], None]) -> None:
+        """Show an observer nothing more."""
+        self._observers.remove(observer)
+
+    def _require_free(self, name: str) -> None:
+        if not name.startswith("/"):
+            raise TopicError(f"the names of topics are absolute: '/{name}', not '{name}'")
+        if name in self._topics or name in self._aliases:
+            raise TopicError(f"there is a topic '{name}' already")
 
     def _info(self, topic: str) -> TopicInfo:
         name = self._aliases.get(topic, topic)
@@ -172,11 +222,14 @@ class World(Simulation, Engine):
     def _deliver(self, name: str, message: Any) -> None:
         self._require_ready()
         if name in self._bus:
+            sent = Stamped(self._now_ns, deepcopy(message))  # the sender may go on using its message
             for subscription in self._bus[name]:
-                subscription.push(Stamped(self._now_ns, message))
+                subscription.push(sent)
         else:
             with self._guarded(f"take a message on {name}"):
                 self._parts[name].write(name, message, self._now_ns)
+        for observer in self._observers:
+            observer(name, Stamped(self._now_ns, message))
 
     def _read_now(self, name: str) -> Stamped:
         self._require_open()
@@ -197,7 +250,7 @@ class World(Simulation, Engine):
             stop_ns = self._next_stop(t_ns)
             self._do_advance((stop_ns - self._at_ns) // step_ns)
             self._at_ns = stop_ns
-            for part in self._all_parts:
+            for part in self._timed_parts:
                 deadline_ns = part.deadline_ns
                 if deadline_ns is not None and deadline_ns <= stop_ns:
                     part.at_deadline(stop_ns)
@@ -207,9 +260,9 @@ class World(Simulation, Engine):
     def _next_stop(self, t_ns: int) -> int:
         step_ns = self.capabilities.step_ns
         stop_ns = t_ns
-        for schedule, _ in self._rated.values():
-            stop_ns = min(stop_ns, schedule.next_after(self._at_ns))
-        for part in self._all_parts:
+        for sampling in self._rated.values():
+            stop_ns = min(stop_ns, sampling.due_ns)
+        for part in self._timed_parts:
             if part.deadline_ns is not None:
                 on_grid_ns = -(-part.deadline_ns // step_ns) * step_ns
                 stop_ns = min(stop_ns, max(on_grid_ns, self._at_ns + step_ns))
@@ -218,47 +271,58 @@ class World(Simulation, Engine):
     def _sample(self) -> None:
         """Take every sample that is due now and somebody listens to."""
         at_ns = self._at_ns
-        for name, (schedule, subscriptions) in self._rated.items():
-            if at_ns == 0 or schedule.next_after(at_ns - 1) == at_ns:
+        for name, sampling in self._rated.items():
+            if sampling.due_ns == at_ns:
                 stamped = Stamped(at_ns, self._parts[name].read(name, at_ns))
-                for subscription in subscriptions:
+                for subscription in sampling.subscriptions:
                     subscription.push(stamped)
+                sampling.due_ns = sampling.schedule.next_after(at_ns)
+
+    def _plan_samples(self) -> None:
+        """Find when each sample is due next, from the time alone."""
+        for sampling in self._rated.values():
+            sampling.due_ns = sampling.schedule.next_after(self._at_ns) if self._started else 0
 
     def _check_finite(self, t_ns: int) -> None:
-        for model in self.scene.models:
-            if not model.static and not all(map(isfinite, self.model_motion(model.name).pose.position)):
-                raise DivergedError(f"model '{model.name}' is nowhere: its position is not finite", t_ns=t_ns)
+        for model in self._movable:
+            if not all(map(isfinite, self.model_motion(model).pose.position)):
+                raise DivergedError(f"model '{model}' is nowhere: its position is not finite", t_ns=t_ns)
 
     def _reset(self) -> None:
         self._at_ns = 0
         self._started = False
-        for _, subscriptions in self._rated.values():
-            for subscription in subscriptions:
-                subscription.clear()
-        for listeners in self._bus.values():
-            for subscription in listeners:
-                subscription.clear()
+        self._plan_samples()
+        for subscription in self._subscriptions:
+            subscription.clear()
         self._do_reset(self._seed)
         for part in self._all_parts:
             part.reset()
 
     def _save(self) -> object:
         self._require_snapshot()
-        samples = {name: [s.kept() for s in subs] for name, (_, subs) in self._rated.items()}
+        kept = [(subscription.topic.name, subscription.kept()) for subscription in self._subscriptions]
         parts = [part.save() for part in self._all_parts]
-        return self._seed, self._at_ns, self._started, samples, parts, self._do_save()
+        return self._seed, self._at_ns, self._started, kept, parts, self._do_save()
 
     def _load(self, saved: Any) -> None:
         self._require_snapshot()
-        self._seed, self._at_ns, self._started, samples, parts, state = saved
+        self._seed, self._at_ns, self._started, kept, parts, state = saved
+        self._plan_samples()
         self._do_restore(state)
         for part, state_of in zip(self._all_parts, parts, strict=True):
             part.restore(state_of)
-        for name, (_, subscriptions) in self._rated.items():
-            for subscription, kept in zip(subscriptions, samples.get(name, ()), strict=False):
-                subscription.clear()
-                for stamped in kept:
-                    subscription.push(stamped)
+        self._refill(kept)
+
+    def _refill(self, kept: list[tuple[str, list[Stamped]]]) -> None:
+        """Give subscriptions back what they held; the n-th one of a topic gets what the n-th one held."""
+        saved: dict[str, list[list[Stamped]]] = {}
+        for name, messages in kept:
+            saved.setdefault(name, []).append(messages)
+        for subscription in self._subscriptions:
+            subscription.clear()
+            queue = saved.get(subscription.topic.name)
+            for stamped in queue.pop(0) if queue else ():
+                subscription.push(stamped)
 
     def _require_snapshot(self) -> None:
         if not self.capabilities.snapshot:
@@ -341,6 +405,10 @@ class WorldBackend(ABC):
     @abstractmethod
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         """Return what the backend has under these options; does not load the engine."""
+
+    def diagnose(self) -> list[Diagnosis]:
+        """Look at this machine for what the backend needs; may load the engine."""
+        return []
 
     @abstractmethod
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:

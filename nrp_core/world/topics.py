@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import posixpath
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -108,6 +109,11 @@ class Publication:
         """
         check_message(self.topic, message)
         self._deliver(message)
+
+
+def resolve_name(name: str, namespace: str) -> str:
+    """Return the absolute name of a topic: a relative one lies below the namespace, as in ROS."""
+    return posixpath.normpath(posixpath.join("/", namespace, name.removeprefix("~/")))
 
 
 def check_message(topic: TopicInfo, message: Any) -> None:

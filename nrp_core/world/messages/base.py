@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from functools import lru_cache
+from math import inf
+from typing import Any, TypeVar, cast, get_type_hints
 
 import numpy as np
 
@@ -67,21 +69,73 @@ class Time:
 TIME_ZERO = Time()
 
 
-def invalid_field(value: Any, path: str = "") -> str | None:
-    """Return what is wrong with the numbers in a message, or None.
+@message("builtin_interfaces/msg/Duration")
+@dataclass(slots=True)
+class Duration:
+    """A span of time."""
 
-    A float field must hold a finite number; nested messages are looked into, arrays are not (a laser's
-    range may be infinite).
+    sec: int = 0
+    nanosec: int = 0
+
+
+def invalid_field(value: Any, path: str = "") -> str | None:
+    """Return what is wrong with the fields of a message, or None.
+
+    A float field must hold a finite number, other plain fields what they are declared as. Nested messages
+    and lists of them are looked into, arrays are not (a laser's range may be infinite).
     """
-    for spec in dataclasses.fields(value):
-        item, name = getattr(value, spec.name), f"{path}{spec.name}"
-        if dataclasses.is_dataclass(item):
-            wrong = invalid_field(item, f"{name}.")
-            if wrong:
-                return wrong
-        elif spec.type in (float, "float"):
-            if not isinstance(item, (int, float, np.integer, np.floating)):
-                return f"{name} must be a number, not {item!r}"
-            if not np.isfinite(item):
-                return f"{name} is {item}"
+    cls: type = type(value)
+    for field, kind in _fields(cls):
+        item, name = getattr(value, field), f"{path}{field}"
+        if dataclasses.is_dataclass(kind):
+            wrong = _invalid_message(item, kind, name)
+        elif isinstance(item, list):
+            wrong = _first(invalid_field(m, f"{name}[{i}].") for i, m in enumerate(item) if _is_message(m))
+        else:
+            wrong = _invalid_value(item, kind, name)
+        if wrong:
+            return wrong
     return None
+
+
+_PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
+    float: ((int, float, np.integer, np.floating), "a number"),
+    int: ((int, np.integer), "a whole number"),
+    bool: ((bool, int, np.bool_), "true or false"),
+    str: ((str,), "a text"),
+}
+
+
+def _invalid_value(item: Any, kind: Any, name: str) -> str | None:
+    accepted, what = _PLAIN.get(kind, ((object,), ""))
+    if not isinstance(item, accepted):
+        return f"{name} must be {what}, not {item!r:.40}"
+    return f"{name} is {item}" if kind is float and not -inf < cast("float", item) < inf else None
+
+
+def _invalid_message(item: Any, kind: Any, name: str) -> str | None:
+    if not isinstance(item, kind) and type_name(type(item)) != type_name(kind):
+        return f"{name} must be a {type_name(kind)}, not {item!r:.40}"
+    return invalid_field(item, f"{name}.")
+
+
+def _is_message(item: Any) -> bool:
+    return dataclasses.is_dataclass(item) and not isinstance(item, type)
+
+
+def _first(found: Iterable[str | None]) -> str | None:
+    return next(filter(None, found), None)
+
+
+@lru_cache(maxsize=256)
+def _fields(cls: type) -> tuple[tuple[str, Any], ...]:
+    """Return names and declared types of the fields of a message class."""
+    try:
+        hints = get_type_hints(cls)
+    except (NameError, TypeError):  # written in a file whose names are gone: what is plain is still known
+        hints = {}
+    plain = {kind.__name__: kind for kind in _PLAIN}
+    return tuple(
+        (spec.name, hints.get(spec.name) or plain.get(str(spec.type), spec.type))
+        for spec in dataclasses.fields(cls)
+    )

@@ -33,6 +33,16 @@ class Image:
     data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
 
 
+@message("sensor_msgs/msg/CompressedImage")
+@dataclass(slots=True)
+class CompressedImage:
+    """A picture as the bytes of an image file; ``format`` names the kind, ``jpeg`` or ``png``."""
+
+    header: Header = field(default_factory=Header)
+    format: str = ""
+    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+
+
 def _no_floats() -> npt.NDArray[np.float64]:
     return np.empty(0)
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+import numpy.typing as npt
+
 from nrp_core.world.messages.base import Time, message
 
 
@@ -65,3 +68,35 @@ class ColorRGBA:
     g: float = 0.0
     b: float = 0.0
     a: float = 1.0
+
+
+@message("std_msgs/msg/MultiArrayDimension")
+@dataclass(slots=True)
+class MultiArrayDimension:
+    """Name and extent of one axis of an array; ``stride`` counts the elements from this axis on."""
+
+    label: str = ""
+    size: int = 0
+    stride: int = 0
+
+
+@message("std_msgs/msg/MultiArrayLayout")
+@dataclass(slots=True)
+class MultiArrayLayout:
+    """How an array lies in memory, outermost axis first; without axes it is a plain list."""
+
+    dim: list[MultiArrayDimension] = field(default_factory=list)
+    data_offset: int = 0
+
+
+def _no_floats() -> npt.NDArray[np.float64]:
+    return np.empty(0)
+
+
+@message("std_msgs/msg/Float64MultiArray")
+@dataclass(slots=True)
+class Float64MultiArray:
+    """Numbers, with a layout where they are more than a list."""
+
+    layout: MultiArrayLayout = field(default_factory=MultiArrayLayout)
+    data: npt.NDArray[np.float64] = field(default_factory=_no_floats)

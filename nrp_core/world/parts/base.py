@@ -22,6 +22,15 @@ class ModelMotion:
     linear: Vector = (0.0, 0.0, 0.0)
     angular: Vector = (0.0, 0.0, 0.0)
 
+    def at(self, offset: Pose) -> ModelMotion:
+        """Return how a frame moves that is rigidly held at ``offset`` in this one."""
+        pose = self.pose @ offset
+        x, y, z = (there - here for there, here in zip(pose.position, self.pose.position, strict=True))
+        vx, vy, vz = self.linear
+        wx, wy, wz = self.angular
+        linear = (vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)
+        return ModelMotion(pose, linear, self.angular)
+
 
 @dataclass(frozen=True, slots=True)
 class BodyVelocity:

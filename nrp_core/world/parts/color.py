@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from nrp_core.errors import TopicError
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.parts.base import Engine, Part
 from nrp_core.world.scene.model import Rgba
@@ -23,7 +24,10 @@ class ColorPart(Part):
         return ColorRGBA(*self._rgba)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        self._set((float(message.r), float(message.g), float(message.b), float(message.a)))
+        rgba = (float(message.r), float(message.g), float(message.b), float(message.a))
+        if not all(0 <= channel <= 1 for channel in rgba):
+            raise TopicError(f"{topic}: each channel of a colour is from 0 to 1, not {rgba}")
+        self._set(rgba)
 
     def reset(self) -> None:
         self._set(self._initial)

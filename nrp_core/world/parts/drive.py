@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 from nrp_core.clock import from_seconds
@@ -31,8 +32,9 @@ class DrivePart(Part):
 
     def __init__(self, drive: WheelDrive, model: Model, engine: Engine) -> None:
         self._drive, self._model, self._engine = drive, model.name, engine
+        self._frame = f"{model.name}/{model.links[0].name}"
         self._home = model.pose.inverse()
-        self._timeout_ns = from_seconds(drive.timeout)
+        self._timeout_ns = from_seconds(drive.timeout) if isfinite(drive.timeout) else None
         command = TopicInfo(
             drive.command_topic, Twist, Direction.IN, what=f"velocity command of {model.name}"
         )
@@ -49,7 +51,7 @@ class DrivePart(Part):
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         self._aim(BodyVelocity(forward=float(message.linear.x), turn=float(message.angular.z)))
-        self.deadline_ns = now_ns + self._timeout_ns
+        self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
 
     def at_deadline(self, now_ns: int) -> None:
         self._aim(BodyVelocity())
@@ -77,13 +79,12 @@ class DrivePart(Part):
 
     def _odometry(self, now_ns: int) -> Odometry:
         motion = self._engine.model_motion(self._model)
-        pose = self._home @ motion.pose
-        forward, left, up = motion.pose.inverse().rotate(motion.linear)
+        pose, to_body = self._home @ motion.pose, motion.pose.inverse()
         place = Pose(Point(*pose.position), Quaternion(*pose.orientation))
-        moving = Twist(Vector3(forward, left, up), Vector3(*motion.angular))
-        header = Header(Time.from_ns(now_ns), "odom")
-        child = f"{self._model}/base_link"
-        return Odometry(header, child, PoseWithCovariance(place), TwistWithCovariance(moving))
+        linear, angular = to_body.rotate(motion.linear), to_body.rotate(motion.angular)
+        moving = Twist(Vector3(*linear), Vector3(*angular))
+        header = Header(Time.from_ns(now_ns), f"{self._model}/odom")
+        return Odometry(header, self._frame, PoseWithCovariance(place), TwistWithCovariance(moving))
 
     def _wheel_speeds(self) -> WheelSpeeds:
         joints = self._engine.joint_states(self._model)

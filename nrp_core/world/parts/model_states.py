@@ -21,10 +21,10 @@ class ModelStatesPart(Part):
     def __init__(self, scene: Scene, engine: Engine) -> None:
         self._engine = engine
         self._names = [model.name for model in scene.models]
-        self._still = {m.name: _state(ModelMotion(m.pose)) for m in scene.models if m.static}
+        self._still = {m.name: state_messages(ModelMotion(m.pose)) for m in scene.models if m.static}
 
     def read(self, topic: str, now_ns: int) -> ModelStates:
-        states = [self._still.get(n) or _state(self._engine.model_motion(n)) for n in self._names]
+        states = [self._still.get(n) or state_messages(self._engine.model_motion(n)) for n in self._names]
         return ModelStates(list(self._names), [pose for pose, _ in states], [twist for _, twist in states])
 
 
@@ -34,6 +34,7 @@ def pose_message(motion: ModelMotion) -> geometry_msgs.Pose:
     return geometry_msgs.Pose(position, geometry_msgs.Quaternion(*motion.pose.orientation))
 
 
-def _state(motion: ModelMotion) -> tuple[geometry_msgs.Pose, geometry_msgs.Twist]:
+def state_messages(motion: ModelMotion) -> tuple[geometry_msgs.Pose, geometry_msgs.Twist]:
+    """Return pose and velocity of a motion as messages."""
     linear = geometry_msgs.Vector3(*motion.linear)
     return pose_message(motion), geometry_msgs.Twist(linear, geometry_msgs.Vector3(*motion.angular))

@@ -1,1 +1,5 @@
-"""Robots and rooms as data."""
+"""Robots and rooms as data, and what reads them from files.
+
+:mod:`~nrp_core.world.scene.model` is the data; :func:`~nrp_core.world.scene.sdf.read_model` and
+:func:`~nrp_core.world.scene.sdf.read_scene` read SDF and URDF. The other modules here serve both formats.
+"""

@@ -14,9 +14,13 @@ from math import inf
 from pathlib import Path
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.scene.checks import check_model, check_unique
 from nrp_core.world.scene.pose import Pose, Vector
 
 Rgba = tuple[float, float, float, float]
+
+DEFAULT_RGBA: Rgba = (0.7, 0.7, 0.7, 1.0)
+UNIT_INERTIA = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +78,7 @@ class Visual:
     name: str
     geometry: Geometry
     pose: Pose = Pose()
-    rgba: Rgba = (0.7, 0.7, 0.7, 1.0)
+    rgba: Rgba = DEFAULT_RGBA
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +93,14 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class Inertial:
-    """Mass (kg), centre of mass and inertia about it (ixx, iyy, izz, ixy, ixz, iyz in kg m^2)."""
+    """Mass (kg), centre of mass and inertia about it (ixx, iyy, izz, ixy, ixz, iyz in kg m^2).
+
+    ``pose`` is in the frame of the link; the inertia is along the axes of ``pose``.
+    """
 
     mass: float
     pose: Pose = Pose()
-    inertia: tuple[float, float, float, float, float, float] = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+    inertia: tuple[float, float, float, float, float, float] = UNIT_INERTIA
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,11 +178,11 @@ class WheelDrive:
     Args:
         name: of the plugin.
         command_topic, odometry_topic, wheel_speeds_topic: absolute; None where there is none.
-        left, right: names of the wheel joints.
+        left, right: names of the wheel joints, back to front.
         separation: effective distance of left and right wheels, m.
         wheel_diameter: m.
         torque: limit of each wheel, N m.
-        timeout: seconds without a command after which the drive stops.
+        timeout: seconds without a command after which the drive stops; ``inf`` for never.
         rate_hz: of odometry and wheel speeds.
     """
 
@@ -200,6 +207,7 @@ class Model:
         name: unique in the scene; a robot's is its id.
         links: the first one is the base (SDF's canonical link).
         joint_states_topic: where its joint states are served, None for none.
+        warnings: what its file was repaired or read differently for.
     """
 
     name: str
@@ -209,6 +217,7 @@ class Model:
     pose: Pose = Pose()
     static: bool = False
     joint_states_topic: str | None = None
+    warnings: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def link(self, name: str) -> Link:
         """Return a link by name."""
@@ -235,7 +244,7 @@ class Scene:
     """Everything that a world backend loads.
 
     Raises:
-        SceneError: two models share a name, or a part refers to something that is not there.
+        SceneError: two models share a name, or one of them contradicts itself.
     """
 
     models: tuple[Model, ...]
@@ -244,14 +253,13 @@ class Scene:
     warnings: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
-        names = [model.name for model in self.models]
-        for name in names:
-            if names.count(name) > 1:
-                raise SceneError(f"two models are named '{name}'")
+        check_unique((model.name for model in self.models), "models", "the scene")
+        for model in self.models:
+            check_model(model)
 
     def with_model(self, model: Model) -> Scene:
-        """Return this scene with one more model."""
-        return replace(self, models=(*self.models, model))
+        """Return this scene with one more model and its warnings."""
+        return replace(self, models=(*self.models, model), warnings=(*self.warnings, *model.warnings))
 
     def model(self, name: str) -> Model:
         """Return a model by name."""

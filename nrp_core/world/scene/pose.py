@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import asin, atan2, copysign, cos, pi, sin, sqrt
+from math import atan2, copysign, cos, hypot, sin, sqrt
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+
+_GIMBAL_LOCK = 1e-7  # below this cosine of the pitch, roll and yaw are one angle and rounding would split it
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +35,26 @@ class Pose:
         )
         return cls(position, orientation)
 
+    @classmethod
+    def pointing(cls, direction: Vector) -> Pose:
+        """Build the shortest turn that takes z to a unit vector."""
+        x, y, z = direction
+        level = hypot(x, y)
+        half = atan2(level, z) / 2
+        along_x, along_y = (-y / level, x / level) if level else (1.0, 0.0)
+        return cls(orientation=(along_x * sin(half), along_y * sin(half), 0.0, cos(half)))
+
     @property
     def rpy(self) -> Vector:
-        """Roll, pitch and yaw in radians."""
+        """Roll, pitch and yaw in radians; where the pitch is 90 degrees up or down, the roll is 0."""
         x, y, z, w = self.orientation
-        sine = 2 * (w * y - z * x)
-        pitch = copysign(pi / 2, sine) if abs(sine) >= 1 else asin(sine)
+        forward = 1 - 2 * (y * y + z * z), 2 * (w * z + x * y)  # of the turned x axis, in the plane
+        up = 2 * (w * y - z * x)
+        level = hypot(*forward)
+        if level < _GIMBAL_LOCK:
+            return 0.0, atan2(up, level), -2 * copysign(1, up) * atan2(x, w)
         roll = atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        return roll, pitch, atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return roll, atan2(up, level), atan2(forward[1], forward[0])
 
     @property
     def yaw(self) -> float:

@@ -54,10 +54,10 @@ def test_an_unknown_name_gets_the_nearest() -> None:
         ({"post_index": np.array([-1, 0], np.int32)}, "post index outside population 'b' of 3"),
         ({"receptor": "excitatry"}, "did you mean 'excitatory'"),
         ({"weight": np.array([0.5])}, r"weight has shape \(1,\), not \(2,\)"),
-        ({"weight": np.array([0.5, np.nan])}, "a weight is not finite"),
-        ({"delay_ms": np.array([1.0, -2.0])}, "delay -2 ms is negative"),
+        ({"weight": np.array([0.5, np.nan])}, r"weight of synapse 1 \(1 -> 0\) is nan; it must be finite"),
+        ({"delay_ms": np.array([1.0, -2.0])}, r"delay of synapse 1 \(1 -> 0\) is -2; it must be 0 ms"),
         ({"post": "s", "post_index": np.array([0, 0], np.int32)}, "only emits spikes"),
-        ({"post": "g", "weight": np.array([0.5, -0.1])}, "weight -0.1 uS is negative"),
+        ({"post": "g", "weight": np.array([0.5, -0.1])}, "weight of synapse 1 .* is -0.1; it must be"),
     ],
 )
 def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], says: str) -> None:
@@ -72,7 +72,7 @@ def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], says: str
 
 
 def test_a_parameter_that_is_not_a_number_names_population_parameter_and_cell() -> None:
-    with pytest.raises(NetworkError, match="population 'x': parameter 'cm' of cell 1 is not a number"):
+    with pytest.raises(NetworkError, match="population 'x': cm of cell 1 is nan; it must be more than 0"):
         Population("x", 2, "IF_curr_exp", {"cm": np.array([1.0, np.nan])})
 
 

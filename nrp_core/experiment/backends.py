@@ -1,0 +1,89 @@
+"""The backends that an experiment names, with their options checked by their own models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from nrp_core.brain.interface import BrainBackend
+from nrp_core.errors import BackendError, BackendLoadError, NrpError
+from nrp_core.experiment.schema_findings import schema_findings
+from nrp_core.experiment.tree import Tree
+from nrp_core.findings import Code, Finding, InvalidExperimentError
+from nrp_core.registry import Registry, brains, worlds
+from nrp_core.world.interface import WorldBackend
+
+Backend = TypeVar("Backend", BrainBackend, WorldBackend)
+
+
+def load_backend(
+    registry: Registry[Backend], side: str, name: str, options: Mapping[str, Any], source: Tree
+) -> tuple[Backend, Any]:
+    """Load a backend and read its options.
+
+    Args:
+        registry: of the backends of that side.
+        side: ``brain`` or ``world``, the section of the experiment.
+        name: the backend's name.
+        options: as written.
+        source: the whole experiment as written.
+
+    Returns:
+        the backend and its typed options.
+
+    Raises:
+        BackendError: it is not there or does not load.
+        InvalidExperimentError: an option is wrong.
+    """
+    backend = registry.load(name)
+    try:
+        return backend, backend.options.model_validate(options)
+    except ValidationError as error:
+        raise InvalidExperimentError(
+            schema_findings(error, backend.options, source, (side, "options"), Code.NRP206)
+        ) from None
+
+
+@contextmanager
+def named(backend: str, action: str) -> Iterator[None]:
+    """Let whatever a backend raises in this block become one error that names it.
+
+    Args:
+        backend: its name.
+        action: what it does not do then.
+
+    Raises:
+        BackendLoadError: it raised something that is none of our errors.
+    """
+    try:
+        yield
+    except NrpError:
+        raise
+    except Exception as error:
+        message = f"the backend '{backend}' does not {action}: {type(error).__name__}: {error}"
+        raise BackendLoadError(message) from error
+
+
+def option_findings(source: Tree) -> list[Finding]:
+    """Check the options of both sides in an experiment whose other values may be wrong.
+
+    A backend that is not there is none of these findings: an experiment can be read without it.
+    """
+    findings: list[Finding] = []
+    registries: tuple[tuple[str, Registry[Any]], ...] = (("brain", brains()), ("world", worlds()))
+    for side, registry in registries:
+        section = source.nearest((side,))[0].plain()
+        name, options = (
+            section.get(key) if isinstance(section, dict) else None for key in ("backend", "options")
+        )
+        if isinstance(name, str) and isinstance(options, dict):
+            try:
+                load_backend(registry, side, name, options, source)
+            except InvalidExperimentError as error:
+                findings += error.findings
+            except BackendError:
+                continue
+    return findings

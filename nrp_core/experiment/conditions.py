@@ -1,0 +1,74 @@
+"""What an event waits for, as a function of the time and of what has happened."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from operator import attrgetter
+from typing import Any
+
+from nrp_core.errors import TopicError
+from nrp_core.experiment.happenings import Event, TopicIs, When
+from nrp_core.experiment.whereabouts import Proximity, Whereabouts
+from nrp_core.world.interface import World
+from nrp_core.world.messages.base import type_name
+from nrp_core.world.topics import Subscription
+
+Times = Mapping[str, int]
+"""When each event that has happened did, ns."""
+
+Condition = Callable[[int, Times], bool]
+"""Whether something holds now (ns), given what has happened."""
+
+
+def trigger(event: Event, world: World, where: Whereabouts) -> Condition:
+    """Return what an event waits for.
+
+    Raises:
+        TopicError: a condition names a topic or a field that does not exist.
+        SceneError: a condition names something that is not in the scene.
+    """
+    if event.when is not None:
+        return _all_of(event.when, world, where)
+    due_ns = event.at or 0
+    return lambda now_ns, _times: now_ns >= due_ns
+
+
+def _all_of(when: When, world: World, where: Whereabouts) -> Condition:
+    conditions: list[Condition] = []
+    if when.event is not None:
+        conditions.append(partial(_has_happened, when.event, when.after))
+    if when.near is not None:
+        proximity, within = Proximity(when.near, world.scene), when.near.within
+        conditions.append(lambda _now_ns, _times: proximity.distance(where) <= within)
+    if when.topic is not None:
+        conditions.append(_topic_says(when.topic, world))
+    return lambda now_ns, times: all(holds(now_ns, times) for holds in conditions)
+
+
+def _has_happened(event: str, after_ns: int, now_ns: int, times: Times) -> bool:
+    return event in times and now_ns >= times[event] + after_ns
+
+
+def _topic_says(wanted: TopicIs, world: World) -> Condition:
+    subscription = world.subscribe(wanted.name)
+    field = attrgetter(wanted.field)
+    try:
+        field(subscription.topic.type())
+    except AttributeError:
+        kind = type_name(subscription.topic.type)
+        raise TopicError(f"{wanted.name} carries {kind}, which has no field '{wanted.field}'") from None
+    return lambda _now_ns, _times: _says(wanted, field, subscription)
+
+
+def _says(wanted: TopicIs, field: Callable[[Any], Any], subscription: Subscription) -> bool:
+    stamped = subscription.latest
+    if stamped is None:
+        return False
+    value = field(stamped.message)
+    above, below, equals = wanted.above, wanted.below, wanted.equals
+    return bool(
+        (above is None or value > above)
+        and (below is None or value < below)
+        and (equals is None or value == equals)
+    )

@@ -1,0 +1,143 @@
+"""Talk to a run from outside: a Unix socket, one JSON object a line each way.
+
+``{"command": "publish", "topic": "/screens/left/color", "value": "red"}`` is answered by ``{"ok": true}``
+once the message is accepted (it is sent before the next step), or by ``{"ok": false, "error": "..."}``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import socketserver
+import stat
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from nrp_core.errors import ExperimentError, NrpError, did_you_mean
+
+MAX_LINE = 1 << 20
+"""A request longer than this many bytes is refused."""
+
+Publish = Callable[[str, Any], None]
+
+
+class ControlServer:
+    """Listens on a Unix socket that only this user can open; removes it in the end.
+
+    Args:
+        path: of the socket; one that a dead run left behind is replaced.
+        publish: called with topic and value, in a thread of the server.
+
+    Raises:
+        ExperimentError: another run listens there, or the socket cannot be made.
+    """
+
+    def __init__(self, path: Path, publish: Publish) -> None:
+        _make_way(path)
+        try:
+            self._server = _Server(path, publish)
+        except OSError as error:
+            raise ExperimentError(f"cannot listen here: {error.strerror or error}", path=path) from error
+        self._path = path
+        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop listening and remove the socket; calling it again does nothing."""
+        if self._thread.is_alive():
+            self._server.shutdown()
+            self._thread.join()
+            self._server.server_close()
+            self._path.unlink(missing_ok=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def send_publish(path: Path, topic: str, value: Any, *, timeout_s: float = 5.0) -> None:
+    """Let the run that listens on a socket publish a message.
+
+    Args:
+        path: of the socket.
+        topic: its name or an alias.
+        value: anything that JSON can carry and the topic's type can be made of.
+        timeout_s: how long to wait for the answer.
+
+    Raises:
+        ExperimentError: nobody listens there, or the run refuses; the message is the run's.
+    """
+    request = {"command": "publish", "topic": topic, "value": value}
+    try:
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.settimeout(timeout_s)
+            connection.connect(str(path))
+            connection.sendall(json.dumps(request).encode() + b"\n")
+            answer = json.loads(connection.makefile("rb").readline(MAX_LINE))
+            refusal = None if answer["ok"] else str(answer["error"])
+    except OSError as error:
+        raise ExperimentError(f"no run listens here: {error.strerror or error}", path=path) from error
+    except (ValueError, TypeError, KeyError) as error:
+        raise ExperimentError("what listens here is no run", path=path) from error
+    if refusal is not None:
+        raise ExperimentError(refusal)
+
+
+def _make_way(path: Path) -> None:
+    """Remove the socket of a run that is dead."""
+    try:
+        if not stat.S_ISSOCK(path.lstat().st_mode):
+            raise ExperimentError("there is a file that is no socket", path=path)
+        with socket.socket(socket.AF_UNIX) as probe:
+            probe.connect(str(path))
+    except FileNotFoundError:
+        return
+    except ConnectionRefusedError:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise ExperimentError(f"cannot listen here: {error.strerror or error}", path=path) from error
+    else:
+        raise ExperimentError("another run listens here", path=path)
+
+
+class _Server(socketserver.ThreadingUnixStreamServer):
+    daemon_threads = True
+
+    def __init__(self, path: Path, publish: Publish) -> None:
+        self.publish = publish
+        super().__init__(str(path), _Handler)
+
+    def server_bind(self) -> None:
+        os.fchmod(self.socket.fileno(), 0o600)  # before it has a name that others could open
+        super().server_bind()
+
+
+class _Handler(socketserver.StreamRequestHandler):
+    server: _Server
+
+    def handle(self) -> None:
+        while line := self.rfile.readline(MAX_LINE):
+            try:
+                self._obey(line)
+                answer: dict[str, Any] = {"ok": True}
+            except NrpError as error:
+                answer = {"ok": False, "error": str(error)}
+            self.wfile.write(json.dumps(answer).encode() + b"\n")
+
+    def _obey(self, line: bytes) -> None:
+        try:
+            request = json.loads(line)
+            command, topic, value = request["command"], request["topic"], request["value"]
+        except (ValueError, TypeError, KeyError) as error:
+            raise ExperimentError("a request is a JSON object with 'command', 'topic' and 'value'") from error
+        if command != "publish":
+            raise ExperimentError(f"no command '{command}'{did_you_mean(str(command), ['publish'])}")
+        self.server.publish(str(topic), value)

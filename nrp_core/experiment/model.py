@@ -1,0 +1,169 @@
+"""The experiment file as typed data; its keys, units and defaults are documented here.
+
+:func:`nrp_core.experiment.find.load_experiment` reads one; made in Python it is the same thing.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator, PrivateAttr, WithJsonSchema, model_validator
+
+from nrp_core.clock import milliseconds
+from nrp_core.dsl.messages import message_type
+from nrp_core.experiment.happenings import END, START, Criterion, Event
+from nrp_core.experiment.section import Name, Section, TopicName
+from nrp_core.experiment.tree import Key, Place, Tree
+from nrp_core.paths import ExistingFile
+from nrp_core.quantities import AngleRad, DurationNs, LengthM
+from nrp_core.world.scene.pose import Pose
+
+_SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
+
+
+def _selection(value: object) -> str | int | list[int]:
+    match value:
+        case str() if _SLICE.fullmatch(value):
+            return str(value)
+        case int() if not isinstance(value, bool):
+            return value
+        case list() if all(isinstance(item, int) for item in value):
+            return value
+    raise ValueError(f"neurons are '0:5', '0:6:2', 3 or [0, 2], not {value!r}")
+
+
+def _pace(value: object) -> str | float:
+    if value in ("max", "realtime"):
+        return str(value)
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value < float("inf"):
+        return float(value)
+    raise ValueError(f"a pace is 'max', 'realtime' or a factor above 0, not {value!r}")
+
+
+Selection = Annotated[
+    str | int | list[int],
+    PlainValidator(_selection),
+    WithJsonSchema({"type": ["string", "integer", "array"], "examples": ["0:5", 3, [0, 2]]}),
+]
+Pace = Annotated[
+    str | float,
+    PlainValidator(_pace),
+    WithJsonSchema({"type": ["string", "number"], "examples": ["max", "realtime", 2.0]}),
+]
+MessageType = Annotated[
+    type, PlainValidator(message_type), WithJsonSchema({"type": "string", "examples": ["std_msgs/Float64"]})
+]
+PoseList = tuple[LengthM, LengthM, LengthM, AngleRad, AngleRad, AngleRad]
+
+
+class BackendSection(Section):
+    """Which backend runs one side, and how."""
+
+    backend: str
+    """Name of an installed backend; ``nrp backends`` lists them."""
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Options of that backend."""
+
+
+class BrainSection(BackendSection):
+    """The brain side."""
+
+    model: ExistingFile
+    """The brain: a PyNN script."""
+    populations: dict[Name, Selection] = Field(default_factory=dict)
+    """Names for groups of neurons of the script's ``circuit``."""
+
+
+class RobotSection(Section):
+    """One robot."""
+
+    model: ExistingFile
+    """Its body: an SDF file."""
+    pose: PoseList | None = None
+    """Where it starts: x, y, z, roll, pitch, yaw; by default where its file says."""
+
+    @property
+    def start(self) -> Pose | None:
+        """The pose at which it starts, if it is given."""
+        if self.pose is None:
+            return None
+        x, y, z, roll, pitch, yaw = self.pose
+        return Pose.from_rpy((x, y, z), roll, pitch, yaw)
+
+
+class WorldSection(BackendSection):
+    """The world side."""
+
+    scene: ExistingFile
+    """The room: an SDF file."""
+    robots: dict[Name, RobotSection] = Field(default_factory=dict)
+    """The robots in it; a robot's name is that of its model in the scene."""
+
+
+class Experiment(Section):
+    """A brain, a world, what connects them, and what shall happen."""
+
+    name: str
+    """What the experiment is called."""
+    description: str = ""
+    """What it shows, for people."""
+    timestep: DurationNs = 20_000_000
+    """Period of the closed loop."""
+    duration: DurationNs
+    """Simulated time of a run."""
+    seed: int = 0
+    """Everything random follows from it."""
+    brain: BrainSection
+    """The brain side."""
+    world: WorldSection
+    """The world side."""
+    transfer_functions: tuple[ExistingFile, ...] = ()
+    """Files with transfer functions."""
+    topics: dict[TopicName, MessageType] = Field(default_factory=dict)
+    """Topics of the experiment's own, with their message types."""
+    aliases: dict[TopicName, TopicName] = Field(default_factory=dict)
+    """More names for topics: ``alias: topic``."""
+    events: dict[Name, Event] = Field(default_factory=dict)
+    """What happens when."""
+    criteria: dict[Name, Criterion] = Field(default_factory=dict)
+    """What must be so for the run to pass."""
+    on_error: Literal["stop", "quarantine"] = "stop"
+    """What a transfer function that raises does: stop the run, or be set aside."""
+    tf_time: Literal["end", "start"] = "end"
+    """Which time transfer functions get: that of their data, or the start of the step."""
+    pace: Pace = "max"
+    """How fast to run: ``max``, ``realtime`` or a multiple of real time."""
+
+    _source: Tree = PrivateAttr(default_factory=lambda: Tree({}))
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> Experiment:
+        if self.duration % self.timestep:
+            raise ValueError(
+                f"the duration of {milliseconds(self.duration):g} ms must be a multiple of the time step, "
+                f"{milliseconds(self.timestep):g} ms"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _free_names(self) -> Experiment:
+        for name in (START, END):
+            if name in self.events:
+                raise ValueError(f"no event can be called '{name}': that is a moment of every run")
+        return self
+
+    def with_source(self, source: Tree) -> Experiment:
+        """Return the same experiment, knowing where each value was written."""
+        copy = self.model_copy()
+        copy._source = source
+        return copy
+
+    @property
+    def source(self) -> Tree:
+        """What was written, and where; empty for an experiment made in Python."""
+        return self._source
+
+    def place(self, *keys: Key) -> Place:
+        """Return where a value is written, or where the nearest one around it is."""
+        return self._source.nearest(keys)[0].place

@@ -1,0 +1,230 @@
+"""Make everything that an experiment needs but its engines, and find all that is wrong with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import reduce
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from nrp_core.brain.interface import BrainBackend
+from nrp_core.brain.network import Network
+from nrp_core.brain.script import load_network
+from nrp_core.cle.wiring import declare_topics
+from nrp_core.clock import StepPlan
+from nrp_core.dsl.collector import require_new_name
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.errors import ExperimentError, NeuronSelectionError, did_you_mean
+from nrp_core.experiment.backends import load_backend, named
+from nrp_core.experiment.collector import Collector
+from nrp_core.experiment.happenings import END, START
+from nrp_core.experiment.model import BackendSection, Experiment
+from nrp_core.experiment.tree import Key
+from nrp_core.experiment.watch import Watch, declare_own
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.registry import Registry, brains, plugins, worlds
+from nrp_core.world.interface import World, WorldBackend
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+LOADERS_GROUP = "nrp_core.transfer_functions"
+
+Say = Callable[[str], None]
+"""Told what is being done, for people who wait."""
+
+B = TypeVar("B", BrainBackend, WorldBackend)
+
+
+def quietly(what: str) -> None:
+    """Tell nobody."""
+
+
+@dataclass(frozen=True, slots=True)
+class Side(Generic[B]):
+    """A backend as an experiment chooses it.
+
+    Args:
+        backend: the backend.
+        options: an instance of its own model of options.
+        capabilities: what it has under these.
+    """
+
+    backend: B
+    options: Any
+    capabilities: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """An experiment that fits together: all it needs to open its engines.
+
+    Args:
+        experiment: what was asked for.
+        brain, world: the two backends.
+        network: for the brain.
+        scene: for the world, robots included.
+        functions: the transfer functions, not bound.
+        warnings: what was found that does not keep it from running.
+    """
+
+    experiment: Experiment
+    brain: Side[BrainBackend]
+    world: Side[WorldBackend]
+    network: Network
+    scene: Scene
+    functions: tuple[TransferFunction, ...]
+    warnings: tuple[Finding, ...]
+
+
+def prepare(experiment: Experiment, say: Say = quietly) -> Plan:
+    """Make everything that an experiment needs but its engines.
+
+    Raises:
+        BackendError: a backend is missing or broken.
+        InvalidExperimentError: anything else is wrong; it carries all findings.
+    """
+    examined = Examination(experiment, say)
+    examined.collector.raise_errors()
+    assert examined.brain is not None
+    assert examined.world is not None
+    assert examined.network is not None
+    assert examined.scene is not None
+    return Plan(
+        experiment,
+        examined.brain,
+        examined.world,
+        examined.network,
+        examined.scene,
+        examined.functions,
+        tuple(examined.collector.findings),
+    )
+
+
+class Examination:
+    """One look at an experiment; each part is None where it could not be made.
+
+    Args:
+        experiment: the experiment.
+        say: told what is being done.
+    """
+
+    def __init__(self, experiment: Experiment, say: Say) -> None:
+        self._experiment = experiment
+        self.collector = Collector(experiment)
+        self.brain = self._side(brains(), "brain", experiment.brain)
+        self.world = self._side(worlds(), "world", experiment.world)
+        self._check_steps()
+        self._check_event_names()
+        say("reading the room and the robots")
+        self.scene = self._scene()
+        say("building the network")
+        self.network = self._network()
+        self.functions = tuple(self._functions())
+        self._check_together()
+
+    # -- the parts
+
+    def _side(self, registry: Registry[B], side: str, section: BackendSection) -> Side[B] | None:
+        with self.collector.during(Code.NRP205, side, "backend"):
+            source = self._experiment.source
+            backend, options = load_backend(registry, side, section.backend, section.options, source)
+            with named(section.backend, "tell its capabilities"):
+                return Side(backend, options, backend.capabilities(options))
+        return None
+
+    def _scene(self) -> Scene | None:
+        scene, robots = None, self._experiment.world.robots
+        with self.collector.during(Code.NRP209, "world", "scene"):
+            scene = read_scene(self._experiment.world.scene)
+        models: list[Model] = []
+        for name, robot in robots.items():
+            with self.collector.during(Code.NRP209, "world", "robots", name):
+                models.append(read_model(robot.model, name=name, pose=robot.start))
+        if scene is None or len(models) < len(robots):
+            return None
+        with self.collector.during(Code.NRP209, "world", "robots"):
+            scene = reduce(Scene.with_model, models, scene)
+            self.collector.findings += map(_warning, scene.warnings)
+            return scene
+        return None
+
+    def _network(self) -> Network | None:
+        brain = self._experiment.brain
+        with self.collector.during(Code.NRP208, "brain", "model"):
+            try:
+                return load_network(brain.model, populations=brain.populations, seed=self._experiment.seed)
+            except NeuronSelectionError as error:
+                self.collector.add(Code.NRP211, error.message, "brain", "populations")
+        return None
+
+    def _functions(self) -> Iterator[TransferFunction]:
+        loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
+        for i, path in enumerate(self._experiment.transfer_functions):
+            with self.collector.during(Code.NRP210, "transfer_functions", i):
+                if path.suffix not in loaders.names():
+                    valid = did_you_mean(path.suffix, loaders.names())
+                    raise ExperimentError(f"no transfer functions are read from '{path.name}'{valid}")
+                yield from loaders.load(path.suffix)(path)
+
+    # -- how they fit together
+
+    def _check_steps(self) -> None:
+        brain_step_ns = self.brain.capabilities.resolution_ns if self.brain else None
+        world_step_ns = self.world.capabilities.step_ns if self.world else None
+        with self.collector.during(Code.NRP207, "timestep"):
+            StepPlan(self._experiment.timestep, brain_step_ns, world_step_ns)
+
+    def _check_event_names(self) -> None:
+        events = self._experiment.events
+        for keys, name in event_references(self._experiment):
+            if name not in events:
+                message = f"no event is called '{name}'{did_you_mean(name, events)}"
+                self.collector.add(Code.NRP213, message, *keys)
+
+    def _check_together(self) -> None:
+        """Set everything up as for a run, with mocks, which check all that engines do."""
+        if self.scene is None:
+            return
+        world = MockWorld(scene=self.scene)
+        if declare_own(self._experiment, world, self.collector):
+            Watch(self._experiment, world, self.collector)
+            if self.network is not None:
+                self._check_functions(self.network, world)
+
+    def _check_functions(self, network: Network, world: World) -> None:
+        with self.collector.during(Code.NRP216, "brain", "backend"):
+            brain = MockBrain(network, capabilities=self.brain.capabilities if self.brain else None)
+            declare_topics(self.functions, world)
+            variables: dict[str, Any] = {}
+            for i, function in enumerate(self.functions):
+                with self.collector.during(Code.NRP210, "transfer_functions"):
+                    require_new_name(function, list(self.functions[:i]))
+                    function.bind(brain, world, variables=variables)
+            for function in self.functions:
+                function.unbind()
+
+
+def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], str]]:
+    """Yield every place where an experiment names an event, with the name."""
+    for name, event in experiment.events.items():
+        if event.when is not None and event.when.event is not None:
+            yield ("events", name, "when", "event"), event.when.event
+    for name, criterion in experiment.criteria.items():
+        if criterion.within_of is not None:
+            yield ("criteria", name, "within_of", "event"), criterion.within_of.event
+        if criterion.stays_within is not None:
+            for key in ("since", "until"):
+                moment = getattr(criterion.stays_within.during, key)
+                if isinstance(moment, str) and moment not in (START, END):
+                    yield ("criteria", name, "stays_within", "during", key), moment
+
+
+def _warning(text: str) -> Finding:
+    """Turn a warning about a scene, which begins with its file and line, into a finding."""
+    placed = re.match(r"(.+?):(\d+): ", text)
+    if placed is None:
+        return Finding(Code.NRP209, text, Level.WARNING)
+    return Finding(Code.NRP209, text[placed.end() :], Level.WARNING, Path(placed[1]), int(placed[2]))

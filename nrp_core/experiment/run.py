@@ -1,0 +1,224 @@
+"""Run an experiment: open its engines, step the closed loop, watch over it, sum up.
+
+::
+
+    with Run(load_experiment("braitenberg_husky", ["seed=3"])) as simulation:
+        simulation.run_until(5.0)
+        simulation.publish("/screens/left/color", "red")
+        simulation.run()
+        print(simulation.result().passed)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from time import perf_counter
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network import Network
+from nrp_core.cle import ClosedLoop, pacing_of
+from nrp_core.clock import from_seconds, seconds
+from nrp_core.experiment.backends import named
+from nrp_core.experiment.collector import Collector
+from nrp_core.experiment.criteria import all_passed
+from nrp_core.experiment.model import BackendSection, Experiment
+from nrp_core.experiment.prepare import Plan, Say, Side, prepare, quietly
+from nrp_core.experiment.result import Result, failure_data, pose_data
+from nrp_core.experiment.tally import SpikeCounter, TrajectoryDigest
+from nrp_core.experiment.values import to_message
+from nrp_core.experiment.watch import Watch, declare_own
+from nrp_core.world.interface import World
+from nrp_core.world.scene.model import Scene
+
+Observer = Callable[["Run"], None]
+
+
+class Run:
+    """An experiment on its two engines, from opening to result.
+
+    Args:
+        experiment: what to run.
+        say: told what is being done while it opens, for people who wait.
+
+    Attributes:
+        experiment: what runs.
+        brain, world: the two engines.
+        loop: what steps them.
+        on_step: called after every step, when events have happened and criteria are decided.
+
+    Raises:
+        BackendError: a backend is missing, broken or does not open.
+        InvalidExperimentError: the experiment is wrong; it carries all findings.
+    """
+
+    _error: BaseException | None
+
+    def __init__(self, experiment: Experiment, say: Say = quietly) -> None:
+        plan = prepare(experiment, say)
+        self.experiment = experiment
+        self.on_step: list[Observer] = []
+        self._warnings = [str(finding.as_error()) for finding in plan.warnings]
+        with ExitStack() as opened:
+            say(f"opening the world ({experiment.world.backend})")
+            self.world: World = opened.enter_context(
+                _open(experiment.world, plan.world, plan.scene, self.seed)
+            )
+            say(f"opening the brain ({experiment.brain.backend})")
+            self.brain: Brain = opened.enter_context(
+                _open(experiment.brain, plan.brain, plan.network, self.seed)
+            )
+            collector = Collector(experiment)
+            declare_own(experiment, self.world, collector)
+            self._watch = Watch(experiment, self.world, collector)
+            collector.raise_errors()
+            self.loop = opened.enter_context(self._close_loop(plan))
+            neurons = np.arange(self.brain.network.size)
+            self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
+            self._begin()
+            self._close = opened.pop_all().close
+
+    def _close_loop(self, plan: Plan) -> ClosedLoop:
+        loop = ClosedLoop(
+            self.brain,
+            self.world,
+            plan.functions,
+            period_ns=self.experiment.timestep,
+            tf_time=self.experiment.tf_time,
+            on_error=self.experiment.on_error,
+            pacing=pacing_of(self.experiment.pace),
+        )
+        loop.hooks.before_step.append(self._look)
+        loop.hooks.after_step.append(self._after_step)
+        loop.hooks.after_reset.append(self._after_reset)
+        return loop
+
+    @property
+    def seed(self) -> int:
+        """What everything random follows from."""
+        return self.experiment.seed
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time that was reached, s."""
+        return seconds(self.loop.now_ns)
+
+    # -- running
+
+    def publish(self, topic: str, value: Any) -> None:
+        """Publish a message before the next step; any thread may.
+
+        Args:
+            topic: its name or an alias.
+            value: a message, or what :func:`~nrp_core.experiment.values.to_message` makes one of:
+                ``"red"``, ``0.5``, ``{"linear": {"x": 1}}``.
+
+        Raises:
+            TopicError: there is no such topic, it takes no messages, or cannot carry this one.
+        """
+        info = self.world.advertise(topic).topic
+        self.loop.publish(topic, to_message(info, value))
+
+    def step(self) -> None:
+        """Take one step."""
+        self.run_until(seconds(self.loop.now_ns + self.experiment.timestep))
+
+    def run_until(self, t_s: float) -> None:
+        """Run to a time.
+
+        Raises:
+            TimestepError: it is not a whole number of steps away.
+            SimulationError: an engine or a transfer function failed.
+        """
+        began = perf_counter()
+        try:
+            self.loop.run_until(from_seconds(t_s))
+        except BaseException as error:
+            self._error = error
+            raise
+        finally:
+            self._wall_s += perf_counter() - began
+
+    def run(self, until_s: float | None = None) -> None:
+        """Run to the end, and decide the criteria unless that is before the experiment's own end.
+
+        Args:
+            until_s: when to end; by default after the experiment's duration.
+        """
+        duration_s = seconds(self.experiment.duration)
+        self.run_until(duration_s if until_s is None else until_s)
+        if self.loop.now_ns >= self.experiment.duration:
+            self._watch.finish(self.loop.now_ns)
+
+    # -- what happens at each step
+
+    def _begin(self) -> None:
+        self._looked_at_ns: int | None = None
+        self._error = None
+        self._wall_s = 0.0
+        self._digest = TrajectoryDigest()
+
+    def _look(self, loop: ClosedLoop) -> None:
+        """Watch each time once: after the step that led to it, time 0 before the first step."""
+        if loop.now_ns != self._looked_at_ns:
+            self._looked_at_ns = loop.now_ns
+            self._watch.look(loop.now_ns)
+            self._digest.add(map(self._watch.where.pose, self.experiment.world.robots))
+
+    def _after_step(self, loop: ClosedLoop) -> None:
+        self._look(loop)
+        for observer in self.on_step:
+            observer(self)
+
+    def _after_reset(self, loop: ClosedLoop) -> None:
+        self._watch.reset()
+        self._begin()
+
+    # -- the end
+
+    def result(self) -> Result:
+        """Return what came of it so far."""
+        times, outcomes = self._watch.events.times, self._watch.outcomes
+        where, robots = self._watch.where, self.experiment.world.robots
+        failed = isinstance(self._error, Exception)
+        return Result(
+            experiment=self.experiment.name,
+            brain=self.experiment.brain.backend,
+            world=self.experiment.world.backend,
+            seed=self.brain.seed,
+            sim_time_s=self.now_s,
+            wall_time_s=self._wall_s,
+            real_time_factor=self.now_s / self._wall_s if self._wall_s else 0.0,
+            steps=self.loop.steps,
+            passed=False if failed else all_passed(outcomes.values()),
+            error=None if self._error is None else str(self._error) or "interrupted",
+            criteria=outcomes,
+            time_share=self.loop.account.shares(),
+            final_pose={name: pose_data(where.pose(name)) for name in robots},
+            trajectory_digest=self._digest.hexdigest(),
+            spikes=self._counter.of(self.brain.network),
+            events={name: seconds(times[name]) if name in times else None for name in self.experiment.events},
+            failures=[failure_data(failure) for failure in self.loop.failures],
+            warnings=list(dict.fromkeys([*self._warnings, *self.world.warnings, *self.brain.warnings])),
+        )
+
+    def close(self) -> None:
+        """Release both engines; the result stays."""
+        self._close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _open(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
+    with named(section.backend, "open"):
+        return side.backend.open(content, seed=seed, options=side.options)

@@ -1,0 +1,67 @@
+"""What a run sums up while it goes: spikes of each neuron, and a digest of where the robots went."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import IntArray, Network
+from nrp_core.brain.sinks import SinkPort, SinkSpec
+from nrp_core.brain.spikes import Spikes
+from nrp_core.world.scene.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class SpikeCounter(SinkSpec):
+    """How often each neuron has spiked."""
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> SpikeCounterPort:
+        return SpikeCounterPort(neurons, n_neurons, name)
+
+
+class SpikeCounterPort(SinkPort):
+    """A spike counter at work."""
+
+    def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
+        super().__init__(neurons, n_neurons, name)
+        self._counts = np.zeros(n_neurons, np.int64)
+
+    def of(self, network: Network) -> dict[str, int]:
+        """Return the spikes of every population and view of the network by its name."""
+        labels = [*network.views, *(label for label in network.populations if label not in network.views)]
+        return {label: int(self._counts[network.neurons(label)].sum()) for label in labels}
+
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
+        if len(spikes):
+            np.add.at(self._counts, spikes.neurons, 1)
+
+    def reset(self) -> None:
+        self._counts[:] = 0
+
+    def save(self) -> object:
+        return self.active, self._counts.copy()
+
+    def restore(self, saved: Any) -> None:
+        self.active, counts = saved
+        self._counts[:] = counts
+
+
+class TrajectoryDigest:
+    """A hash of poses, bit for bit; equal digests, equal trajectories."""
+
+    def __init__(self) -> None:
+        self._state = hashlib.blake2b(digest_size=16)
+
+    def add(self, poses: Iterable[Pose]) -> None:
+        """Take in where the robots are after one more step."""
+        for pose in poses:
+            self._state.update(struct.pack("<7d", *pose.position, *pose.orientation))
+
+    def hexdigest(self) -> str:
+        """Return the digest of all that was added so far."""
+        return self._state.hexdigest()

@@ -1,0 +1,132 @@
+"""Data that remembers where each piece was written, through merging and overriding."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.paths import TextFrom
+
+Key = str | int
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where something is written.
+
+    Args:
+        path: the file; None: given on the command line or in Python.
+        line, column: 1-based.
+        override: the override ``key=value`` it stands in, if it does.
+    """
+
+    path: Path | None = None
+    line: int | None = None
+    column: int | None = None
+    override: str | None = None
+
+    @property
+    def folder(self) -> Path:
+        """Where relative paths written here start."""
+        return Path.cwd() if self.path is None else self.path.parent
+
+    def finding(self, code: Code, message: str, level: Level = Level.ERROR) -> Finding:
+        """Return a finding about what is written here."""
+        told = f"in the override '{self.override}': {message}" if self.override else message
+        return Finding(code, told, level, self.path, self.line, self.column)
+
+    def error(self, message: str) -> ExperimentError:
+        """Return an error about what is written here."""
+        return self.finding(Code.NRP202, message).as_error()
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """A value with its place.
+
+    Args:
+        value: a scalar, or a dictionary or list of trees.
+        place: where the value stands.
+        key_place: where its key stands; its own place where it has none.
+    """
+
+    value: Any
+    place: Place = Place()
+    key_place: Place | None = None
+
+    def plain(self) -> Any:
+        """Return the bare data; texts know the folder of their file."""
+        if isinstance(self.value, dict):
+            return {key: child.plain() for key, child in self.value.items()}
+        if isinstance(self.value, list):
+            return [child.plain() for child in self.value]
+        return TextFrom.of(self.value, self.place.folder) if isinstance(self.value, str) else self.value
+
+    def nearest(self, keys: Sequence[Key]) -> tuple[Tree, tuple[Key, ...]]:
+        """Follow keys as far as they lead, skipping those that are not in the data.
+
+        Returns:
+            the tree reached and the keys that led to it.
+        """
+        tree, followed = self, []
+        for key in keys:
+            child = tree.child(key)
+            if child is not None:
+                tree = child
+                followed.append(key)
+        return tree, tuple(followed)
+
+    def child(self, key: Key) -> Tree | None:
+        """Return what stands under a key or at an index, or None."""
+        if isinstance(self.value, dict):
+            return self.value.get(key)
+        if isinstance(self.value, list) and isinstance(key, int) and 0 <= key < len(self.value):
+            return self.value[key]  # type: ignore[no-any-return]
+        return None
+
+    def merged(self, over: Tree) -> Tree:
+        """Lay another tree over this one: mappings join, ``null`` removes, all else replaces."""
+        if not (isinstance(self.value, dict) and isinstance(over.value, dict)):
+            return over
+        joined = dict(self.value)
+        for key, child in over.value.items():
+            if child.value is None:
+                joined.pop(key, None)
+            else:
+                joined[key] = joined[key].merged(child) if key in joined else child
+        return replace(over, value=joined)
+
+    def overridden(self, keys: Sequence[str], over: Tree) -> Tree:
+        """Put a tree under dotted keys, making mappings on the way.
+
+        Raises:
+            ExperimentError: the keys lead into a list with no such item, or through a scalar.
+        """
+        if not keys:
+            return self.merged(over)
+        key, rest = keys[0], keys[1:]
+        if self.value is None:
+            return Tree({}, over.place).overridden(keys, over)
+        if isinstance(self.value, dict):
+            below = self.value.get(key, Tree(None, over.place, over.place)).overridden(rest, over)
+            items = {**self.value, key: below}
+            if below.value is None:
+                del items[key]
+            return replace(self, value=items)
+        if isinstance(self.value, list):
+            index = _index(key, len(self.value), over.place)
+            children = list(self.value)
+            children[index] = children[index].overridden(rest, over)
+            return replace(self, value=children)
+        raise over.place.error(f"'{key}' leads nowhere: {self.value!r} stands there")
+
+
+def _index(key: str, length: int, place: Place) -> int:
+    if not key.isdecimal() or int(key) >= length:
+        valid = did_you_mean(key, map(str, range(length)))
+        raise place.error(f"the list has no item '{key}'{valid}")
+    return int(key)

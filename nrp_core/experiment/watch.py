@@ -1,0 +1,80 @@
+"""What an experiment adds to its world: topics and aliases, and a watch over events and criteria."""
+
+from __future__ import annotations
+
+from nrp_core.experiment.collector import Collector
+from nrp_core.experiment.conditions import trigger
+from nrp_core.experiment.criteria import Judge, Outcome, judge_of
+from nrp_core.experiment.events import Action, Events, action_of
+from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.whereabouts import Whereabouts
+from nrp_core.findings import Code
+from nrp_core.world.interface import World
+
+
+def declare_own(experiment: Experiment, world: World, collector: Collector) -> bool:
+    """Give a world the topics and aliases of an experiment; what is wrong goes to the collector.
+
+    Returns:
+        whether nothing is.
+    """
+    findings_before = len(collector.findings)
+    for name, kind in experiment.topics.items():
+        with collector.during(Code.NRP212, "topics", name):
+            world.declare(name, kind)
+    for alias, topic in experiment.aliases.items():
+        with collector.during(Code.NRP212, "aliases", alias):
+            world.add_alias(alias, topic)
+    return len(collector.findings) == findings_before
+
+
+class Watch:
+    """Lets the events of an experiment happen, and decides its criteria, while a world runs.
+
+    Args:
+        experiment: whose events and criteria.
+        world: with the topics and aliases of the experiment.
+        collector: takes what is wrong; the rest works.
+    """
+
+    def __init__(self, experiment: Experiment, world: World, collector: Collector) -> None:
+        self._experiment, self._scene = experiment, world.scene
+        self.where = Whereabouts(world)
+        self.events = Events()
+        for name, event in experiment.events.items():
+            actions: list[Action] = []
+            for i, publish in enumerate(event.publish):
+                with collector.during(Code.NRP213, "events", name, "publish", i):
+                    actions.append(action_of(publish, world))
+            with collector.during(Code.NRP213, "events", name, "when"):
+                self.events.add(name, trigger(event, world, self.where), actions)
+        self._judges = self._appointed(collector)
+
+    def _appointed(self, collector: Collector) -> dict[str, Judge]:
+        judges: dict[str, Judge] = {}
+        for name, criterion in self._experiment.criteria.items():
+            with collector.during(Code.NRP213, "criteria", name, "near", "stays_within"):
+                judges[name] = judge_of(criterion, self._scene)
+        return judges
+
+    def reset(self) -> None:
+        """Begin anew at time 0."""
+        self.events.reset()
+        self._judges = self._appointed(Collector(self._experiment))
+
+    def look(self, now_ns: int) -> None:
+        """Take in the time that the world has reached; call it once for each."""
+        self.where.refresh()
+        self.events.fire_due(now_ns)
+        for judge in self._judges.values():
+            judge.look(now_ns, self.events.times, self.where)
+
+    def finish(self, now_ns: int) -> None:
+        """Decide what is left at the end of a whole run."""
+        for judge in self._judges.values():
+            judge.finish(now_ns)
+
+    @property
+    def outcomes(self) -> dict[str, Outcome]:
+        """What came of each criterion."""
+        return {name: judge.outcome for name, judge in self._judges.items()}

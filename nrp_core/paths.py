@@ -1,0 +1,61 @@
+"""Files named in an experiment file; a relative path starts at the folder of the file that names it.
+
+The annotated type is for pydantic models; third parties use it for their own options.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BeforeValidator, WithJsonSchema
+
+from nrp_core.errors import did_you_mean
+
+
+class MissingFileError(ValueError):
+    """There is no such file."""
+
+
+class TextFrom(str):
+    """A text that remembers the folder of the file it stands in."""
+
+    __slots__ = ("folder",)
+    folder: Path
+
+    @classmethod
+    def of(cls, text: str, folder: Path) -> TextFrom:
+        """Return ``text`` with a folder."""
+        located = cls(text)
+        located.folder = folder
+        return located
+
+
+def existing_file(value: object) -> Path:
+    """Return the absolute path of a file.
+
+    Raises:
+        MissingFileError: there is no such file; the message names a similar one beside it.
+        ValueError: it is no name of a file.
+    """
+    if not isinstance(value, (str, Path)):
+        raise ValueError(f"the name of a file is a text, not {value!r}")
+    path = (value.folder if isinstance(value, TextFrom) else Path.cwd()) / Path(value).expanduser()
+    if path.is_file():
+        return path.resolve()
+    if path.is_dir():
+        raise MissingFileError(f"'{value}' is a folder, not a file")
+    folder = path.parent
+    if not folder.is_dir():
+        raise MissingFileError(f"no file '{value}': there is no folder {folder}")
+    beside = [entry.name for entry in folder.iterdir() if entry.is_file()]
+    alike = [name for name in beside if name.endswith(path.suffix)]
+    raise MissingFileError(f"no file '{value}' in {folder}{did_you_mean(path.name, alike or beside)}")
+
+
+ExistingFile = Annotated[
+    Path,
+    BeforeValidator(existing_file),
+    WithJsonSchema({"type": "string", "description": "a file, relative to the file that names it"}),
+]
+"""A file that exists, kept as an absolute path."""

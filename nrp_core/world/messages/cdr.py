@@ -1,0 +1,209 @@
+"""Messages as bytes: the encoding of ROS 2 (CDR), for every message class.
+
+The definitions of ROS's own types come with the ``rosbags`` library; those of any other dataclass are
+read off its fields. This module is the only one that knows the library.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
+from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+
+from nrp_core.errors import TopicError
+from nrp_core.world.messages.base import type_name, type_of
+
+PACKAGE = "nrp_msgs"
+"""The package of message classes that do not say theirs."""
+
+_SCALARS = {float: "float64", int: "int64", bool: "bool", str: "string"}
+
+Prepare = Callable[[Any], Any]
+
+
+class Codec:
+    """Encodes and decodes messages.
+
+    Args:
+        definitions: texts of type definitions by type name, as a recording holds them; given, they are
+            the only types known. By default ROS 2's are.
+    """
+
+    def __init__(self, definitions: Mapping[str, str] | None = None) -> None:
+        self._store = get_typestore(Stores.ROS2_JAZZY if definitions is None else Stores.EMPTY)
+        self._prepare: dict[str, Prepare | None] = {}
+        self._names: dict[type, str] = {}
+        self._given: set[str] = set()
+        for name, text in (definitions or {}).items():
+            self.define(name, text)
+
+    def define(self, name: str, text: str) -> None:
+        """Learn a type from its definition, the texts of the types in it included."""
+        if name in self._given:
+            return
+        self._given.add(name)
+        self._store.register(get_types_from_msg(text, name))
+        self._adopt(name)
+
+    def name(self, cls: type) -> str:
+        """Return the full type name of a message class.
+
+        Raises:
+            TopicError: a field of it cannot be encoded, or it differs from ROS's type of that name.
+        """
+        if cls not in self._names:
+            name = type_name(cls)
+            self._names[cls] = name if "/" in name else f"{PACKAGE}/msg/{name}"
+            self._learn(cls)
+        return self._names[cls]
+
+    def definition(self, name: str) -> str:
+        """Return the text that defines a type, in the format that recordings hold (``ros2msg``)."""
+        return self._store.generate_msgdef(name, ros_version=2)[0]
+
+    def hash(self, name: str) -> str:
+        """Return the hash by which ROS 2 compares types (REP 2011)."""
+        return self._store.hash_rihs01(name)
+
+    def encode(self, message: Any) -> memoryview:
+        """Return a message as bytes.
+
+        Raises:
+            TopicError: a field holds what its type cannot.
+        """
+        name = self.name(type(message))
+        prepare = self._prepare_of(name)
+        try:
+            return self._store.serialize_cdr(message if prepare is None else prepare(message), name)
+        except (SerdeError, struct.error, AttributeError, TypeError, ValueError) as error:
+            raise TopicError(f"this {name} cannot be encoded: {error}; it is {message!r:.200}") from error
+
+    def decode(self, data: bytes | memoryview, name: str) -> Any:
+        """Return the message in ``data``, of our class where there is one of that name.
+
+        Raises:
+            TopicError: the bytes are no such message.
+        """
+        try:
+            return self._store.deserialize_cdr(data, name)
+        except (SerdeError, KeyError, TypeError) as error:
+            raise TopicError(f"these {len(data)} bytes are no {name}: {error}") from error
+
+    # -- learning types
+
+    def _learn(self, cls: type) -> None:
+        name = self._names[cls]
+        if name not in self._store.fielddefs:
+            lines = [f"{_type_text(hint, cls, self.name)} {field}" for field, hint in _fields(cls)]
+            try:
+                self._store.register(get_types_from_msg("\n".join(lines), name))
+            except TypesysError as error:
+                raise TopicError(f"{cls.__name__} cannot be a message: {error}") from error
+        if _field_names(cls) != self._defined(name):
+            raise TopicError(
+                f"{cls.__name__} has the fields {_field_names(cls)}, but {name} has {self._defined(name)}"
+            )
+        self._adopt(name)
+        self._store.types[name] = cls
+
+    def _adopt(self, name: str) -> None:
+        """Decode a type, and those in it, into our own classes where these have the fields of the definition."""
+        cls = type_of(name)
+        if cls is not None and _field_names(cls) == self._defined(name):
+            self._store.types[name] = cls
+        for _, kind in self._store.fielddefs[name][1]:
+            inner = _inner_type(kind)
+            if inner is not None:
+                self._adopt(inner)
+
+    def _defined(self, name: str) -> list[str]:
+        return [field for field, _ in self._store.fielddefs[name][1]]
+
+    # -- what the library wants to be given: arrays as flat NumPy arrays of the right type
+
+    def _prepare_of(self, name: str) -> Prepare | None:
+        if name not in self._prepare:
+            fields = self._store.fielddefs[name][1]
+            prepare = {field: self._prepare_field(kind) for field, kind in fields}
+            needed = any(function is not None for function in prepare.values())
+            self._prepare[name] = _rebuild(prepare) if needed else None
+        return self._prepare[name]
+
+    def _prepare_field(self, kind: Any) -> Prepare | None:
+        node, what = kind
+        inner = _inner_type(kind)
+        prepare = None if inner is None else self._prepare_of(inner)
+        if node in (Nodetype.NAME, Nodetype.BASE):
+            return prepare
+        if inner is None:
+            base = what[0][1][0]
+            return None if base == "string" else _flat_array(base)
+        return None if prepare is None else lambda items: [prepare(item) for item in items]
+
+
+def _inner_type(kind: Any) -> str | None:
+    """Return the message type in a field, be it one or many; None for numbers and texts."""
+    node, what = kind
+    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        node, what = what[0]
+    return str(what) if node == Nodetype.NAME else None
+
+
+def _fields(cls: type) -> list[tuple[str, Any]]:
+    if not dataclasses.is_dataclass(cls):
+        raise TopicError(f"{cls.__name__} cannot be a message: it is no dataclass")
+    hints = get_type_hints(cls)
+    return [(field.name, hints[field.name]) for field in dataclasses.fields(cls)]
+
+
+def _field_names(cls: type) -> list[str]:
+    return [name for name, _ in _fields(cls)]
+
+
+def _type_text(hint: Any, cls: type, name_of: Callable[[type], str]) -> str:
+    """Return a field's type as a ROS definition spells it."""
+    if hint in _SCALARS:
+        return _SCALARS[hint]
+    if hint is bytes:
+        return "uint8[]"
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        return name_of(hint)
+    origin, args = get_origin(hint), get_args(hint)
+    if origin is np.ndarray:
+        return f"{np.dtype(get_args(args[1])[0]).name}[]"
+    if origin is list or (origin is tuple and args[1:] == (...,)):
+        return f"{_type_text(args[0], cls, name_of)}[]"
+    raise TopicError(
+        f"{cls.__name__} cannot be a message: it has a field of type {hint}; a message holds float, int, "
+        "bool, str, bytes, NumPy arrays, other messages and lists of these"
+    )
+
+
+def _flat_array(base: str) -> Prepare:
+    dtype = np.dtype({"byte": "uint8", "char": "uint8"}.get(base, base))
+
+    def prepare(value: Any) -> Any:
+        if isinstance(value, (bytes, bytearray, memoryview)):
+            return np.frombuffer(value, dtype)
+        return np.ascontiguousarray(value, dtype).reshape(-1)
+
+    return prepare
+
+
+def _rebuild(prepare: Mapping[str, Prepare | None]) -> Prepare:
+    fields = tuple(prepare.items())
+
+    def rebuilt(message: Any) -> Any:
+        return SimpleNamespace(**{
+            name: getattr(message, name) if function is None else function(getattr(message, name))
+            for name, function in fields
+        })  # fmt: skip
+
+    return rebuilt

@@ -1,0 +1,85 @@
+"""What a picture is, the same for every renderer.
+
+Pictures are flat: a visual's colour arrives exactly, whatever the light, and behind everything is the sky.
+A visual is seen from outside only (not by a camera inside it), opaque or, with alpha 0, not at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import atan, tan
+
+from nrp_core.world.scene.model import Box, Camera, Geometry, Plane, Rgba, Scene
+from nrp_core.world.scene.pose import Pose
+
+SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
+"""What nothing covers: the grey that SDF gives a scene by default."""
+
+CameraPath = tuple[str, str, str]
+"""Names of a camera's model, link and sensor."""
+
+
+@dataclass(frozen=True, slots=True)
+class Optics:
+    """A camera as a renderer needs it.
+
+    Args:
+        width, height: pixels.
+        vertical_fov: radians.
+        near, far: clip distances along the line of sight, m.
+    """
+
+    width: int
+    height: int
+    vertical_fov: float
+    near: float
+    far: float
+
+    @classmethod
+    def of(cls, camera: Camera, scale: float) -> Optics:
+        """Return the optics of a camera at a lower resolution; pixels are square and the field's width stays.
+
+        Args:
+            camera: as the robot's file has it.
+            scale: of width and height, at most 1.
+        """
+        width = max(1, round(camera.width * scale))
+        height = max(1, round(camera.height * scale))
+        vertical_fov = 2 * atan(tan(camera.horizontal_fov / 2) * height / width)
+        return cls(width, height, vertical_fov, camera.near, camera.far)
+
+
+def optics_of(scene: Scene, scale: float) -> Mapping[CameraPath, Optics]:
+    """Return the optics of every camera of a scene."""
+    return {
+        (model.name, link.name, sensor.name): Optics.of(sensor, scale)
+        for model, link in scene.links()
+        for sensor in link.sensors
+        if isinstance(sensor, Camera)
+    }
+
+
+def looking(pose: Pose) -> Pose:
+    """Turn a camera's pose (looks along x, z up) to that of graphics (looks along -z, y up)."""
+    return pose @ Pose(orientation=(0.5, -0.5, -0.5, 0.5))
+
+
+def flat(rgba: Rgba) -> Rgba:
+    """Return a colour of 8 bits a channel, which every renderer rounds to the same bytes; alpha is 0 or 1."""
+    red, green, blue = (round(255 * min(1.0, max(0.0, channel))) / 255 for channel in rgba[:3])
+    return red, green, blue, 1.0 if rgba[3] > 0 else 0.0
+
+
+def bytes_of(rgba: Rgba) -> tuple[int, int, int]:
+    """Return red, green and blue of a flat colour as they come in a picture."""
+    red, green, blue = (round(255 * channel) for channel in rgba[:3])
+    return red, green, blue
+
+
+def drawn(geometry: Geometry, pose: Pose) -> tuple[Geometry, Pose]:
+    """Return how a visual's geometry is drawn: a plane is a thin plate of its size, its top in the plane."""
+    if not isinstance(geometry, Plane):
+        return geometry, pose
+    thickness = 0.002
+    return Box((*geometry.size, thickness)), pose @ Pose((0.0, 0.0, -thickness / 2))

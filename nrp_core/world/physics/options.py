@@ -1,0 +1,20 @@
+"""Options that all physics engines share."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from nrp_core.clock import NS_PER_MS
+from nrp_core.quantities import DurationNs
+from nrp_core.world.interface import WorldOptions
+
+
+class PhysicsOptions(WorldOptions):
+    """Options of a world in a physics engine."""
+
+    timestep: Annotated[DurationNs, Field(description="the physics step")] = 2 * NS_PER_MS
+    image_scale: Annotated[
+        float, Field(gt=0, le=1, description="scales width and height of every camera, for speed")
+    ] = 1.0

@@ -1,0 +1,266 @@
+"""A planar servo: how a wheel drive moves its robot, the same in every engine.
+
+Tyre contact is where engines differ most: by their friction models a skid-steered robot turns at 10 to 60 %
+of the commanded rate. So wheels roll without friction here, and the drive acts on the body:
+
+* A change of the command changes the body's velocity at once, as in the ideal unicycle.
+* Against everything else the velocity is held by forces, up to the friction of the tyres or the torque of
+  the motors.
+
+Seen from above, a body of mass ``m`` and radius of gyration ``k`` about its centre of mass moves as if driven
+at four points of a cross, at ``lever = k / sqrt(2)``: the left and the right one ahead, the front and the rear
+one sideways, each with::
+
+    force = m/2 / TIME_CONSTANT_S * (aim - velocity),   |force| <= limit
+
+Then forward, sideways and turning velocity decay alike and without coupling, for any robot. As with real
+tyres, each point has its share of the traction: a robot that tries to spin can be pushed, so it does not lock
+itself against a wall. The forces act at the height of the centre of mass: a drive alone neither pitches its
+robot nor tips it over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import copysign, hypot, sqrt
+
+from nrp_core.errors import SceneError
+from nrp_core.world.parts.base import BodyVelocity, ModelMotion
+from nrp_core.world.physics.bodies import Body
+from nrp_core.world.physics.mass import combined, turned
+from nrp_core.world.scene.model import Inertial, Model, WheelDrive
+from nrp_core.world.scene.pose import Pose, Vector
+
+TIME_CONSTANT_S = 0.01
+"""Of the body's velocity, while no limit is reached."""
+WHEEL_TIME_CONSTANT_S = 0.05
+"""Of the wheels' spin; slow enough that its reaction does not rock the body."""
+TRACTION = 1.0
+"""Coefficient of friction between tyres and floor."""
+
+
+Aims = tuple[float, float, float, float]
+"""Velocities (m/s) of the left and right point ahead, and of the front and rear point to the left."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoedWheel:
+    """A wheel that spins as its drive commands.
+
+    Args:
+        joint: its name.
+        per_forward, per_turn: rad/s of the joint for each m/s forward and each rad/s of turn.
+        gain: N m s/rad.
+        limit: N m.
+    """
+
+    joint: str
+    per_forward: float
+    per_turn: float
+    gain: float
+    limit: float
+
+    @staticmethod
+    def share_in(step_s: float) -> float:
+        """Return the share of a wheel's error in speed that one physics step takes away."""
+        return step_s / (step_s + WHEEL_TIME_CONSTANT_S)
+
+    def speed(self, velocity: BodyVelocity) -> float:
+        """Return the joint's velocity (rad/s) that goes with a velocity of the body."""
+        return self.per_forward * velocity.forward + self.per_turn * velocity.turn
+
+
+@dataclass(frozen=True, slots=True)
+class PlanarServo:
+    """The servo of one drive.
+
+    Args:
+        body: index of the driven body among its model's; its frame looks along x.
+        centre: the robot's centre of mass in the body's frame.
+        to_centre: that point relative to the drive's centre (the middle of its wheels), forward and left.
+        lever: distance of the four points from the centre, m.
+        gain: of each point, N s/m.
+        limit: of each point, N.
+        wheels: left ones first.
+    """
+
+    body: int
+    centre: Vector
+    to_centre: tuple[float, float]
+    lever: float
+    gain: float
+    limit: float
+    wheels: tuple[ServoedWheel, ...] = ()
+
+    @property
+    def points(self) -> tuple[Vector, Vector, Vector, Vector]:
+        """The left, right, front and rear point in the body's frame."""
+        x, y, z = self.centre
+        lever = self.lever
+        return (x, y + lever, z), (x, y - lever, z), (x + lever, y, z), (x - lever, y, z)
+
+    def aims(self, velocity: BodyVelocity, step_s: float) -> Aims:
+        """Return what the points aim at while a velocity of the body is commanded.
+
+        In a turn the forces have to bend the path, for which the aims are ahead of the velocities. Half a
+        step is added to that, because an engine moves a body along its heading at the start of the step, and
+        the arc's chord points half the step's turn further.
+
+        Args:
+            velocity: the command.
+            step_s: the physics step.
+        """
+        forward, side, turn = self._of_centre(velocity)
+        bend = (TIME_CONSTANT_S + step_s / 2) * turn
+        forward, side = forward - bend * side, side + bend * forward
+        swing = turn * self.lever
+        return forward - swing, forward + swing, side + swing, side - swing
+
+    def changed(self, motion: ModelMotion, before: BodyVelocity, after: BodyVelocity) -> ModelMotion:
+        """Return the motion right after the command has changed.
+
+        Each velocity changes as the command does, but only towards the command and not beyond: a robot held
+        by a wall is not thrown back by a command to push less.
+
+        Args:
+            motion: of the driven body's frame.
+            before: the command until now.
+            after: the command from now on.
+        """
+        to_body = motion.pose.inverse()
+        vx, vy, _ = to_body.rotate(motion.linear)
+        wx, wy, wz = to_body.rotate(motion.angular)
+        x, y, z = self.centre
+        now = (vx + wy * z - wz * y, vy + wz * x - wx * z, wz)
+        forward, side, turn = map(_towards, now, self._of_centre(before), self._of_centre(after))
+        linear = motion.pose.rotate((forward + turn * y, side - turn * x, 0.0))
+        angular = motion.pose.rotate((0.0, 0.0, turn))
+        return ModelMotion(motion.pose, _sum(motion.linear, linear), _sum(motion.angular, angular))
+
+    def spins(self, velocity: BodyVelocity) -> tuple[float, ...]:
+        """Return the velocities of the wheel joints, rad/s."""
+        return tuple(wheel.speed(velocity) for wheel in self.wheels)
+
+    def explicit_gain(self, step_s: float) -> float:
+        """Return the gain with which a force held for a step does what an implicit integrator does."""
+        return self.gain * TIME_CONSTANT_S / (TIME_CONSTANT_S + step_s)
+
+    def _of_centre(self, velocity: BodyVelocity) -> Vector:
+        """Return how the centre of mass moves forward, sideways and turns when the drive does so."""
+        ahead, aside = self.to_centre
+        turn = velocity.turn
+        return velocity.forward - turn * aside, velocity.left + turn * ahead, turn
+
+
+def _towards(velocity: float, before: float, after: float) -> float:
+    """Return the change of a velocity when its command changes."""
+    change, gap = after - before, after - velocity
+    return copysign(min(abs(change), abs(gap)), change) if change * gap > 0 else 0.0
+
+
+def _sum(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def servo_of(model: Model, drive: WheelDrive, bodies: Sequence[Body], gravity: Vector) -> PlanarServo:
+    """Lay out the servo of a drive.
+
+    Raises:
+        SceneError: a wheel cannot turn, the wheels are held by several bodies, or that body cannot move freely.
+    """
+    wheels = [_wheel(model, drive, bodies, name) for name in (*drive.left, *drive.right)]
+    parents = {body.parent for body in wheels}
+    if len(parents) != 1:
+        raise SceneError(f"the wheels of the drive '{drive.name}' of '{model.name}' are not held by one body")
+    (parent,) = parents
+    if parent is None or bodies[parent].fixed or bodies[parent].joint is not None:
+        raise SceneError(
+            f"the drive '{drive.name}' cannot move '{model.name}': what holds its wheels does not float freely"
+        )
+    body = bodies[parent]
+    whole = combined(_masses_in(body, bodies))
+    assert whole is not None  # a body that can move has mass
+    lever = sqrt(float(turned(whole)[2, 2]) / whole.mass / 2)
+    x, y, _ = whole.pose.position
+    middle = _middle(wheels)
+    sides = (-1.0,) * len(drive.left) + (1.0,) * len(drive.right)
+    return PlanarServo(
+        parent,
+        whole.pose.position,
+        (x - middle[0], y - middle[1]),
+        lever,
+        gain=whole.mass / 2 / TIME_CONSTANT_S,
+        limit=_limit(drive, whole.mass, gravity),
+        wheels=tuple(_servoed(drive, wheel, side) for wheel, side in zip(wheels, sides, strict=True)),
+    )
+
+
+def without_wheel_friction(model: Model, bodies: Sequence[Body]) -> tuple[Body, ...]:
+    """Return the bodies with wheels that roll without friction; their traction is the servo's."""
+    wheels = {name for drive in model.drives for name in (*drive.left, *drive.right)}
+    return tuple(_slippery(body) if body.joint and body.joint.name in wheels else body for body in bodies)
+
+
+def _slippery(body: Body) -> Body:
+    links = tuple(
+        replace(link, collisions=tuple(replace(collision, friction=0.0) for collision in link.collisions))
+        for link in body.links
+    )
+    return replace(body, links=links)
+
+
+def _wheel(model: Model, drive: WheelDrive, bodies: Sequence[Body], joint: str) -> Body:
+    for body in bodies:
+        if body.joint is not None and body.joint.name == joint:
+            return body
+    raise SceneError(f"the drive '{drive.name}' of '{model.name}' has a wheel that cannot turn: '{joint}'")
+
+
+def _masses_in(top: Body, bodies: Sequence[Body]) -> list[Inertial]:
+    """Return the inertials of a body and all that hangs on it, in the body's frame."""
+    index = next(i for i, body in enumerate(bodies) if body is top)
+    below = {index}
+    for i, body in enumerate(bodies):  # parents come before children
+        if body.parent in below:
+            below.add(i)
+    to_top = top.in_model.inverse()
+    return [
+        replace(inertial, pose=to_top @ bodies[i].in_model @ inertial.pose)
+        for i in sorted(below)
+        if (inertial := bodies[i].inertial) is not None
+    ]
+
+
+def _middle(wheels: Sequence[Body]) -> tuple[float, float]:
+    places = [wheel.pose.position for wheel in wheels]
+    return sum(x for x, _, _ in places) / len(places), sum(y for _, y, _ in places) / len(places)
+
+
+def _limit(drive: WheelDrive, mass: float, gravity: Vector) -> float:
+    """Return the force that half of the tyres, or one side's motors, can bring to the ground."""
+    weight = mass * hypot(*gravity)
+    motors = min(len(drive.left), len(drive.right)) * drive.torque / (drive.wheel_diameter / 2)
+    return min(TRACTION * weight / 2, motors)
+
+
+def _servoed(drive: WheelDrive, wheel: Body, side: float) -> ServoedWheel:
+    """Return a wheel's servo; a joint whose axis points right turns the other way round."""
+    assert wheel.joint is not None
+    assert wheel.inertial is not None
+    axis = Pose(orientation=wheel.in_model.orientation).rotate(wheel.joint.axis)
+    sign = 1.0 if axis[1] >= 0 else -1.0
+    radius = drive.wheel_diameter / 2
+    x, y, z = wheel.joint.axis
+    inertia = sum(
+        float(a * b * moment)
+        for a, row in zip((x, y, z), turned(wheel.inertial).tolist(), strict=True)
+        for b, moment in zip((x, y, z), row, strict=True)
+    )
+    return ServoedWheel(
+        wheel.joint.name,
+        per_forward=sign / radius,
+        per_turn=sign * side * drive.separation / 2 / radius,
+        gain=inertia / WHEEL_TIME_CONSTANT_S,
+        limit=min(drive.torque, wheel.joint.effort),
+    )

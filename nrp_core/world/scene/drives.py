@@ -1,0 +1,166 @@
+"""Wheel drives, from the parameters of Gazebo's plugins."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from math import inf
+from posixpath import join
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.model import WheelDrive
+from nrp_core.world.scene.plugins import plugin_name, ros_namespace
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.topics import resolve_name
+
+Number = tuple[str, float]
+"""A parameter and its default."""
+Text = tuple[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Dialect:
+    """How a plugin calls its parameters, and their defaults there.
+
+    Args:
+        left, right: the tags that name wheel joints, back to front; a tag may come several times.
+        wheel: the diameter, or with ``is_radius`` the radius.
+        torque: limit of a wheel; None where the plugin has none.
+        command, odometry, wheel_speeds: topics; ``{robot}`` stands for the name of the robot.
+        timeout: ``commandTimeout`` is read for every plugin, though none of Gazebo's has it.
+    """
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: Number
+    wheel: Number
+    torque: Number | None
+    command: Text
+    odometry: Text
+    rate: Number
+    timeout: float = inf
+    wheel_speeds: Text | None = None
+    is_radius: bool = False
+
+
+_HUSKY = _Dialect(
+    left=("backLeftJoint", "frontLeftJoint"),
+    right=("backRightJoint", "frontRightJoint"),
+    separation=("wheelSeparation", 0.55),
+    wheel=("wheelDiameter", 0.30),
+    torque=("torque", 15.0),
+    command=("commandTopic", "husky/cmd_vel"),
+    odometry=("odometryTopic", "odom"),
+    rate=("updateRate", 100.0),
+    timeout=0.1,
+    wheel_speeds=("wheelSpeedsTopic", "husky/wheel_speeds"),
+)
+_ROS1 = _Dialect(
+    left=("leftJoint",),
+    right=("rightJoint",),
+    separation=("wheelSeparation", 0.34),
+    wheel=("wheelDiameter", 0.15),
+    torque=("wheelTorque", 5.0),
+    command=("commandTopic", "cmd_vel"),
+    odometry=("odometryTopic", "odom"),
+    rate=("updateRate", 100.0),
+)
+_ROS1_SKID_STEER = _Dialect(
+    left=("leftRearJoint", "leftFrontJoint"),
+    right=("rightRearJoint", "rightFrontJoint"),
+    separation=("wheelSeparation", 0.40),
+    wheel=("wheelDiameter", 0.15),
+    torque=("torque", 5.0),
+    command=("commandTopic", "cmd_vel"),
+    odometry=("odometryTopic", "odom"),
+    rate=("updateRate", 100.0),
+)
+_ROS2 = _Dialect(
+    left=("left_joint",),
+    right=("right_joint",),
+    separation=("wheel_separation", 0.34),
+    wheel=("wheel_diameter", 0.15),
+    torque=("max_wheel_torque", 5.0),
+    command=("command_topic", "cmd_vel"),
+    odometry=("odometry_topic", "odom"),
+    rate=("update_rate", 100.0),
+)
+_GZ_SIM = _Dialect(
+    left=("left_joint",),
+    right=("right_joint",),
+    separation=("wheel_separation", 1.0),
+    wheel=("wheel_radius", 0.2),
+    torque=None,
+    command=("topic", "/model/{robot}/cmd_vel"),
+    odometry=("odom_topic", "/model/{robot}/odometry"),
+    rate=("odom_publish_frequency", 50.0),
+    is_radius=True,
+)
+
+_DIALECTS = {
+    "husky_gazebo_plugins": (_HUSKY,),
+    "gazebo_ros_diff_drive": (_ROS1, _ROS2),
+    "gazebo_ros_skid_steer_drive": (_ROS1_SKID_STEER,),
+    "DiffDrive": (_GZ_SIM,),
+}
+
+
+def read_drive(plugin: Element, joints: Collection[str], reading: Reading) -> WheelDrive | None:
+    """Read the drive that a ``<plugin>`` of a model stands for; None if it is no drive.
+
+    Args:
+        plugin: the element.
+        joints: names of the model's joints.
+        reading: what is carried along.
+
+    Raises:
+        SceneError: it names no wheels, or joints that the model does not have.
+    """
+    dialects = _DIALECTS.get(plugin_name(plugin))
+    if dialects is None:
+        return None
+    known = [dialect for dialect in dialects if plugin.all(*dialect.left)]
+    if not known:
+        raise plugin.error(f"a drive needs its wheels; name their joints in <{dialects[0].left[0]}> ...")
+    return _drive(plugin, known[0], joints, reading)
+
+
+def _drive(plugin: Element, dialect: _Dialect, joints: Collection[str], reading: Reading) -> WheelDrive:
+    size = plugin.positive(*dialect.wheel)
+
+    def topic(parameter: Text) -> str:
+        tag, default = parameter
+        name = _remapped(plugin.word(tag, default.format(robot=reading.robot)), plugin)
+        return resolve_name(join(ros_namespace(plugin), name), reading.robot)
+
+    return WheelDrive(
+        name=plugin.attribute("name"),
+        command_topic=topic(dialect.command),
+        left=_wheels(plugin, dialect.left, joints),
+        right=_wheels(plugin, dialect.right, joints),
+        separation=plugin.positive(*dialect.separation),
+        wheel_diameter=2 * size if dialect.is_radius else size,
+        torque=plugin.positive(*dialect.torque) if dialect.torque else inf,
+        timeout=plugin.positive("commandTimeout", dialect.timeout),
+        rate_hz=plugin.positive(*dialect.rate),
+        odometry_topic=topic(dialect.odometry),
+        wheel_speeds_topic=topic(dialect.wheel_speeds) if dialect.wheel_speeds else None,
+    )
+
+
+def _remapped(topic: str, plugin: Element) -> str:
+    """Return a topic's name after the ``<remapping>`` rules of ROS 2."""
+    ros = plugin.find("ros")
+    rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
+    return next((to for name, _, to in rules if name == topic), topic)
+
+
+def _wheels(plugin: Element, tags: tuple[str, ...], joints: Collection[str]) -> tuple[str, ...]:
+    named = [joint for tag in tags for joint in plugin.all(tag)]
+    if not named:
+        raise plugin.error(f"a drive needs wheels on both sides; there is no <{tags[0]}>")
+    for joint in named:
+        if joint.text not in joints:
+            raise joint.error(f"the model has no joint '{joint.text}'{did_you_mean(joint.text, joints)}")
+    return tuple(joint.text for joint in named)

@@ -1,0 +1,100 @@
+"""Mass properties of shapes, of what stands in for shapes, and repaired where no body can have them.
+
+Moments of the homogeneous solids are those of any handbook; a capsule is its cylinder and two half spheres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from math import pi, sqrt
+
+from nrp_core.world.physics.mass import combined
+from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Sphere
+from nrp_core.world.scene.pose import Pose, Vector
+
+WATER = 1000.0
+"""Density (kg/m^3) of shapes whose density is not given: the default of the SDF specification."""
+
+_MARGIN = 1e-3  # how far a repair stays from the limit, so that rounding in an engine does not cross it
+
+
+def of_shape(geometry: Geometry, density: float = WATER) -> Inertial | None:
+    """Return the mass properties of a homogeneous solid about its centre; None for planes and meshes."""
+    match geometry:
+        case Box((x, y, z)):
+            mass = density * x * y * z
+            moments = (mass / 12 * (y * y + z * z), mass / 12 * (x * x + z * z), mass / 12 * (x * x + y * y))
+        case Sphere(r):
+            mass = density * 4 / 3 * pi * r**3
+            moments = (0.4 * mass * r * r,) * 3
+        case Cylinder(r, length):
+            mass = density * pi * r * r * length
+            across = mass / 12 * (3 * r * r + length * length)
+            moments = (across, across, mass / 2 * r * r)
+        case Capsule(r, length):
+            barrel, caps = density * pi * r * r * length, density * 4 / 3 * pi * r**3
+            mass = barrel + caps
+            across = barrel / 12 * (3 * r * r + length * length)
+            across += caps * (0.4 * r * r + 0.375 * r * length + length * length / 4)
+            moments = (across, across, barrel / 2 * r * r + 0.4 * caps * r * r)
+        case _:
+            return None
+    return Inertial(mass, Pose(), (*moments, 0.0, 0.0, 0.0))
+
+
+def of_collisions(collisions: Iterable[tuple[Collision, float]]) -> Inertial | None:
+    """Return the mass properties of collision shapes with their densities; None where none is solid."""
+    solids = [(collision.pose, of_shape(collision.geometry, density)) for collision, density in collisions]
+    return combined(replace(solid, pose=pose) for pose, solid in solids if solid)
+
+
+def like_shape(solid: Inertial, given: Inertial) -> Inertial:
+    """Return the inertia of a solid's form with the mass and the centre of mass that are given."""
+    xx, yy, zz, xy, xz, yz = (moment * given.mass / solid.mass for moment in solid.inertia)
+    return Inertial(given.mass, replace(solid.pose, position=given.pose.position), (xx, yy, zz, xy, xz, yz))
+
+
+def equivalent_box(inertial: Inertial) -> tuple[Box, Pose]:
+    """Return the homogeneous box with these mass properties, at least 1 mm thick, and where its centre is."""
+    principal = _principal(inertial)
+    moments = principal.inertia[:3]
+    x, y, z = (
+        max(sqrt(max(6 / inertial.mass * (sum(moments) - 2 * moment), 0.0)), 1e-3) for moment in moments
+    )
+    return Box((x, y, z)), principal.pose
+
+
+def repaired(inertial: Inertial) -> tuple[Inertial, str]:
+    """Make an inertia one that a body can have: positive, and no moment above the sum of the other two.
+
+    Returns:
+        The inertia, unchanged where there is nothing to repair; and what was wrong, empty for nothing.
+    """
+    principal = _principal(inertial)
+    moments = principal.inertia[:3]
+    listed = ", ".join(f"{moment:.3g}" for moment in moments)
+    if min(moments) <= 0:
+        floor = _MARGIN * max(*moments, 1e-6 * inertial.mass)
+        raised = _balanced(tuple(max(moment, floor) for moment in moments))
+        return replace(
+            principal, inertia=(*raised, 0.0, 0.0, 0.0)
+        ), f"its moments ({listed}) are not all positive"
+    if 2 * max(moments) > sum(moments) * (1 + 1e-9):
+        wrong = f"its moments ({listed}) break the triangle inequality, so no distribution of mass has them"
+        return replace(principal, inertia=(*_balanced(moments), 0.0, 0.0, 0.0)), wrong
+    return inertial, ""
+
+
+def _balanced(moments: tuple[float, ...]) -> Vector:
+    """Raise the two smaller of three moments, by the same amount, until their sum exceeds the largest."""
+    largest = max(range(3), key=moments.__getitem__)
+    lacking = max(2 * moments[largest] * (1 + _MARGIN) - sum(moments), 0.0)
+    x, y, z = (moment if i == largest else moment + lacking / 2 for i, moment in enumerate(moments))
+    return x, y, z
+
+
+def _principal(inertial: Inertial) -> Inertial:
+    principal = combined([inertial])
+    assert principal is not None, "only what has mass has an inertia"
+    return principal

@@ -1,0 +1,85 @@
+"""Gazebo's named materials and plain colour names as colours.
+
+The values are those of Gazebo's own ``gazebo.material``: the diffuse colour, for a glowing material the
+emissive one. Materials that are pictures there have a colour near the picture's mean.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.scene.model import Rgba
+
+_OPAQUE: dict[str, tuple[float, float, float]] = {
+    "Grey": (0.7, 0.7, 0.7),
+    "DarkGrey": (0.175, 0.175, 0.175),
+    "White": (1, 1, 1),
+    "FlatBlack": (0.1, 0.1, 0.1),
+    "Black": (0, 0, 0),
+    "Red": (1, 0, 0),
+    "RedBright": (0.87, 0.26, 0.07),
+    "Green": (0, 1, 0),
+    "Blue": (0, 0, 1),
+    "SkyBlue": (0.13, 0.44, 0.70),
+    "Yellow": (1, 1, 0),
+    "ZincYellow": (0.9725, 0.9529, 0.2078),
+    "DarkYellow": (0.7, 0.7, 0),
+    "Purple": (1, 0, 1),
+    "Turquoise": (0, 1, 1),
+    "Orange": (1, 0.5088, 0.0468),
+    "Indigo": (0.33, 0, 0.5),
+    "Gold": (0.8, 0.64869, 0.120759),
+    "LightOn": (0, 1, 0),
+    "LightOff": (1, 0, 0),
+    "Pioneer2Body": (0.681193, 0.000923, 0.000923),
+    "PioneerBody": (1, 0, 0),
+    # pictures
+    "Wood": (0.55, 0.40, 0.25),
+    "WoodFloor": (0.60, 0.45, 0.28),
+    "WoodPallet": (0.60, 0.48, 0.32),
+    "Bricks": (0.50, 0.35, 0.30),
+    "CeilingTiled": (0.85, 0.85, 0.85),
+    "PaintedWall": (0.85, 0.83, 0.78),
+    "Grass": (0.30, 0.42, 0.16),
+    "Road": (0.30, 0.30, 0.30),
+    "CloudySky": (0.60, 0.70, 0.85),
+}
+
+_GLOWING = ("White", "Red", "Green", "Blue", "Yellow", "Purple", "Turquoise")
+_TRANSPARENT = ("Red", "Green", "Blue", "Grey", "Black", "Yellow", "Orange")
+
+
+def _rgba(name: str, alpha: float) -> Rgba:
+    r, g, b = _OPAQUE[name]
+    return float(r), float(g), float(b), alpha
+
+
+def _table() -> dict[str, Rgba]:
+    table: dict[str, Rgba] = {name: _rgba(name, 1.0) for name in _OPAQUE}
+    table |= {f"{name}Glow": table[name] for name in _GLOWING}
+    table |= {f"{name}Transparent": _rgba(name, 0.5) for name in _TRANSPARENT}
+    table |= {f"{name}TransparentOverlay": _rgba(name, 0.5) for name in _TRANSPARENT}
+    return {f"Gazebo/{name}": rgba for name, rgba in table.items()}
+
+
+MATERIALS = MappingProxyType(_table())
+"""Colour of each material by its full name, ``Gazebo/RedGlow``."""
+
+_BY_SHORT_NAME = {name.removeprefix("Gazebo/").lower(): rgba for name, rgba in MATERIALS.items()}
+_BY_SHORT_NAME |= {"gray": MATERIALS["Gazebo/Grey"], "darkgray": MATERIALS["Gazebo/DarkGrey"]}
+
+
+def color_of(name: str) -> Rgba:
+    """Return the colour of a material or a colour name.
+
+    Args:
+        name: ``Gazebo/RedGlow``, ``RedGlow`` or ``red``; upper and lower case are the same.
+
+    Raises:
+        SceneError: it is none of Gazebo's.
+    """
+    short = name.strip().lower().removeprefix("gazebo/")
+    if short not in _BY_SHORT_NAME:
+        raise SceneError(f"there is no material '{name}'{did_you_mean(short, _BY_SHORT_NAME)}")
+    return _BY_SHORT_NAME[short]

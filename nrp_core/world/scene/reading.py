@@ -1,0 +1,42 @@
+"""What one reading of a file carries along: where to look for other files, and what there is to warn of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nrp_core.world.scene.resources import Resources
+from nrp_core.world.scene.xml_tree import Element
+
+
+class Notes:
+    """The warnings of one reading; what is said of many elements is said once, with the first place."""
+
+    def __init__(self) -> None:
+        self._places: dict[str, list[str]] = {}
+
+    def warn(self, element: Element, message: str) -> None:
+        """Warn of an element."""
+        self._places.setdefault(message, []).append(element.where)
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Every warning as ``file:line: message``."""
+        return tuple(
+            f"{places[0]}: {message}" + (f" (and {len(places) - 1} more)" if places[1:] else "")
+            for message, places in self._places.items()
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Passed to everything that reads a part of a model.
+
+    Args:
+        resources: finds meshes and included files.
+        notes: takes warnings.
+        robot: name of the whole model; relative topics in its file resolve below it.
+    """
+
+    resources: Resources
+    notes: Notes
+    robot: str = ""

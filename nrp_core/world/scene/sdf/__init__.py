@@ -1,0 +1,75 @@
+"""Robots and rooms in SDF 1.4 to 1.12, the format of Gazebo, and robots in URDF, which is read as SDF.
+
+Defaults are those of the specification (http://sdformat.org/spec), with two exceptions that real files
+need: a link without ``<inertial>`` weighs what its collision shapes would of water (SDF says 1 kg),
+and a revolute joint without limits is continuous.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.reading import Notes, Reading
+from nrp_core.world.scene.resources import Resources
+from nrp_core.world.scene.sdf.model import build_model, read_parts
+from nrp_core.world.scene.sdf.placed import read_placed
+from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.sdf.world import read_world
+
+__all__ = ["read_model", "read_scene"]
+
+
+def read_model(
+    path: Path | str,
+    *,
+    name: str | None = None,
+    pose: Pose | None = None,
+    search_path: Iterable[Path | str] = (),
+) -> Model:
+    """Read a file that holds one model.
+
+    Args:
+        path: the file.
+        name: of the model in the scene, a robot's id; by default the file's. Relative topics of the
+            file resolve below it.
+        pose: where it stands in the world; by default where the file says.
+        search_path: folders that ``model://`` and relative paths are looked for in.
+
+    Raises:
+        SceneError: the file cannot be used; file and line are named.
+    """
+    reading = Reading(Resources(search_path), Notes())
+    source = Source.open(Path(path), reading)
+    models = read_placed(source.root, source, reading, "model")
+    if len(models) != 1:
+        raise SceneError(f"the file of a robot holds one <model>, this one {len(models)}", path=path)
+    (placed,) = models
+    own = replace(reading, robot=name or placed.name)
+    parts = read_parts(placed, own, static=placed.static)
+    stands = pose or placed.pose(WORLD, parts.frames)[0]
+    model = build_model(placed, parts, own.robot, stands, own)
+    return replace(model, warnings=reading.notes.texts)
+
+
+def read_scene(path: Path | str, *, search_path: Iterable[Path | str] = ()) -> Scene:
+    """Read a file that holds a world, or models without one.
+
+    Args:
+        path: the file.
+        search_path: folders that ``model://`` and relative paths are looked for in.
+
+    Raises:
+        SceneError: the file cannot be used; file and line are named.
+    """
+    reading = Reading(Resources(search_path), Notes())
+    source = Source.open(Path(path), reading)
+    worlds = source.root.all("world")
+    if len(worlds) > 1:
+        raise SceneError(f"the file of a room holds one <world>, this one {len(worlds)}", path=path)
+    return read_world(worlds[0] if worlds else source.root, source, reading)

@@ -1,0 +1,46 @@
+"""Colours of SDF's visuals."""
+
+from __future__ import annotations
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.materials import color_of
+from nrp_core.world.scene.model import DEFAULT_RGBA, Rgba
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.xml_tree import Element
+
+
+def read_rgba(visual: Element, reading: Reading) -> Rgba:
+    """Return the colour of a ``<visual>``: what glows, else what is lit; its transparency is the alpha."""
+    material = visual.find("material")
+    r, g, b, alpha = _surface(material, reading) if material else DEFAULT_RGBA
+    transparency = visual.number("transparency", 0.0)
+    return r, g, b, alpha * (1 - min(max(transparency, 0.0), 1.0))
+
+
+def _surface(material: Element, reading: Reading) -> Rgba:
+    emissive, diffuse, ambient = (read_color(material, tag) for tag in ("emissive", "diffuse", "ambient"))
+    if emissive and any(emissive[:3]):
+        return emissive
+    return diffuse or _script(material, reading) or ambient or DEFAULT_RGBA
+
+
+def read_color(element: Element, tag: str) -> Rgba | None:
+    """Return the colour in a child: three or four numbers 0..1; None where there is none."""
+    color = element.find(tag)
+    if color is None:
+        return None
+    r, g, b, *alpha = color.numbers(3 if len(color.text.split()) == 3 else 4)
+    if not all(0 <= part <= 1 for part in (r, g, b, *alpha)):
+        raise color.error(f"<{tag}> must hold numbers from 0 to 1, not '{color.text}'")
+    return r, g, b, alpha[0] if alpha else 1.0
+
+
+def _script(material: Element, reading: Reading) -> Rgba | None:
+    name = material.find("script", "name")
+    if name is None or not name.text:
+        return None
+    try:
+        return color_of(name.text)
+    except SceneError as error:
+        reading.notes.warn(name, f"shown grey: {error}")
+        return None

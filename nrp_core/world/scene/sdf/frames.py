@@ -1,0 +1,163 @@
+"""Frames of SDF: what a pose is relative to.
+
+Every link, joint, nested model and ``<frame>`` of a model is a frame by its name; a pose is relative to its
+element's default (the model for a link, the child for a joint, ...) unless ``relative_to`` (``frame`` before
+SDF 1.7) names another one. See the specification's chapter on pose frame semantics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+from math import radians, sqrt
+from operator import matmul
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.xml_tree import Element
+
+_FORMATS = {"euler_rpy": 6, "quat_xyzw": 7}
+
+
+def read_pose(element: Element, default: str) -> tuple[Pose, str]:
+    """Return the pose in an element's ``<pose>`` and the frame that it is relative to."""
+    pose = element.find("pose")
+    if pose is None:
+        return Pose(), default
+    relative_to = pose.attributes.get("relative_to") or pose.attributes.get("frame") or default
+    return (_parse(pose) if pose.text else Pose()), relative_to
+
+
+def _parse(pose: Element) -> Pose:
+    kind = pose.attributes.get("rotation_format", "euler_rpy")
+    if kind not in _FORMATS:
+        raise pose.error(f"rotation_format is '{kind}'{did_you_mean(kind, _FORMATS)}")
+    x, y, z, *turn = pose.numbers(_FORMATS[kind])
+    if kind == "euler_rpy":
+        if pose.is_set("degrees"):
+            turn = [radians(angle) for angle in turn]
+        return Pose.from_rpy((x, y, z), turn[0], turn[1], turn[2])
+    norm = sqrt(sum(part * part for part in turn))
+    if not norm:
+        raise pose.error("the quaternion is 0 0 0 0, which is no rotation")
+    qx, qy, qz, qw = (part / norm for part in turn)
+    return Pose((x, y, z), (qx, qy, qz, qw))
+
+
+def model_scope(name: str, merged: bool) -> tuple[str, str]:
+    """Return the prefix of a nested model's names, and the name of its own frame."""
+    return ("", f"_merged__{name}") if merged else (f"{name}::", name)
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    pose: Pose
+    relative_to: str
+    attached_to: str
+    element: Element
+
+
+class Frames:
+    """The frames of one model, or of the world.
+
+    Args:
+        scope: the element whose frames they are.
+        root: the name of the frame that all poses are resolved to.
+        base: the body that the root moves with: the canonical link.
+    """
+
+    def __init__(self, scope: Element, root: str, base: str) -> None:
+        self.base = base
+        self._root = root
+        self._scope = scope
+        self._frames: dict[str, _Frame] = {}
+
+    def add(self, element: Element, default: str, *, attached_to: str = "") -> None:
+        """Add a named element with a pose.
+
+        Args:
+            element: the link, joint, frame or model.
+            default: what its pose is relative to where it does not say.
+            attached_to: the frame it moves with; empty for a body of its own.
+
+        Raises:
+            SceneError: the name is taken or reserved.
+        """
+        pose, relative_to = read_pose(element, default)
+        self.put(element.attribute("name"), pose, relative_to, attached_to, element)
+
+    def put(self, name: str, pose: Pose, relative_to: str, attached_to: str, element: Element) -> None:
+        """Add a frame that is known by now."""
+        if name in self._frames:
+            other = self._frames[name].element
+            raise element.error(
+                f"the name '{name}' is taken by the <{other.tag}> in line {other.line}; names in a "
+                f"<{self._scope.tag}> are unique"
+            )
+        if name == WORLD or (name.startswith("__") and name.endswith("__")):
+            raise element.error(f"the name '{name}' is reserved")
+        self._frames[name] = _Frame(pose, relative_to, attached_to, element)
+
+    def add_model(
+        self, name: str, placed: tuple[Pose, str], nested: Frames, element: Element, *, merged: bool = False
+    ) -> None:
+        """Add a model in this scope and its frames, as ``name::frame`` unless it is merged.
+
+        Args:
+            name: of the model.
+            placed: its pose and the frame that this is relative to.
+            nested: its frames.
+            element: what places it.
+            merged: whether its frames become frames of this scope.
+        """
+        prefix, frame = model_scope(name, merged)
+        self.put(frame, *placed, prefix + nested.base, element)
+        for inner in nested._frames:
+            body = nested.body(inner, element)
+            attached_to = "" if body == inner else prefix + body
+            self.put(prefix + inner, nested.pose(inner, element), frame, attached_to, element)
+
+    def pose(self, name: str, user: Element) -> Pose:
+        """Return where a frame is in the root frame.
+
+        Args:
+            name: of the frame.
+            user: the element that refers to it, for messages.
+        """
+        chain: dict[str, Pose] = {}
+        while name != self._root:
+            if name in chain:
+                raise user.error(f"the frame '{name}' is relative to itself in a circle")
+            frame = self._frame(name, user)
+            chain[name] = frame.pose
+            name, user = frame.relative_to, frame.element
+        return reduce(matmul, reversed(chain.values()), Pose())
+
+    def place_in(self, element: Element, frame: str) -> Pose:
+        """Return where an element's own ``<pose>`` is in a frame, its default."""
+        pose, relative_to = read_pose(element, frame)
+        if relative_to == frame:
+            return pose
+        return self.pose(frame, element).inverse() @ self.pose(relative_to, element) @ pose
+
+    def body(self, name: str, user: Element) -> str:
+        """Return the link that a frame moves with."""
+        seen: set[str] = set()
+        while name != self._root:
+            if name in seen:
+                raise user.error(f"the frame '{name}' is attached to itself in a circle")
+            seen.add(name)
+            attached_to = self._frame(name, user).attached_to
+            if not attached_to:
+                return name
+            name = attached_to
+        return self.base
+
+    def _frame(self, name: str, user: Element) -> _Frame:
+        if name not in self._frames:
+            owner = self._scope.attributes.get("name", "")
+            raise user.error(
+                f"the {self._scope.tag} '{owner}' has no frame '{name}'{did_you_mean(name, self._frames)}"
+            )
+        return self._frames[name]

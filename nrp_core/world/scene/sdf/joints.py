@@ -1,0 +1,104 @@
+"""Joints of SDF."""
+
+from __future__ import annotations
+
+from math import inf
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.checks import MODEL, WORLD
+from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.pose import Vector
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.sdf.frames import Frames
+from nrp_core.world.scene.xml_tree import Element
+
+_KINDS = ("fixed", "revolute", "continuous", "prismatic")
+_UNLIMITED = 1e16  # how SDF wrote "no limit" before it had inf
+_Z: Vector = (0.0, 0.0, 1.0)
+
+
+def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading: Reading) -> Joint:
+    """Read a ``<joint>``.
+
+    Args:
+        joint: the element.
+        frames: of its model.
+        version: of the file; up to SDF 1.4 the axis is given in the frame of the model.
+        reading: what is carried along.
+
+    Raises:
+        SceneError: it has no such type, or its links or frames are not there.
+    """
+    name = joint.attribute("name")
+    parent, child = _ends(joint, frames)
+    axis = joint.section("axis")
+    limit = axis.section("limit")
+    lower, upper = _range(limit)
+    kind = _kind(joint, lower, upper, reading)
+    pose = frames.pose(name, joint)
+    if kind == "fixed":
+        return Joint(name, kind, parent, child, pose)
+    return Joint(
+        name,
+        kind,
+        parent,
+        child,
+        pose,
+        pose.inverse().rotate(_axis(joint, axis, frames, version)),
+        *((-inf, inf) if kind == "continuous" else (lower, upper)),
+        effort=_maximum(limit, "effort"),
+        velocity=_maximum(limit, "velocity"),
+        damping=axis.section("dynamics").number("damping", 0.0),
+    )
+
+
+def _ends(joint: Element, frames: Frames) -> tuple[str, str]:
+    """Return parent and child."""
+    name = joint.attribute("name")
+    parent, child = (_link(joint.require(tag), frames) for tag in ("parent", "child"))
+    if child == WORLD:
+        raise joint.error(f"the world cannot be the child of the joint '{name}'; it can be the parent")
+    if parent == child:
+        raise joint.error(f"the joint '{name}' connects the link '{child}' with itself")
+    return parent, child
+
+
+def _kind(joint: Element, lower: float, upper: float, reading: Reading) -> str:
+    """Return what a joint amounts to: without limits it goes round, with both at 0 it is fixed."""
+    kind = joint.attribute("type")
+    if kind == "ball":
+        reading.notes.warn(joint, "joints of type 'ball' are not simulated: the links are taken as fixed")
+        return "fixed"
+    if kind not in _KINDS:
+        raise joint.error(f"joints of type '{kind}' are not simulated{did_you_mean(kind, _KINDS)}")
+    if kind == "revolute" and lower == upper == 0:
+        return "fixed"
+    return "continuous" if kind == "revolute" and (lower, upper) == (-inf, inf) else kind
+
+
+def _link(element: Element, frames: Frames) -> str:
+    if not element.text:
+        raise element.error(f"<{element.tag}> must name a link")
+    return WORLD if element.text == WORLD else frames.body(element.text, element)
+
+
+def _axis(joint: Element, axis: Element, frames: Frames, version: tuple[int, int]) -> Vector:
+    """Return the axis in the frame of the model."""
+    in_model = axis.flag("use_parent_model_frame", version <= (1, 4))
+    default = MODEL if in_model else joint.attribute("name")
+    xyz = axis.section("xyz")
+    frame = xyz.attributes.get("expressed_in") or default
+    return frames.pose(frame, xyz).rotate(axis.direction("xyz", _Z))
+
+
+def _range(limit: Element) -> tuple[float, float]:
+    lower, upper = limit.number("lower", -inf, finite=False), limit.number("upper", inf, finite=False)
+    if lower > upper:
+        raise limit.error(f"the lower limit ({lower:g}) is above the upper one ({upper:g})")
+    return (lower if lower > -_UNLIMITED else -inf), (upper if upper < _UNLIMITED else inf)
+
+
+def _maximum(limit: Element, tag: str) -> float:
+    """Return a limit that is not enforced where it is negative."""
+    value = limit.number(tag, inf, finite=False)
+    return value if 0 <= value < _UNLIMITED else inf

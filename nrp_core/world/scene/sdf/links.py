@@ -1,0 +1,100 @@
+"""Links of SDF: what they weigh, show, touch with and sense."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from itertools import chain, count
+
+from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link
+from nrp_core.world.scene.geometry import is_empty, read_geometry
+from nrp_core.world.scene.inertia import WATER, of_collisions
+from nrp_core.world.scene.model import Inertial, Link
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.repairs import DEFAULT_FRICTION, usable_friction, usable_inertial
+from nrp_core.world.scene.sdf.appearance import read_rgba
+from nrp_core.world.scene.sdf.frames import Frames
+from nrp_core.world.scene.sensors import read_sensors
+from nrp_core.world.scene.xml_tree import Element
+
+
+def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) -> Link:
+    """Read a ``<link>``.
+
+    Args:
+        link: the element.
+        frames: of its model.
+        reading: what is carried along.
+        static: whether it never moves, so that its mass does not matter.
+    """
+    name = link.attribute("name")
+    place = partial(frames.place_in, frame=name)
+
+    def shape(element: Element) -> Shape | None:
+        found = read_geometry(element.require("geometry"), reading)
+        return (found[0], place(element) @ found[1]) if found else None
+
+    shown = [
+        Shown(unique, shape(visual), read_rgba(visual, reading))
+        for unique, visual in _named(link, "visual", reading)
+    ]
+    solid = [
+        (Touched(unique, shape(collision), _friction(collision, reading)), collision)
+        for unique, collision in _named(link, "collision", reading)
+    ]
+    inertial = None if static else _inertial(link, frames, solid, reading)
+    sensors = read_sensors(link.all("sensor"), name, reading, place)
+    return build_link(name, frames.pose(name, link), inertial, shown, [part for part, _ in solid], sensors)
+
+
+def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:
+    """Yield the visuals or collisions that have a shape, each with a name of its own."""
+    seen: set[str] = set()
+    for element in link.all(tag):
+        name = element.attribute("name")
+        others = (f"{name}_{number}" for number in count(2))
+        unique = next(free for free in chain([name], others) if free not in seen)
+        if unique != name:
+            owner = link.attribute("name")
+            message = f"the link '{owner}' has two {tag}s named '{name}': this one is called '{unique}'"
+            reading.notes.warn(element, message)
+        seen.add(unique)
+        if not is_empty(element.require("geometry")):
+            yield unique, element
+
+
+def _friction(collision: Element, reading: Reading) -> float:
+    friction = collision.section("surface").section("friction")
+    default = friction.section("bullet").number("friction", DEFAULT_FRICTION)
+    ode = friction.section("ode")
+    mu = usable_friction(ode.number("mu", default), friction, reading.notes)
+    mu2 = usable_friction(ode.number("mu2", mu), friction, reading.notes)
+    if mu != mu2:
+        message = f"friction is the same in all directions: mu = {mu:g}, not mu2 = {mu2:g}"
+        reading.notes.warn(friction, message)
+    return mu
+
+
+def _inertial(
+    link: Element, frames: Frames, touched: list[tuple[Touched, Element]], reading: Reading
+) -> Inertial | None:
+    name, element = link.attribute("name"), link.find("inertial")
+    density = link.section("inertial").positive("density", WATER)
+    of_shapes = of_collisions(
+        (part.collision, collision.positive("density", density))
+        for part, collision in touched
+        if part.collision
+    )
+    if element is None:
+        return usable_inertial(None, of_shapes, name, link, reading.notes)
+    if element.is_set("auto"):
+        return of_shapes
+    given = Inertial(element.number("mass", 1.0), frames.place_in(element, name), _inertia(element))
+    return usable_inertial(given, of_shapes, name, element, reading.notes)
+
+
+def _inertia(inertial: Element) -> tuple[float, float, float, float, float, float]:
+    inertia = inertial.section("inertia")
+    xx, yy, zz = (inertia.number(f"i{axis}", 1.0) for axis in ("xx", "yy", "zz"))
+    xy, xz, yz = (inertia.number(f"i{axis}", 0.0) for axis in ("xy", "xz", "yz"))
+    return xx, yy, zz, xy, xz, yz

@@ -1,0 +1,141 @@
+"""Models of SDF, with the models nested in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.scene.checks import MODEL, WORLD, check_model
+from nrp_core.world.scene.drives import read_drive
+from nrp_core.world.scene.model import Joint, Link, Model, WheelDrive
+from nrp_core.world.scene.plugins import plugin_name, warn_of_plugin
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.repairs import with_default_masses
+from nrp_core.world.scene.sdf.frames import Frames, model_scope
+from nrp_core.world.scene.sdf.joints import read_joint
+from nrp_core.world.scene.sdf.links import read_link
+from nrp_core.world.scene.sdf.placed import Placed, read_placed
+from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.topics import resolve_name
+
+_JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher")
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What a model holds, the parts of nested models among them; poses are in the frame of the model."""
+
+    frames: Frames
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    drives: tuple[WheelDrive, ...]
+
+    def moved(self, prefix: str, pose: Pose) -> Parts:
+        """Return the parts in the frame of another model, in which this one is at ``pose``."""
+
+        def named(link: str) -> str:
+            return link if link == WORLD else prefix + link
+
+        links = [replace(link, name=named(link.name), pose=pose @ link.pose) for link in self.links]
+        joints = [
+            replace(j, name=named(j.name), parent=named(j.parent), child=named(j.child), pose=pose @ j.pose)
+            for j in self.joints
+        ]
+        drives = [
+            replace(d, name=named(d.name), left=tuple(map(named, d.left)), right=tuple(map(named, d.right)))
+            for d in self.drives
+        ]
+        return Parts(self.frames, tuple(links), tuple(joints), tuple(drives))
+
+
+def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
+    """Read what a model holds.
+
+    Args:
+        placed: the model.
+        reading: what is carried along.
+        static: whether it, or a model around it, never moves.
+    """
+    model, source = placed.element, placed.source
+    inner_models = read_placed(model, source, reading, "model")
+    nested = [(inner, read_parts(inner, reading, static=static)) for inner in inner_models]
+    frames = _frames(model, nested)
+    links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
+    joints = [read_joint(joint, frames, source.version, reading) for joint in model.all("joint")]
+    drives: list[WheelDrive] = []
+    for inner, parts in nested:
+        prefix, frame = model_scope(inner.name, inner.merged)
+        moved = parts.moved(prefix, frames.pose(frame, inner.user))
+        links += moved.links
+        joints += moved.joints
+        drives += moved.drives
+    drives += _drives(placed.plugins, joints, reading)
+    return Parts(frames, tuple(links), tuple(joints), tuple(drives))
+
+
+def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> Frames:
+    frames = Frames(model, MODEL, _canonical_link(model, nested))
+    for link in model.all("link"):
+        frames.add(link, MODEL)
+    for joint in model.all("joint"):
+        child = joint.require("child").text
+        frames.add(joint, child, attached_to=child)
+    for frame in model.all("frame"):
+        attached_to = frame.attributes.get("attached_to") or MODEL
+        frames.add(frame, attached_to, attached_to=attached_to)
+    for inner, parts in nested:
+        placed = inner.pose(MODEL, parts.frames)
+        frames.add_model(inner.name, placed, parts.frames, inner.user, merged=inner.merged)
+    return frames
+
+
+def _canonical_link(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> str:
+    links = [link.attribute("name") for link in model.all("link")]
+    links += [model_scope(inner.name, inner.merged)[0] + parts.frames.base for inner, parts in nested]
+    if not links:
+        raise model.error(f"the model '{model.attribute('name')}' has no <link>")
+    return model.attributes.get("canonical_link") or links[0]
+
+
+def _drives(plugins: Iterable[Element], joints: Iterable[Joint], reading: Reading) -> list[WheelDrive]:
+    names = [joint.name for joint in joints]
+    drives = []
+    for plugin in plugins:
+        drive = read_drive(plugin, names, reading)
+        if drive is not None:
+            drives.append(drive)
+        elif plugin_name(plugin) not in _JOINT_STATE_PLUGINS:
+            warn_of_plugin(plugin, reading)
+    return drives
+
+
+def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Reading) -> Model:
+    """Return a model at a pose in the world; its canonical link comes first.
+
+    Raises:
+        SceneError: its joints form a loop, or its canonical link is not there.
+    """
+    element, base = placed.element, parts.frames.base
+    names = [link.name for link in parts.links]
+    if base not in names:
+        raise element.error(f"the model '{name}' has no canonical link '{base}'{did_you_mean(base, names)}")
+    links = tuple(sorted(parts.links, key=lambda link: link.name != base))
+    if placed.static:
+        return Model(name, links, pose=pose, static=True)
+    topic = _joint_states_topic(placed, parts.joints, name)
+    model = Model(name, links, parts.joints, parts.drives, pose, joint_states_topic=topic)
+    try:
+        check_model(model)
+    except SceneError as error:
+        raise element.error(error.message) from None
+    return replace(model, links=with_default_masses(links, parts.joints, element, reading.notes))
+
+
+def _joint_states_topic(placed: Placed, joints: Iterable[Joint], name: str) -> str | None:
+    if all(joint.kind == "fixed" for joint in joints):
+        return None
+    publishers = [plugin for plugin in placed.plugins if plugin_name(plugin) in _JOINT_STATE_PLUGINS]
+    topics = [plugin.word("topic") for plugin in publishers]
+    return resolve_name(next(filter(None, topics), "joint_states"), name)

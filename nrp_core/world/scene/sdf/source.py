@@ -1,0 +1,67 @@
+"""Files of SDF or URDF, opened and checked, and the files that they include."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
+from nrp_core.world.scene.urdf import to_sdf
+from nrp_core.world.scene.xml_tree import Element, read_xml
+
+OLDEST, NEWEST = (1, 4), (1, 12)
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A file.
+
+    Args:
+        root: its ``<sdf>``; for URDF the one that it means.
+        version: of the specification that it follows.
+        trail: the files that led here by inclusion, this one last.
+    """
+
+    root: Element
+    version: tuple[int, int]
+    trail: tuple[Path, ...]
+
+    @classmethod
+    def open(cls, path: Path, reading: Reading, trail: tuple[Path, ...] = ()) -> Source:
+        """Read a file.
+
+        Raises:
+            SceneError: it is not there, not well-formed, or neither SDF nor URDF.
+        """
+        root = read_xml(path)
+        if root.tag == "robot":
+            root = to_sdf(root, reading.notes)
+        if root.tag not in ("sdf", "gazebo"):
+            raise root.error(f"this is neither SDF nor URDF: its root is <{root.tag}>")
+        check_vocabulary(root, reading.notes)
+        return cls(root, _version(root, reading), (*trail, path.resolve()))
+
+    def include(self, include: Element, reading: Reading) -> Source:
+        """Open the file that an ``<include>`` refers to.
+
+        Raises:
+            SceneError: there is none, or it leads back to a file that is being read.
+        """
+        path = reading.resources.model_file(include.require("uri"))
+        if path.resolve() in self.trail:
+            circle = " -> ".join(file.name for file in (*self.trail, path))
+            raise include.error(f"files include each other in a circle: {circle}")
+        return Source.open(path, reading, self.trail)
+
+
+def _version(root: Element, reading: Reading) -> tuple[int, int]:
+    text = root.attribute("version")
+    match = re.fullmatch(r"(\d+)\.(\d+)(\.\d+)?", text)
+    if match is None:
+        raise root.error(f"the version of SDF is written like '1.9', not '{text}'")
+    version = int(match[1]), int(match[2])
+    if not OLDEST <= version <= NEWEST:
+        reading.notes.warn(root, f"SDF {text} is not one of the versions known here, 1.4 to 1.12")
+    return version

@@ -1,0 +1,103 @@
+"""The elements of SDF 1.4 to 1.12: which there are, and which have an effect that is not simulated.
+
+An element that is neither read nor listed here is warned of, so that a slip of the pen does not pass in
+silence. Elements of other namespaces (``gz:...``) are the user's own and pass, as the specification says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from difflib import get_close_matches
+
+from nrp_core.world.scene.reading import Notes
+from nrp_core.world.scene.xml_tree import Element
+
+_CHILDREN = {
+    "sdf": "world model actor light state",
+    "world": "audio wind include gravity magnetic_field atmosphere gui physics scene light frame joint model "
+    "actor plugin road spherical_coordinates state population",
+    "model": "static self_collide allow_auto_disable frame pose link joint plugin gripper include model "
+    "enable_wind",
+    "include": "uri name pose static placement_frame plugin namespace",
+    "frame": "pose",
+    "link": "gravity enable_wind self_collide kinematic must_be_base_link velocity_decay frame pose inertial "
+    "collision visual sensor projector audio_sink audio_source battery light particle_emitter plugin",
+    "inertial": "mass inertia pose frame density auto_inertia_params fluid_added_mass",
+    "inertia": "ixx ixy ixz iyy iyz izz",
+    "collision": "laser_retro max_contacts frame pose geometry surface density auto_inertia_params",
+    "visual": "cast_shadows laser_retro transparency visibility_flags meta frame pose material geometry "
+    "plugin",
+    "geometry": "empty box capsule cone cylinder ellipsoid heightmap image mesh plane polyline sphere",
+    "box": "size",
+    "sphere": "radius",
+    "cylinder": "radius length",
+    "capsule": "radius length",
+    "plane": "normal size",
+    "mesh": "uri scale submesh convex_decomposition",
+    "material": "script shader render_order lighting ambient diffuse specular shininess emissive "
+    "double_sided pbr",
+    "surface": "bounce friction contact soft_contact",
+    "friction": "torsional ode bullet",
+    "joint": "parent child gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch axis axis2 "
+    "physics frame pose sensor",
+    "axis": "initial_position xyz use_parent_model_frame dynamics limit mimic",
+    "dynamics": "damping friction spring_reference spring_stiffness",
+    "limit": "lower upper effort velocity stiffness dissipation",
+    "sensor": "always_on update_rate visualize enable_metrics topic frame pose plugin air_flow "
+    "air_pressure air_speed altimeter camera contact dvl force_torque gps imu lidar logical_camera "
+    "magnetometer navsat ray rfid rfidtag sonar transceiver",
+    "camera": "triggered camera_info_topic trigger_topic optical_frame_id horizontal_fov image clip save "
+    "depth_camera segmentation_type box_type noise distortion lens visibility_mask pose frame",
+    "clip": "near far",
+    "light": "cast_shadows intensity diffuse specular attenuation direction spot frame pose visualize "
+    "light_on",
+}
+_KNOWN = {parent: frozenset(children.split()) for parent, children in _CHILDREN.items()}
+
+# their contents are the user's own, read elsewhere, or of no interest here
+_OPAQUE = ("actor", "gui", "physics", "plugin", "population", "scene", "state")
+
+# what the specification has and no backend does; with the values that ask for nothing special
+_NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
+    ("world", "actor"): (),
+    ("world", "joint"): (),
+    ("world", "population"): (),
+    ("world", "road"): (),
+    ("model", "gripper"): (),
+    ("model", "enable_wind"): ("0", "false"),
+    ("link", "audio_source"): (),
+    ("link", "enable_wind"): ("0", "false"),
+    ("link", "gravity"): ("1", "true"),
+    ("link", "kinematic"): ("0", "false"),
+    ("link", "light"): (),
+    ("link", "particle_emitter"): (),
+    ("link", "projector"): (),
+    ("link", "velocity_decay"): (),
+    ("inertial", "fluid_added_mass"): (),
+    ("axis", "mimic"): (),
+    ("dynamics", "friction"): ("0", "0.0"),
+    ("dynamics", "spring_stiffness"): ("0", "0.0"),
+    ("light", "spot"): (),
+}
+
+
+def check_vocabulary(element: Element, notes: Notes) -> None:
+    """Warn, once for each kind, of elements that are unknown or have no effect here."""
+    known = _KNOWN.get(element.tag)
+    for child in element.children:
+        if known is not None and ":" not in child.tag:
+            _check(element, child, known, notes)
+        if child.tag not in _OPAQUE:
+            check_vocabulary(child, notes)
+
+
+def _check(parent: Element, child: Element, known: Collection[str], notes: Notes) -> None:
+    if child.tag not in known:
+        near = get_close_matches(child.tag, known, n=1)
+        hint = f"; did you mean <{near[0]}>?" if near else ""
+        notes.warn(child, f"a <{parent.tag}> has no <{child.tag}>: ignored{hint}")
+        return
+    nothing_special = _NOT_SIMULATED.get((parent.tag, child.tag))
+    if nothing_special is not None and child.text.lower() not in nothing_special:
+        value = f" {child.text}" if child.text else ""
+        notes.warn(child, f"<{child.tag}>{value} of a <{parent.tag}> is not simulated")

@@ -1,0 +1,103 @@
+"""Worlds of SDF."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.model import Light, Model, Scene
+from nrp_core.world.scene.plugins import warn_of_plugin
+from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.sdf.appearance import read_color
+from nrp_core.world.scene.sdf.frames import Frames, read_pose
+from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
+from nrp_core.world.scene.sdf.placed import Placed, read_placed
+from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.xml_tree import Element
+
+_LIGHT_KINDS = ("directional", "point", "spot")
+_GRAVITY: Vector = (0.0, 0.0, -9.8)
+_DOWN: Vector = (0.0, 0.0, -1.0)
+_WHITE = (1.0, 1.0, 1.0, 1.0)
+
+
+@dataclass(slots=True)
+class _State:
+    """What the ``<state>`` of a world changes: poses by kind and name, things added and removed."""
+
+    poses: dict[tuple[str, str], Pose] = field(default_factory=dict)
+    inserted: list[Element] = field(default_factory=list)
+    deleted: set[str] = field(default_factory=set)
+
+    @classmethod
+    def read(cls, states: Iterable[Element]) -> _State:
+        result = cls()
+        for state in states:
+            for thing in state.all("model", "light"):
+                result.poses[thing.tag, thing.attribute("name")] = read_pose(thing, WORLD)[0]
+            result.inserted += state.all("insertions")
+            result.deleted |= {
+                name.text for deletions in state.all("deletions") for name in deletions.all("name")
+            }
+        return result
+
+
+def read_world(world: Element, source: Source, reading: Reading) -> Scene:
+    """Read a ``<world>``, or the models and lights of an ``<sdf>`` without one.
+
+    Raises:
+        SceneError: something in it cannot be used.
+    """
+    for plugin in world.all("plugin"):
+        warn_of_plugin(plugin, reading)
+    state = _State.read(world.all("state"))
+    placed = [
+        thing
+        for part in (world, *state.inserted)
+        for thing in read_placed(part, source, reading, "model", "light")
+        if thing.name not in state.deleted
+    ]
+    models = [
+        replace(model, pose=state.poses.get(("model", model.name), model.pose))
+        for model in _models(world, [thing for thing in placed if thing.element.tag == "model"], reading)
+    ]
+    lights = [_light(thing, state) for thing in placed if thing.element.tag == "light"]
+    return Scene(tuple(models), tuple(lights), _gravity(world), reading.notes.texts)
+
+
+def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Iterator[Model]:
+    """Yield the models of a world, whose poses may be relative to each other's frames."""
+    frames = Frames(world, WORLD, WORLD)
+    for frame in world.all("frame"):
+        attached_to = frame.attributes.get("attached_to") or WORLD
+        frames.add(frame, attached_to, attached_to=attached_to)
+    read: list[tuple[Placed, Parts, Reading]] = []
+    for model in placed:
+        own = replace(reading, robot=model.name)
+        parts = read_parts(model, own, static=model.static)
+        frames.add_model(model.name, model.pose(WORLD, parts.frames), parts.frames, model.user)
+        read.append((model, parts, own))
+    for model, parts, own in read:
+        yield build_model(model, parts, model.name, frames.pose(model.name, model.user), own)
+
+
+def _light(light: Placed, state: _State) -> Light:
+    element, name = light.element, light.name
+    kind = element.attributes.get("type", "point")
+    if kind not in _LIGHT_KINDS:
+        raise element.error(f"there is no light of type '{kind}'{did_you_mean(kind, _LIGHT_KINDS)}")
+    pose = state.poses.get(("light", name), light.pose(WORLD)[0])
+    direction = pose.rotate(element.direction("direction", _DOWN))
+    return Light(name, kind, pose, direction, read_color(element, "diffuse") or _WHITE)
+
+
+def _gravity(world: Element) -> Vector:
+    """Return the gravity of a world; up to SDF 1.5 it stands in ``<physics>``."""
+    gravity = world.find("gravity") or world.find("physics", "gravity")
+    if gravity is None:
+        return _GRAVITY
+    x, y, z = gravity.numbers(3)
+    return x, y, z

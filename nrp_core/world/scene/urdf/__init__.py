@@ -1,0 +1,163 @@
+"""Robots in URDF, read as the SDF that they mean.
+
+Gazebo does the same: what a ``<robot>`` says in attributes becomes elements, and what its ``<gazebo>`` blocks
+say of a link, a joint or the whole (sensors, plugins, friction, materials) goes to where SDF has it. Every
+element keeps its line, so that messages point into the URDF file. See http://wiki.ros.org/urdf/XML.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.checks import MODEL, WORLD
+from nrp_core.world.scene.reading import Notes
+from nrp_core.world.scene.urdf.elements import from_attributes, new, numbers, pose
+from nrp_core.world.scene.urdf.gazebo import apply_block
+from nrp_core.world.scene.xml_tree import Element
+
+_READ = ("link", "joint", "material", "gazebo")
+_ELSEWHERE = ("transmission", "ros2_control", "sensor")  # for controllers and drivers, not for the body
+
+
+@dataclass(frozen=True, slots=True)
+class _Robot:
+    """What the parts of a robot need to know of the whole.
+
+    Args:
+        links: names of its links.
+        held_by: the joint that holds each link.
+        materials: those that visuals refer to by name.
+        notes: takes warnings.
+    """
+
+    links: Collection[str]
+    held_by: Mapping[str, Element]
+    materials: Mapping[str, Element]
+    notes: Notes
+
+    @classmethod
+    def of(cls, robot: Element, notes: Notes) -> _Robot:
+        links = {link.attribute("name") for link in robot.all("link")}
+        held_by = {joint.require("child").attribute("link"): joint for joint in robot.all("joint")}
+        materials = {material.attribute("name"): material for material in robot.all("material")}
+        return cls(links, held_by, materials, notes)
+
+    def joint_name(self, joint: Element) -> str:
+        """Return the name of a joint; in SDF it must not be that of a link."""
+        name = joint.attribute("name")
+        return f"{name}_joint" if name in self.links else name
+
+
+def to_sdf(element: Element, notes: Notes) -> Element:
+    """Return the ``<sdf>`` that a ``<robot>`` means.
+
+    Raises:
+        SceneError: the file is a xacro that was not expanded, or something in it is missing.
+    """
+    robot = _Robot.of(element, notes)
+    model = new("model", element, name=element.attribute("name"))
+    for child in element.children:
+        if child.tag.startswith("xacro:"):
+            raise child.error("this is a xacro file: expand it first, with `xacro FILE > robot.urdf`")
+        if child.tag == "link" and child.attribute("name") != WORLD:
+            model.children.append(_link(child, robot))
+        elif child.tag == "joint" and child.attribute("type") != "floating":
+            model.children.append(_joint(child, robot))
+        elif child.tag not in _READ:
+            known = child.tag in _ELSEWHERE
+            reason = "is not read" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"
+            notes.warn(child, f"the <{child.tag}> of a <robot> {reason}")
+    for block in element.all("gazebo"):
+        apply_block(block, model)
+    return new("sdf", element, model, version="1.11")
+
+
+# -- links
+
+
+def _link(link: Element, robot: _Robot) -> Element:
+    name = link.attribute("name")
+    result = new("link", link, *_place(robot.held_by.get(name), robot), name=name)
+    inertial = link.find("inertial")
+    if inertial is not None:
+        result.children.append(_inertial(inertial))
+    for tag in ("visual", "collision"):
+        for number, shaped in enumerate(link.all(tag)):
+            named = shaped.attributes.get("name") or f"{name}_{tag}" + (f"_{number}" if number else "")
+            part = new(tag, shaped, pose(shaped), _geometry(shaped.require("geometry")), name=named)
+            part.children += _material(shaped, robot) if tag == "visual" else []
+            result.children.append(part)
+    return result
+
+
+def _place(joint: Element | None, robot: _Robot) -> Iterator[Element]:
+    """Yield where a link is: at the joint that holds it, or, floating, relative to its parent."""
+    if joint is not None and joint.attribute("type") == "floating":
+        yield pose(joint, relative_to=_parent_frame(joint))
+    elif joint is not None:
+        yield new("pose", joint, relative_to=robot.joint_name(joint))
+
+
+def _inertial(inertial: Element) -> Element:
+    mass = new("mass", inertial, text=inertial.require("mass").attribute("value"))
+    given = inertial.require("inertia")
+    inertia = new("inertia", given, *from_attributes(given, "ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+    return new("inertial", inertial, mass, inertia, pose(inertial))
+
+
+def _geometry(geometry: Element) -> Element:
+    if not geometry.children:
+        return geometry
+    shape = geometry.children[0]
+    if shape.tag == "mesh":
+        parts = [new("uri", shape, text=shape.attribute("filename")), *from_attributes(shape, "scale")]
+    else:
+        parts = list(from_attributes(shape, "size", "radius", "length"))
+    return new("geometry", geometry, new(shape.tag, shape, *parts))
+
+
+def _material(visual: Element, robot: _Robot) -> list[Element]:
+    material = visual.find("material")
+    if material is None:
+        return []
+    name = material.attributes.get("name", "")
+    defined = material if material.children else robot.materials.get(name)
+    color = defined.find("color") if defined else None
+    if color is None:
+        robot.notes.warn(material, f"the material '{name}' has no colour: shown grey")
+        return []
+    return [new("material", material, new("diffuse", color, text=color.attribute("rgba")))]
+
+
+# -- joints
+
+
+def _joint(joint: Element, robot: _Robot) -> Element:
+    ends = [joint.require(end) for end in ("parent", "child")]
+    return new(
+        "joint",
+        joint,
+        *(new(end.tag, end, text=end.attribute("link")) for end in ends),
+        pose(joint, relative_to=_parent_frame(joint)),
+        _axis(joint),
+        name=robot.joint_name(joint),
+        type=joint.attribute("type"),
+    )
+
+
+def _parent_frame(joint: Element) -> str:
+    parent = joint.require("parent").attribute("link")
+    return MODEL if parent == WORLD else parent
+
+
+def _axis(joint: Element) -> Element:
+    axis = joint.find("axis") or joint
+    parts = [new("xyz", axis, text=numbers(axis, "xyz", "1 0 0"))]
+    for child in joint.all("limit", "dynamics", "mimic"):
+        values = list(from_attributes(child, "lower", "upper", "effort", "velocity", "damping", "friction"))
+        if child.tag == "limit":  # in URDF a limit that is not given is 0
+            values += [new(tag, child, text="0") for tag in ("lower", "upper") if tag not in child.attributes]
+        parts.append(new(child.tag, child, *values))
+    return new("axis", axis, *parts)

@@ -1,0 +1,73 @@
+"""The ``<gazebo>`` blocks of URDF: what it cannot say itself, in the words of SDF."""
+
+from __future__ import annotations
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.urdf.elements import new
+from nrp_core.world.scene.xml_tree import Element
+
+# of Gazebo's own solver, or of its conversion to SDF
+_SOLVER = {
+    *(
+        "kp",
+        "kd",
+        "minDepth",
+        "maxVel",
+        "maxContacts",
+        "fdir1",
+        "selfCollide",
+        "laserRetro",
+        "provideFeedback",
+    ),
+    *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor", "dampingFactor"),
+    *("disableFixedJointLumping", "preserveFixedJoint"),
+}
+
+
+def apply_block(block: Element, model: Element) -> None:
+    """Put what a ``<gazebo>`` block holds to where SDF has it."""
+    name = block.attributes.get("reference")
+    target = model
+    if name is not None:
+        named = {part.attributes["name"]: part for part in model.all("link", "joint")}
+        if name not in named:
+            raise block.error(f"the robot has no link or joint '{name}'{did_you_mean(name, named)}")
+        target = named[name]
+    for child in block.children:
+        if child.tag not in _SOLVER:
+            _give(child, target)
+
+
+def _give(child: Element, target: Element) -> None:
+    if child.tag == "material":
+        script = new("script", child, new("name", child, text=_value(child)))
+        for visual in target.all("visual"):
+            visual.children.insert(0, new("material", child, script))
+    elif child.tag in ("mu1", "mu2"):
+        for collision in target.all("collision"):
+            _friction(collision, child).children.append(
+                new(child.tag.replace("mu1", "mu"), child, text=_value(child))
+            )
+    elif child.tag == "turnGravityOff":
+        target.children.append(new("gravity", child, text="0" if _value(child) in ("1", "true") else "1"))
+    elif child.tag in ("visual", "collision"):
+        for part in target.all(child.tag):
+            part.children[:0] = child.children
+    else:
+        target.children.append(child)
+
+
+def _friction(collision: Element, at: Element) -> Element:
+    """Return the ``<ode>`` in the friction of a collision, made where there is none."""
+    here = collision
+    for tag in ("surface", "friction", "ode"):
+        found = here.find(tag)
+        if found is None:
+            found = new(tag, at)
+            here.children.append(found)
+        here = found
+    return here
+
+
+def _value(element: Element) -> str:
+    return element.text or element.attributes.get("value", "")

@@ -1,0 +1,202 @@
+"""``import nrp_core.pynn as sim`` is a PyNN simulator on any brain backend."""
+
+from math import log
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import neo
+import numpy as np
+import pytest
+
+import nrp_core.pynn
+from nrp_core.errors import CapabilityError, ExperimentError, UnknownBackendError
+from nrp_core.pynn import new_simulator
+
+
+@pytest.fixture
+def sim() -> ModuleType:
+    sim = new_simulator()
+    sim.setup(timestep=0.1)
+    return sim
+
+
+def driven(sim: ModuleType, n: int = 1, current: Any = 1.0) -> Any:
+    """Return cells that fire regularly under a constant current (nA)."""
+    cells = sim.Population(n, sim.IF_curr_exp(tau_m=20.0, tau_refrac=2.0, i_offset=current), label="cells")
+    cells.record(["spikes", "v"])
+    return cells
+
+
+def trains(cells: Any, segment: int = 0) -> list[list[float]]:
+    return [train.magnitude.tolist() for train in cells.get_data("spikes").segments[segment].spiketrains]
+
+
+def voltage(cells: Any, segment: int = 0) -> Any:
+    return cells.get_data("v").segments[segment].analogsignals[0]
+
+
+def test_spikes_are_where_the_equation_of_the_cell_puts_them(sim: ModuleType) -> None:
+    cells = driven(sim, 2, [1.0, 0.5])
+    sim.run(100.0)
+    first = 20.0 * log(20.0 / 5.0)  # 1 nA drives 1 nF with 20 ms towards 20 mV, 15 mV is the threshold
+    expected = [first + k * (first + 2.0) for k in range(4)]
+    assert trains(cells)[0] == pytest.approx([t for t in expected if t <= 100.0], abs=1e-6)
+    assert trains(cells)[1] == []
+    assert cells.get_spike_counts() == {0: len(trains(cells)[0]), 1: 0}
+    assert cells.mean_spike_count() == len(trains(cells)[0]) / 2
+
+
+def test_state_is_sampled_from_the_start_to_the_end(sim: ModuleType) -> None:
+    cells = driven(sim, 2)
+    cells.record("v", sampling_interval=0.5)
+    sim.run(10.0)
+    signal = voltage(cells)
+    assert signal.shape == (21, 2)
+    assert float(signal.sampling_period) == 0.5
+    assert signal.magnitude[:, 0] == pytest.approx(
+        -65.0 + 20.0 * (1 - np.exp(-signal.times.magnitude / 20.0))
+    )
+
+
+@pytest.mark.parametrize("backend", ["event", "spinnaker"])
+def test_running_in_parts_is_running_at_once(backend: str) -> None:
+    found = []
+    for parts in ([60.0], [1.0, 29.0, 30.0]):
+        sim = new_simulator()
+        sim.setup(timestep=1.0, backend=backend)
+        source = sim.Population(1, sim.SpikeSourcePoisson(rate=200.0))
+        cells = driven(sim, 3, [1.0, 0.9, 0.0])
+        sim.Projection(source, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.5, delay=2.0))
+        for part in parts:
+            sim.run(part)
+        assert sim.get_current_time() == 60.0
+        found.append((trains(cells), voltage(cells).magnitude.tolist()))
+    assert found[0] == found[1]
+    assert found[0][0][0]
+
+
+def test_a_reset_gives_a_new_segment_and_the_same_again(sim: ModuleType) -> None:
+    cells = driven(sim)
+    for _ in range(3):
+        sim.run(50.0)
+        sim.reset()
+        assert sim.get_current_time() == 0.0
+    assert trains(cells, 0) == trains(cells, 1) == trains(cells, 2)
+    assert trains(cells, 0)[0]
+
+
+def test_data_can_be_taken_away_while_running(sim: ModuleType) -> None:
+    cells = driven(sim)
+    sim.run(40.0)
+    before = cells.get_data(clear=True).segments[0]
+    sim.run(40.0)
+    after = cells.get_data().segments[0]
+    assert before.spiketrains[0].magnitude.max() < 40.0 < after.spiketrains[0].magnitude.min()
+    assert float(after.analogsignals[0].t_start) == 40.0
+    assert after.analogsignals[0][0] == before.analogsignals[0][-1]
+
+
+def test_callbacks_are_called_when_they_want_to_be(sim: ModuleType) -> None:
+    driven(sim)
+    called: list[float] = []
+
+    def every_7_ms(t: float) -> float:
+        called.append(t)
+        return t + 7.0
+
+    sim.run(20.0, callbacks=[every_7_ms])
+    assert called == [0.0, 7.0, 14.0, 20.0]
+
+
+def test_currents_act_while_they_are_on(sim: ModuleType) -> None:
+    cells = driven(sim, 3, 0.0)
+    step = sim.StepCurrentSource(times=[10.0, 30.0], amplitudes=[1.0, 0.0])
+    step.inject_into(cells[0:1])
+    pulse = sim.DCSource(amplitude=1.0, start=10.0, stop=30.0)
+    cells[1].inject(pulse)
+    step.record()
+    sim.run(50.0)
+    v = voltage(cells).magnitude
+    assert v[100].tolist() == [-65.0, -65.0, -65.0]
+    assert v[300] == pytest.approx([-65.0 + 20.0 * (1 - np.exp(-1.0))] * 2 + [-65.0])
+    assert v[:, 0].tolist() == v[:, 1].tolist()
+    assert step.get_data()[[0, 99, 100, 299, 300]].magnitude.ravel().tolist() == [0.0, 0.0, 1.0, 1.0, 0.0]
+
+
+def test_a_current_can_be_changed_between_runs(sim: ModuleType) -> None:
+    cells = driven(sim, 1, 0.0)
+    source = sim.DCSource(amplitude=0.0)
+    source.inject_into(cells)
+    sim.run(20.0)
+    source.amplitude = 0.5
+    sim.run(20.0)
+    v = voltage(cells).magnitude[:, 0]
+    assert v[200] == -65.0
+    assert v[400] == pytest.approx(-65.0 + 10.0 * (1 - np.exp(-1.0)))
+
+
+def test_the_network_may_change_before_it_runs_and_after_a_reset_but_not_while_it_runs(
+    sim: ModuleType,
+) -> None:
+    cells = driven(sim)
+    sim.run(30.0)
+    with pytest.raises(CapabilityError, match="cannot change at 30 ms, while it runs in 'event'; reset"):
+        cells.set(i_offset=2.0)
+    assert cells.get("i_offset") == 1.0
+    sim.reset()
+    cells.set(i_offset=2.0)
+    sim.run(30.0)
+    assert len(trains(cells, 1)[0]) > len(trains(cells, 0)[0])
+
+
+def test_two_simulators_run_side_by_side(sim: ModuleType) -> None:
+    other = new_simulator()
+    other.setup(timestep=1.0, backend="spinnaker")
+    first, second = driven(sim), driven(other, 2)
+    sim.run(50.0)
+    other.run(30.0)
+    assert (sim.get_current_time(), other.get_current_time()) == (50.0, 30.0)
+    assert (len(trains(first)), len(trains(second))) == (1, 2)
+    assert set(trains(second)[0]) <= set(range(31))
+
+
+def test_a_seed_decides_what_the_script_does_not(sim: ModuleType) -> None:
+    def spikes(seed: int) -> list[list[float]]:
+        sim.setup(timestep=0.1, seed=seed)
+        source = sim.Population(2, sim.SpikeSourcePoisson(rate=100.0))
+        source.record("spikes")
+        sim.run(100.0)
+        return trains(source)
+
+    assert spikes(1) == spikes(1)
+    assert spikes(1) != spikes(2)
+
+
+def test_data_that_were_asked_for_as_a_file_are_written_at_the_end(sim: ModuleType, tmp_path: Path) -> None:
+    cells = driven(sim)
+    cells.record("v", to_file=str(tmp_path / "v.pkl"))
+    sim.run(10.0)
+    sim.end()
+    (segment,) = neo.io.PickleIO(str(tmp_path / "v.pkl")).read_block().segments
+    assert segment.analogsignals[0].shape == (101, 1)
+
+
+def test_the_module_itself_is_a_simulator_and_gives_its_network() -> None:
+    sim = nrp_core.pynn
+    sim.setup(timestep=0.1)
+    sim.Population(4, sim.IF_cond_exp(), label="cells")
+    assert list(sim.network().populations) == ["cells"]
+    assert sim.run(5.0) == 5.0
+    sim.end()
+
+
+def test_a_wrong_backend_or_option_is_named(sim: ModuleType) -> None:
+    sim.setup(backend="evnt")
+    driven(sim)
+    with pytest.raises(UnknownBackendError, match="did you mean 'event'"):
+        sim.run(1.0)
+    sim.setup(backend="event", options={"resolutoin": "1 ms"})
+    driven(sim)
+    with pytest.raises(ExperimentError, match="options of the brain backend 'event': .*resolutoin"):
+        sim.run(1.0)

@@ -1,0 +1,82 @@
+"""Impossible numbers are refused where they enter a network, by name."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nrp_core.brain.limits import check_spike_times, check_synapses, check_values
+from nrp_core.errors import NetworkError
+
+PRE, POST = np.array([4, 5], np.int32), np.array([6, 7], np.int32)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "rule"),
+    [
+        ("cm", -0.1, "more than 0"),
+        ("tau_m", 0.0, "more than 0"),
+        ("tau_syn_E", np.nan, "more than 0"),
+        ("tau_refrac", -1.0, "0 or more"),
+        ("rate", -5.0, "0 or more"),
+        ("U", 1.5, "between 0 and 1"),
+        ("v_rest", np.nan, "a number"),
+        ("weight", np.inf, "finite"),
+        ("delay", -0.5, "0 ms or more, and finite"),
+    ],
+)
+def test_the_message_names_owner_cell_parameter_value_and_rule(name: str, value: float, rule: str) -> None:
+    with pytest.raises(NetworkError) as caught:
+        check_values("population 'exc'", {name: np.array([1.0, value])})
+    assert str(caught.value) == f"population 'exc': {name} of cell 1 is {value:g}; it must be {rule}"
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=1))
+def test_a_time_constant_is_accepted_exactly_if_all_are_positive(values: list[float]) -> None:
+    try:
+        check_values("p", {"tau_m": np.array(values)})
+    except NetworkError:
+        assert min(values) <= 0
+    else:
+        assert min(values) > 0
+
+
+def test_an_infinite_threshold_is_a_number() -> None:
+    check_values("p", {"v_thresh": np.array([np.inf])})
+
+
+@pytest.mark.parametrize(
+    ("conductance_based", "receptor", "right", "wrong"),
+    [
+        (True, "excitatory", 0.1, -0.1),
+        (True, "inhibitory", 0.1, -0.1),
+        (False, "excitatory", 0.1, -0.1),
+        (False, "inhibitory", -0.1, 0.1),
+    ],
+)
+def test_the_sign_of_a_weight_follows_from_receptor_and_kind_of_cell(
+    conductance_based: bool, receptor: str, right: float, wrong: float
+) -> None:
+    options: dict[str, Any] = {"conductance_based": conductance_based, "receptor": receptor, "signed": True}
+    check_synapses("projection 'a'", PRE, POST, {"weight": np.array([right, 0.0])}, **options)
+    with pytest.raises(NetworkError, match=rf"'a': weight of synapse 1 \(5 -> 7\) is {wrong:g}"):
+        check_synapses("projection 'a'", PRE, POST, {"weight": np.array([right, wrong])}, **options)
+
+
+def test_one_wrong_weight_for_all_synapses_is_found_without_spreading_it_out() -> None:
+    n = 10**9
+    everywhere = np.broadcast_to(np.float64(-1.0), (n,))
+    index = np.broadcast_to(np.int32(3), (n,))
+    with pytest.raises(NetworkError, match=r"weight of synapse 0 \(3 -> 3\) is -1"):
+        check_synapses(
+            "p", index, index, {"weight": everywhere},
+            conductance_based=True, receptor="excitatory", signed=True,
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("times", [[2.0, 1.0], [-1.0, 1.0], [1.0, np.inf], [1.0, np.nan, 2.0]])
+def test_spike_times_ascend_from_zero(times: list[float]) -> None:
+    with pytest.raises(NetworkError, match="the spike times of cell 1 must ascend"):
+        check_spike_times("population 's'", [np.empty(0), np.array(times)])

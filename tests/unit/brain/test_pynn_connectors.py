@@ -1,0 +1,223 @@
+"""Connectors draw the synapses that PyNN draws, from the same generator."""
+
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pyNN.mock
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pyNN.core import IndexBasedExpression
+
+from nrp_core.brain.network import Network
+from nrp_core.brain.pynn import builder
+from nrp_core.brain.pynn.random_pairs import random_pairs
+from nrp_core.errors import CapabilityError, NetworkError
+
+Make = Callable[[ModuleType, Any], Any]
+
+
+class Near(IndexBasedExpression):  # type: ignore[misc]
+    """A probability that depends on the indices of both cells."""
+
+    def __call__(self, i: Any, j: Any) -> Any:
+        return np.exp(-abs(i - j) / 2.0)
+
+
+CONNECTORS: dict[str, Make] = {
+    "all": lambda sim, rng: sim.AllToAllConnector(),
+    "all others": lambda sim, rng: sim.AllToAllConnector(allow_self_connections=False),
+    "one to one": lambda sim, rng: sim.OneToOneConnector(),
+    "probability": lambda sim, rng: sim.FixedProbabilityConnector(0.4, rng=rng),
+    "probability, others": lambda sim, rng: sim.FixedProbabilityConnector(0.7, False, rng=rng),
+    "probability, one way": lambda sim, rng: sim.FixedProbabilityConnector(0.7, "NoMutual", rng=rng),
+    "distance": lambda sim, rng: sim.DistanceDependentProbabilityConnector("exp(-d/3.0)", rng=rng),
+    "index": lambda sim, rng: sim.IndexBasedProbabilityConnector(Near(), rng=rng),
+    "displacement": lambda sim, rng: sim.DisplacementDependentProbabilityConnector(
+        lambda d: 0.5 * (d[0] < 3), rng=rng
+    ),
+    "into each": lambda sim, rng: sim.FixedNumberPreConnector(3, rng=rng),
+    "into each, repeated": lambda sim, rng: sim.FixedNumberPreConnector(5, with_replacement=True, rng=rng),
+    "out of each": lambda sim, rng: sim.FixedNumberPostConnector(3, rng=rng),
+    "out of each, all and more": lambda sim, rng: sim.FixedNumberPostConnector(20, rng=rng),
+    "out of each, others": lambda sim, rng: sim.FixedNumberPostConnector(2, False, rng=rng),
+    "out of each, repeated": lambda sim, rng: sim.FixedNumberPostConnector(4, True, True, rng=rng),
+    "out of each, some": lambda sim, rng: sim.FixedNumberPostConnector(
+        sim.RandomDistribution("uniform_int", (1, 5), rng=sim.NumpyRNG(5)), rng=rng
+    ),
+    "in all": lambda sim, rng: sim.FixedTotalNumberConnector(30, rng=rng),
+    "list": lambda sim, rng: sim.FromListConnector([(0, 1, 0.5, 1.0), (2, 0, 0.25, 2.0), (0, 1, 0.5, 1.5)]),
+    "list of pairs": lambda sim, rng: sim.FromListConnector([(2, 1), (0, 1), (1, 0)]),
+    "array": lambda sim, rng: sim.ArrayConnector(np.eye(8, dtype=bool)[:, ::-1]),
+}  # fmt: skip
+ONLY_SQUARE = {"array", "probability, one way"}
+
+
+def synapses(sim: ModuleType, n_pre: int, n_post: int, make: Make, weight: str, seed: int) -> Any:
+    sim.setup(timestep=0.1)
+    rng = sim.NumpyRNG(seed)
+    pre = sim.Population(n_pre, sim.IF_cond_exp())
+    post = pre if n_pre == n_post else sim.Population(n_post, sim.IF_cond_exp())
+    weights = {
+        "number": 0.5,
+        "distribution": sim.RandomDistribution("gamma", (2.0, 0.1), rng=sim.NumpyRNG(seed + 1)),
+        "redrawn": sim.RandomDistribution("normal_clipped", (0.0, 1.0, 0.0, 0.5), rng=sim.NumpyRNG(seed + 2)),
+        "one stream": sim.RandomDistribution("uniform", (0.0, 1.0), rng=rng),
+        "distance": "0.1 + 0.01*d",
+    }
+    synapse = sim.StaticSynapse(weight=weights[weight], delay=1.5)
+    return sim.Projection(pre, post, make(sim, rng), synapse, receptor_type="excitatory")
+
+
+@pytest.mark.parametrize("name", CONNECTORS)
+@settings(max_examples=25, deadline=None)
+@given(
+    n_pre=st.integers(4, 9), n_post=st.integers(4, 9), seed=st.integers(0, 2**31 - 9),
+    weight=st.sampled_from(["number", "distribution", "redrawn", "one stream", "distance"]),
+)  # fmt: skip
+def test_the_synapses_are_those_of_pynn(name: str, n_pre: int, n_post: int, seed: int, weight: str) -> None:
+    if name in ONLY_SQUARE:
+        n_pre = n_post = 8
+    drawn = [
+        synapses(sim, n_pre, n_post, CONNECTORS[name], weight, seed).get(["weight", "delay"], "list")
+        for sim in (pyNN.mock, builder())
+    ]
+    assert sorted(drawn[0]) == sorted(drawn[1])
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    sizes=st.tuples(st.integers(1, 40), st.integers(1, 5000)),
+    seed=st.integers(0, 2**31),
+    n=st.integers(0, 50),
+)  # fmt: skip
+def test_pairs_are_those_of_the_loop_and_leave_the_generator_where_it_does(
+    sizes: tuple[int, int], seed: int, n: int
+) -> None:
+    fast, slow = pyNN.mock.NumpyRNG(seed), pyNN.mock.NumpyRNG(seed)
+    looped = [
+        (slow.next(1, "uniform_int", {"low": 0, "high": sizes[0]})[0], slow.choice(np.arange(sizes[1])))
+        for _ in range(n)
+    ]
+    assert list(zip(*random_pairs(fast, *sizes, n), strict=True)) == looped
+    assert fast.randint(2**31) == slow.randint(2**31)
+
+
+@pytest.mark.parametrize("name", sorted({*CONNECTORS} - {"list", "list of pairs"} - ONLY_SQUARE))
+def test_a_single_presynaptic_cell_connects_too(name: str) -> None:
+    projection = synapses(builder(), 1, 3, CONNECTORS[name], "number", 1)
+    assert set(projection.pre_index) <= {0}
+    assert set(projection.post_index) <= {0, 1, 2}
+    if name in ("all", "all others", "out of each"):
+        assert projection.post_index.tolist() == [0, 1, 2]
+    if name == "one to one":
+        assert projection.post_index.tolist() == [0]
+
+
+def network_of(connector: Make, n: int = 20, seed: int = 0) -> Network:
+    sim = builder(seed)
+    cells = sim.Population(n, sim.IF_cond_exp(), label="cells")
+    sim.Projection(cells, cells, connector(sim, None), sim.StaticSynapse(weight=0.1), label="wiring")
+    network: Network = sim.network()
+    return network
+
+
+@pytest.mark.parametrize(
+    "connector",
+    [
+        lambda sim, rng: sim.FixedTotalNumberConnector(200, allow_self_connections=False),
+        lambda sim, rng: sim.SmallWorldConnector(4, 0.5, allow_self_connections=False),
+        lambda sim, rng: sim.FixedProbabilityConnector(0.9, allow_self_connections=False),
+        lambda sim, rng: sim.FixedNumberPostConnector(50, False, with_replacement=True),
+        lambda sim, rng: sim.FixedNumberPreConnector(50, False, with_replacement=True),
+    ],
+)
+def test_no_cell_connects_to_itself_if_it_may_not(connector: Make) -> None:
+    (wiring,) = network_of(connector).projections
+    assert wiring.size > 0
+    assert not (wiring.pre_index == wiring.post_index).any()
+
+
+def test_a_single_cell_cannot_avoid_itself() -> None:
+    with pytest.raises(NetworkError, match="has no other to connect to"):
+        network_of(lambda sim, rng: sim.FixedTotalNumberConnector(1, allow_self_connections=False), n=1)
+
+
+def test_an_assembly_knows_its_cells_in_another_assembly() -> None:
+    sim = builder()
+    a, b = sim.Population(6, sim.IF_cond_exp(), label="a"), sim.Population(5, sim.IF_cond_exp(), label="b")
+    connector = sim.AllToAllConnector(allow_self_connections=False)
+    projection = sim.Projection(a + b, b + a[2:4], connector, sim.StaticSynapse(weight=0.1))
+    assert len(projection) == 11 * 7 - 7
+
+
+def test_a_small_world_without_rewiring_is_a_lattice() -> None:
+    (wiring,) = network_of(lambda sim, rng: sim.SmallWorldConnector(2, 0.0)).projections
+    assert (abs(wiring.pre_index - wiring.post_index) < 2).all()
+    assert wiring.size == 20 + 2 * 19
+
+
+def test_a_small_world_with_rewiring_has_as_many_synapses_some_of_them_far() -> None:
+    (wiring,) = network_of(lambda sim, rng: sim.SmallWorldConnector(2, 0.5)).projections
+    far = abs(wiring.pre_index - wiring.post_index) >= 2
+    assert wiring.size == 20 + 2 * 19
+    assert 5 <= far.sum() <= 50
+
+
+def test_a_small_world_can_limit_how_many_synapses_leave_each_cell() -> None:
+    (wiring,) = network_of(lambda sim, rng: sim.SmallWorldConnector(5, 0.3, n_connections=4)).projections
+    assert (np.bincount(wiring.pre_index) == 4).all()
+
+
+def test_a_clone_connects_the_same_pairs_with_weights_of_its_own() -> None:
+    sim = builder()
+    a, b = sim.Population(6, sim.IF_cond_exp()), sim.Population(5, sim.IF_cond_exp())
+    original = sim.Projection(a, b, sim.FixedProbabilityConnector(0.5), sim.StaticSynapse(weight=0.1))
+    clone = sim.Projection(a, b, sim.CloneConnector(original), sim.StaticSynapse(weight=0.2))
+    assert clone.get("delay", "list") == original.get("delay", "list")
+    assert set(clone.get("weight", "list", with_address=False)) == {0.2}
+    with pytest.raises(NetworkError, match="does not connect the same populations"):
+        sim.Projection(b, a, sim.CloneConnector(original), sim.StaticSynapse(weight=0.2))
+
+
+def test_synapses_come_from_a_file_with_named_columns(tmp_path: Path) -> None:
+    path = tmp_path / "synapses.txt"
+    path.write_text('# columns = ["i", "j", "weight", "U"]\n0 1 0.5 0.2\n2 0 0.25 0.3\n')
+    sim = builder()
+    cells = sim.Population(3, sim.IF_cond_exp())
+    synapse = sim.TsodyksMarkramSynapse(weight=9.0, delay=0.7)
+    projection = sim.Projection(cells, cells, sim.FromFileConnector(str(path)), synapse)
+    assert projection.get(["weight", "U", "delay"], "list") == [(2, 0, 0.25, 0.3, 0.7), (0, 1, 0.5, 0.2, 0.7)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "names", "says"),
+    [
+        ([(0, 9)], None, "postsynaptic index 9 in its list of synapses; 'cells' has cells 0..19"),
+        ([(-1, 0)], None, "presynaptic index -1 in"),
+        ([(0.5, 0)], None, "presynaptic index 0.5 in"),
+        ([(0, 1, 0.1)], ("weigth",), "its synapses have no 'weigth'; did you mean 'weight'"),
+        ([(0, 1, 0.1, -2.0)], None, r"delay of synapse 0 \(0 -> 1\) is -2"),
+        ([(0, 1, -0.1, 2.0)], None, r"weight of synapse 0 \(0 -> 1\) is -0.1"),
+    ],
+)
+def test_a_wrong_row_of_a_list_is_named(rows: Any, names: Any, says: str) -> None:
+    rows = [(row[0], 39, *row[2:]) if row[1] == 9 else row for row in rows]
+    says = says.replace("index 9", "index 39")
+    with pytest.raises(NetworkError, match=f"projection 'wiring': {says}"):
+        network_of(lambda sim, rng: sim.FromListConnector(rows, names))
+
+
+def test_drawing_a_total_without_replacement_is_refused() -> None:
+    with pytest.raises(CapabilityError, match="draws with replacement only"):
+        network_of(lambda sim, rng: sim.FixedTotalNumberConnector(5, with_replacement=False))
+
+
+def test_building_a_large_projection_stores_one_weight_and_small_indices() -> None:
+    (wiring,) = network_of(lambda sim, rng: sim.FixedNumberPreConnector(300), n=1000).projections
+    assert wiring.size == 300_000
+    assert (wiring.pre_index.dtype, wiring.post_index.dtype) == (np.int32, np.int32)
+    assert (wiring.weight.strides, wiring.delay_ms.strides) == ((0,), (0,))

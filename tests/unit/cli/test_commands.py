@@ -1,0 +1,186 @@
+"""The commands around a run, and what all commands have in common."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.cli import doctor
+from nrp_core.cli.app import COMMANDS
+from nrp_core.diagnosis import Diagnosis
+from nrp_core.errors import TopicError
+from nrp_core.experiment.control import ControlServer
+from nrp_core.recording.read import Recording
+from nrp_core.registry import Provider
+from nrp_core.survey import Surveyed
+
+Nrp = Callable[..., Any]
+
+
+def surveyed(kind: str, name: str, **known: Any) -> Surveyed:
+    known.setdefault("available", True)
+    return Surveyed(kind, Provider(name, "some-package", "2.0", "module:Class"), **known)
+
+
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> list[Surveyed]:
+    """What a survey finds: a list to be changed."""
+    backends = [
+        surveyed(
+            "brain", "good", capabilities={"cells": ["A", "B"], "resolution_ns": None, "snapshot": True}
+        ),
+        surveyed("world", "bad", available=False, reason="no engine", remedy="pip install engine"),
+    ]
+    monkeypatch.setattr("nrp_core.survey.survey", lambda **_: backends)
+    return backends
+
+
+def test_the_help_text_imports_nothing_heavy() -> None:
+    program = (
+        "import sys\nfrom nrp_core.cli.app import run_app\nrun_app(['--help'])\n"
+        "heavy = {'numpy', 'numba', 'cv2', 'rich', 'rosbags', 'pyNN', 'matplotlib'}\n"
+        "print(sorted(heavy & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+    for command in COMMANDS:
+        assert f"  {command.__name__} " in done.stdout
+
+
+@pytest.mark.parametrize("command", [command.__name__ for command in COMMANDS])
+def test_every_command_can_answer_in_json_and_is_explained(nrp: Nrp, command: str) -> None:
+    done = nrp(command, "--help")
+    assert done.code == 0
+    assert "--json" in done.out
+
+
+def test_a_misspelt_command_gets_a_hint(nrp: Nrp) -> None:
+    done = nrp("validte")
+    assert done.code == 2
+    assert "Did you mean 'validate'?" in done.err
+
+
+def test_the_version_is_that_of_the_distribution(nrp: Nrp) -> None:
+    assert nrp("--version").out.startswith("nrp-core ")
+
+
+# -- validate
+
+
+def test_a_valid_experiment_is_valid(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("validate", experiment)
+    assert (done.code, done.out) == (0, "valid\n")
+
+
+def test_everything_wrong_is_told_at_once(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("validate", experiment, "-s", "topics./a=nothing/Here", "-s", "duration=-1 s", "--json")
+    data = json.loads(done.out)
+    assert (done.code, data["valid"]) == (3, False)
+    assert len(data["findings"]) == 2
+    assert {finding["level"] for finding in data["findings"]} == {"error"}
+
+
+def test_a_backend_that_is_missing_is_another_code_than_a_mistake(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("validate", experiment, "--brain", "nowhere")
+    assert done.code == 4
+    assert "no brain backend is called 'nowhere'" in done.err
+    assert nrp("validate", experiment, "--brain", "nowhere", "-s", "timestp=1").code == 3
+
+
+# -- publish
+
+
+@pytest.fixture
+def socket(tmp_path: Path) -> Any:
+    """A socket on which a run listens, and what it was told to publish."""
+    told: list[Any] = []
+
+    def publish(topic: str, value: Any) -> None:
+        if topic != "/glass":
+            raise TopicError(f"no topic '{topic}'")
+        told.append(value)
+
+    path = tmp_path / "run.sock"
+    with ControlServer(path, publish):
+        yield path, told
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("red", "red"), ("0.5", 0.5), ("{linear: {x: 1}}", {"linear": {"x": 1}}), ("-1", -1)]
+)
+def test_a_published_value_is_read_as_yaml(nrp: Nrp, socket: Any, text: str, value: object) -> None:
+    path, told = socket
+    assert nrp("publish", path, "/glass", "--", text).code == 0
+    assert told == [value]
+
+
+def test_what_the_run_refuses_exits_with_1(nrp: Nrp, socket: Any, tmp_path: Path) -> None:
+    path, _ = socket
+    done = nrp("publish", path, "/wall", "red")
+    assert (done.code, done.err) == (1, "error: no topic '/wall'\n")
+    assert nrp("publish", tmp_path / "nobody", "/glass", "red").code == 1
+
+
+# -- backends and doctor
+
+
+def test_backends_are_listed_with_what_they_have_or_why_not(nrp: Nrp, found: list[Surveyed]) -> None:
+    out = nrp("backends").out
+    assert "✓ brain good  some-package 2.0" in out
+    assert "cells            A, B" in out
+    assert "resolution       exact" in out
+    assert "snapshot         yes" in out
+    assert "✗ world bad  some-package 2.0\n    no engine; try: pip install engine" in out
+
+
+def test_backends_in_json_say_the_same(nrp: Nrp, found: list[Surveyed]) -> None:
+    good, bad = json.loads(nrp("backends", "--json").out)["backends"]
+    assert (good["kind"], good["name"], good["available"], good["reason"]) == ("brain", "good", True, None)
+    assert good["capabilities"]["cells"] == ["A", "B"]
+    assert (bad["available"], bad["reason"], bad["remedy"]) == (False, "no engine", "pip install engine")
+    assert (bad["distribution"], bad["version"]) == ("some-package", "2.0")
+
+
+def test_the_doctor_says_no_if_no_world_can_run(nrp: Nrp, found: list[Surveyed]) -> None:
+    done = nrp("doctor")
+    assert done.code == 1
+    assert "✗ no engine; try: pip install engine" in done.out
+    assert done.out.endswith("no brain or no world backend can run here\n")
+
+
+def test_the_doctor_tells_what_is_missing_and_what_that_means(nrp: Nrp, found: list[Surveyed]) -> None:
+    missing = Diagnosis("OpenGL", False, "cameras are slow", "apt-get install libgl1")
+    found[1] = surveyed("world", "fine", diagnoses=(missing,))
+    done = nrp("doctor")
+    assert done.code == 0
+    assert "✗ OpenGL: cameras are slow; try: apt-get install libgl1" in done.out
+    data = json.loads(nrp("doctor", "--json").out)
+    assert data["healthy"] is True
+    assert data["machine"]["cores"] >= 1
+    assert {one["subject"] for one in data["diagnoses"]} >= {"a display", "numpy"}
+    assert data["backends"][1]["diagnoses"][0]["meaning"] == "cameras are slow"
+    assert doctor.__doc__
+
+
+# -- schema and plot
+
+
+def test_the_schema_is_a_json_schema(nrp: Nrp) -> None:
+    schema = json.loads(nrp("schema", "experiment").out)
+    assert schema["$schema"].startswith("https://json-schema.org/")
+    assert "timestep" in schema["properties"]
+
+
+def test_a_recording_is_drawn_later(nrp: Nrp, experiment: Path, tmp_path: Path) -> None:
+    recording, figure = tmp_path / "recording", tmp_path / "figure.png"
+    nrp("run", experiment, "--until", "100ms", "--record", recording)
+    done = nrp("plot", recording, "-o", figure, "--json")
+    assert json.loads(done.out) == {"figure": str(figure), "complete": True}
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    assert Recording(recording).complete
+    assert nrp("plot", tmp_path / "nothing", "-o", figure).code == 2
+    assert nrp("plot", recording, "-o", "figure.doc").code == 2

@@ -1,0 +1,228 @@
+"""nrp run: what it prints, records, draws, and the code it exits with."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.recording.read import Recording
+
+Nrp = Callable[..., Any]
+
+
+def test_a_run_that_passes_says_so_and_exits_with_0(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("run", experiment)
+    assert done.code == 0
+    assert "✓ arrives: 0.99 m after 1.52 s" in done.out
+    assert "husky ends at x 2.02 m" in done.out
+    assert done.out.splitlines()[-1] == "passed"
+
+
+def test_a_criterion_that_is_not_met_exits_with_1(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("run", experiment, "-s", "criteria.arrives.near.within=0.1 m")
+    assert done.code == 1
+    assert "✗ arrives" in done.out
+    assert done.out.splitlines()[-1] == "failed: a criterion is not met"
+
+
+def test_a_run_that_is_cut_short_has_decided_nothing_and_exits_with_0(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("run", experiment, "--until", "0.1 s")
+    assert done.code == 0
+    assert "? arrives: not decided" in done.out
+    assert done.out.splitlines()[-1] == "not decided: the run was cut short"
+
+
+def test_json_holds_everything_that_scripts_rely_on(nrp: Nrp, experiment: Path) -> None:
+    data = json.loads(nrp("run", experiment, "--seed", 3, "--json").out)
+    assert set(data) >= {
+        "experiment", "brain", "world", "seed", "sim_time_s", "wall_time_s", "real_time_factor", "steps",
+        "passed", "criteria", "time_share", "final_pose", "trajectory_digest", "spikes", "events", "warnings",
+    }  # fmt: skip
+    assert (data["seed"], data["passed"], data["steps"], data["error"]) == (3, True, 150, None)
+    assert set(data["time_share"]) == {"brain", "world", "transfer_functions", "engine"}
+    assert data["criteria"]["arrives"]["passed"] is True
+
+
+def test_options_come_from_the_environment_and_the_command_line_wins(
+    nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NRP_SEED", "11")
+    monkeypatch.setenv("NRP_UNTIL", "40ms")
+    monkeypatch.setenv("NRP_JSON", "1")
+    data = json.loads(nrp("run", experiment).out)
+    assert (data["seed"], data["steps"]) == (11, 2)
+    assert json.loads(nrp("run", experiment, "--seed", 12).out)["seed"] == 12
+
+
+def wrong(folder: Path, body: str) -> str:
+    """Return the override that adds a transfer function which goes wrong after a second."""
+    path = folder / "wrong.py"
+    path.write_text(
+        "@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))\n"
+        f"def wrong(t):\n    if t > 1.0:\n        {body}\n"
+    )
+    return f"transfer_functions=[{path}]"
+
+
+def test_a_function_that_raises_ends_the_run_and_the_recording_is_complete(
+    nrp: Nrp, experiment: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "recording"
+    done = nrp("run", experiment, "-s", wrong(experiment, "1 / 0"), "--record", folder)
+    assert done.code == 1
+    assert "wrong.py:4: transfer function 'wrong' raised ZeroDivisionError" in done.err
+    assert "Traceback" not in done.err
+    assert done.out.splitlines()[-1] == "failed at 1.02 s"
+    recording = Recording(folder)
+    assert recording.complete
+    assert (recording.run["state"], recording.run["result"]["sim_time_s"]) == ("failed", 1.02)
+    assert max(one.t_ns for one in recording.messages({"/gazebo/model_states"})) == 1_020_000_000
+
+
+def test_a_failed_run_in_json_holds_the_error_and_the_result(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("run", experiment, "-s", wrong(experiment, "return 5"), "--json")
+    data = json.loads(done.out)
+    assert done.code == 1
+    assert data["error"]["kind"] == "TransferFunctionRaisedError"
+    assert data["error"]["t_ns"] == 1_020_000_000
+    assert (data["steps"], data["passed"]) == (51, False)
+
+
+def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Path) -> None:
+    settings = (wrong(experiment, "1 / 0"), "on_error=quarantine", "criteria=null")
+    done = nrp("run", experiment, *(word for setting in settings for word in ("-s", setting)), "--json")
+    data = json.loads(done.out)
+    assert (done.code, data["steps"], len(data["failures"])) == (0, 150, 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("run", "nowhere"), 3, "there is no experiment 'nowhere'"),
+        (("run", "{}", "--brain", "countin"), 4, "did you mean 'counting'?"),
+        (("run", "{}", "--brain", "broken"), 4, "pip install --force-reinstall fakes"),
+        (("run", "{}", "-s", "timestp=3"), 3, "did you mean 'timestep'? [NRP201]"),
+        (("run", "{}", "-s", "timestep=7 us"), 3, "[NRP20"),
+        (("run", "{}", "--pace", "fast"), 3, "a pace is 'max', 'realtime' or a factor above 0"),
+        (("run", "{}", "--until", "5"), 2, "a time needs a unit"),
+        (("run", "{}", "--until", "15ms"), 2, "15ms is not a whole number of steps of 20 ms"),
+        (("run", "{}", "--plot", "figure.gif"), 2, "a figure is a .png, .svg or .pdf file"),
+        (("run", "{}", "--plot", "no/such/figure.png"), 2, "there is no such folder"),
+        (("run", "{}", "--record", "{}"), 2, "a recording begins in a new folder"),
+        (("run", "{}", "--pictures", "gif"), 2, "'gif'"),
+        (("run", "{}", "--sed", "3"), 2, "--seed"),
+        (("run",), 2, "EXPERIMENT"),
+    ],
+)
+def test_each_mistake_has_its_message_and_its_code(
+    nrp: Nrp, experiment: Path, arguments: tuple[str, ...], code: int, message: str
+) -> None:
+    done = nrp(*(argument.format(experiment) for argument in arguments))
+    assert done.code == code
+    assert message in done.err
+    assert "Traceback" not in done.err
+    assert done.out == ""
+
+
+def test_a_mistake_in_the_file_is_found_by_line_and_column(nrp: Nrp, experiment: Path) -> None:
+    path = experiment / "experiment.yaml"
+    path.write_text(path.read_text().replace("timestep:", "timestp:"))
+    done = nrp("run", experiment)
+    line = next(i for i, text in enumerate(path.read_text().splitlines(), 1) if "timestp" in text)
+    assert done.code == 3
+    assert done.err.startswith(f"error: {path}:{line}:1: ")
+    data = json.loads(nrp("run", experiment, "--json").out)["error"]
+    assert (data["path"], data["line"], data["column"]) == (str(path), line, 1)
+    assert data["findings"][0]["code"] == "NRP201"
+
+
+def test_usage_errors_are_json_too(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("run", experiment, "--until", "5", "--json")
+    assert done.code == 2
+    assert json.loads(done.out)["error"]["kind"] == "UsageError"
+
+
+def test_a_mistake_in_the_program_is_one_line_unless_asked_for(
+    nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from nrp_core.experiment.run import Run
+
+    monkeypatch.setattr(Run, "run", lambda *_: [].pop())
+    done = nrp("run", experiment)
+    assert done.code == 1
+    assert "IndexError: pop from empty list; this is a mistake in the program" in done.err
+    assert "Traceback" not in done.err
+    assert "Traceback" in nrp("--debug", "run", experiment).err
+
+
+def test_a_figure_is_drawn_without_leaving_a_recording(nrp: Nrp, experiment: Path, tmp_path: Path) -> None:
+    figure = tmp_path / "figure.svg"
+    done = nrp("run", experiment, "--until", "200ms", "--plot", figure)
+    assert done.code == 0
+    assert f"figure: {figure}" in done.out
+    assert figure.read_text().startswith("<?xml")
+    assert "recorded" not in done.out
+
+
+def test_nothing_but_the_document_reaches_standard_output(nrp_process: Nrp, experiment: Path) -> None:
+    body = "pass\n    print('from Python')\n    import os; os.write(1, b'from C')"
+    done = nrp_process("run", experiment, "-s", wrong(experiment, body), "--until", "40ms", "--json")
+    assert json.loads(done.out)["steps"] == 2
+    assert "from Python" in done.err
+    assert "from C" in done.err
+
+
+@pytest.fixture
+def running(experiment: Path, tmp_path: Path) -> Any:
+    """A run in real time that has recorded something already."""
+    recording = tmp_path / "recording"
+    command = [
+        sys.executable,
+        "-m",
+        "nrp_core",
+        "run",
+        experiment,
+        "--pace",
+        "realtime",
+        "--record",
+        recording,
+    ]
+    file = recording / "recording.mcap"
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen([*map(str, command), "--json"], **pipes) as process:
+        while process.poll() is None and not (file.exists() and file.stat().st_size > 5_000):
+            time.sleep(0.01)
+        yield process, recording
+        process.kill()
+
+
+def test_ctrl_c_ends_the_run_cleanly(running: Any) -> None:
+    process, folder = running
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate()
+    data = json.loads(out)
+    recording = Recording(folder)
+    assert process.returncode == 130
+    assert data["interrupted"] is True
+    assert 0 < data["steps"] < 150
+    assert recording.complete
+    assert recording.run["state"] == "interrupted"
+    last_ns = max(one.t_ns for one in recording.messages({"/gazebo/model_states"}))
+    assert last_ns == data["steps"] * 20_000_000
+
+
+def test_a_killed_run_leaves_a_recording_that_can_be_read(running: Any) -> None:
+    process, folder = running
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    recording = Recording(folder)
+    assert not recording.complete
+    assert (recording.run["state"], recording.run["result"]) == ("running", None)
+    assert len(list(recording.messages({"/gazebo/model_states"}))) > 2

@@ -1,0 +1,147 @@
+"""Criteria: passed, failed or not decided, and since when."""
+
+from math import hypot
+from typing import Any
+
+import pytest
+
+from nrp_core.experiment.conditions import Times
+from nrp_core.experiment.criteria import Judge, Outcome, all_passed, judge_of
+from nrp_core.experiment.happenings import Criterion, Near
+from nrp_core.experiment.whereabouts import Proximity, Whereabouts
+from nrp_core.world.interface import World
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.scene.model import Joint, Link, Model, Scene
+from nrp_core.world.scene.pose import Pose
+
+MS = 1_000_000
+TO_GLASS = {"model": "husky", "visual": "wall/body/glass", "within": "1 m"}
+
+
+def judged(world: World, criterion: dict[str, Any], times: Times, *, speed: float, steps: int = 150) -> Judge:
+    """Drive the husky forward for 3 s, look at every step."""
+    judge, where = judge_of(Criterion.model_validate(criterion), world.scene), Whereabouts(world)
+    drive = world.advertise("/husky/cmd_vel")
+    for step in range(steps):
+        judge.look(step * 20 * MS, {k: t for k, t in times.items() if t <= step * 20 * MS}, where)
+        drive.publish(Twist(Vector3(speed, 0.0, 0.0)))
+        world.run_until((step + 1) * 20 * MS)
+        where.refresh()
+    return judge
+
+
+def test_coming_near_in_time_passes_and_tells_when(world: World) -> None:
+    criterion = {"near": TO_GLASS, "within_of": {"event": "red", "time": "2 s"}}
+    outcome = judged(world, criterion, {"red": 500 * MS}, speed=1.0).outcome
+    assert outcome.passed is True
+    assert outcome.decided_s == 2.0
+    assert outcome.took_s == 1.5
+    assert outcome.distance == pytest.approx(0.99)
+
+
+def test_coming_near_too_late_fails_as_soon_as_the_time_is_over(world: World) -> None:
+    criterion = {"near": TO_GLASS, "within_of": {"event": "red", "time": "1 s"}}
+    outcome = judged(world, criterion, {"red": 500 * MS}, speed=1.0).outcome
+    assert outcome.passed is False
+    assert outcome.decided_s == 1.52
+    assert outcome.reason.startswith("no nearer than 1.49 m")
+
+
+def test_being_near_before_the_event_does_not_count(world: World) -> None:
+    near = {
+        "near": {"model": "husky", "point": [0, 0], "within": "0.5 m"},
+        "within_of": {"event": "red", "time": "1 s"},
+    }
+    assert judged(world, near, {"red": 1000 * MS}, speed=1.0).outcome.passed is False
+
+
+def test_an_event_that_never_happens_leaves_open_until_a_whole_run_is_over(world: World) -> None:
+    criterion = {"near": TO_GLASS, "within_of": {"event": "red", "time": "1 s"}}
+    judge = judged(world, criterion, {}, speed=1.0)
+    assert judge.outcome.passed is None
+    judge.finish(world.now_ns)
+    assert judge.outcome == Outcome(False, 3.0, None, None, 1.0, "never began to count: red did not come")
+
+
+def test_without_an_event_any_time_will_do(world: World) -> None:
+    near = {"near": {"model": "husky", "other": "cart", "within": "4.1 m"}}
+    assert judged(world, near, {}, speed=0.1).outcome.decided_s == 0.0
+
+
+def test_never_coming_near_fails_at_the_end(world: World) -> None:
+    judge = judged(world, {"near": TO_GLASS}, {}, speed=0.1)
+    assert judge.outcome.passed is None
+    judge.finish(world.now_ns)
+    assert judge.outcome.passed is False
+    assert "by the end of the run" in judge.outcome.reason
+
+
+def test_staying_passes_at_the_end_and_knows_how_far_it_went(world: World) -> None:
+    judge = judged(world, {"stays_within": {"model": "husky", "distance": "0.5 m"}}, {}, speed=0.1)
+    judge.finish(world.now_ns)
+    assert judge.outcome.passed is True
+    assert judge.outcome.distance == pytest.approx(0.298)
+
+
+def test_leaving_fails_at_once(world: World) -> None:
+    outcome = judged(world, {"stays_within": {"model": "husky", "distance": "0.51 m"}}, {}, speed=1.0).outcome
+    assert outcome.passed is False
+    assert outcome.decided_s == 0.52
+
+
+def test_staying_until_an_event_is_decided_by_it(world: World) -> None:
+    stays = {"stays_within": {"model": "husky", "distance": "0.5 m", "during": {"until": "red"}}}
+    outcome = judged(world, stays, {"red": 400 * MS}, speed=1.0).outcome
+    assert (outcome.passed, outcome.decided_s) == (True, 0.4)
+
+
+def test_staying_from_an_event_on_starts_where_the_model_is_then(world: World) -> None:
+    stays = {"model": "husky", "distance": "0.5 m", "during": {"since": "red", "until": "1.4 s"}}
+    outcome = judged(world, {"stays_within": stays}, {"red": 1000 * MS}, speed=1.0).outcome
+    assert outcome.passed is True
+    assert outcome.distance == pytest.approx(0.4)
+
+
+def test_staying_near_a_place_counts_from_that_place(world: World) -> None:
+    stays = {"model": "husky", "distance": "0.5 m", "of": [1, 0]}
+    assert judged(world, {"stays_within": stays}, {}, speed=0.0, steps=2).outcome.passed is False
+
+
+def test_a_moment_that_is_not_on_a_step_cuts_before_the_next_one(world: World) -> None:
+    stays = {"model": "husky", "distance": "0.51 m", "during": {"until": "510 ms"}}
+    outcome = judged(world, {"stays_within": stays}, {}, speed=1.0).outcome
+    assert (outcome.passed, outcome.distance) == (True, pytest.approx(0.5))
+
+
+def test_distances_to_a_moving_visual_follow_its_model(world: World) -> None:
+    near = Near.model_validate({"model": "cart", "visual": "husky/base/glass", "within": "1 m"})
+    proximity, where = Proximity(near, world.scene), Whereabouts(world)
+    assert proximity.distance(where) == pytest.approx(3.0)
+    world.advertise("/husky/cmd_vel").publish(Twist(Vector3(40.0, 0.0, 0.0)))
+    world.run_until(100 * MS)
+    where.refresh()
+    assert proximity.distance(where) == pytest.approx(hypot(3.0, 4.0 - 0.01))
+
+
+def test_a_visual_that_a_joint_moves_has_no_known_distance(room: Scene) -> None:
+    (visual,) = room.model("cart").links[0].visuals
+    links = (Link("base"), Link("arm", visuals=(visual,)), Link("hand", visuals=(visual,)))
+    joints = (Joint("elbow", "revolute", "base", "arm"), Joint("wrist", "fixed", "arm", "hand"))
+    scene = room.with_model(Model("crane", links, joints, pose=Pose((9.0, 0.0, 0.0))))
+    near = {"near": {"model": "husky", "visual": "crane/hand/glass", "within": "1 m"}}
+    with pytest.raises(ValueError, match="'crane/hand' is not known: joint 'elbow' moves it"):
+        judge_of(Criterion.model_validate(near), scene)
+
+
+def outcome(passed: bool | None) -> Outcome:
+    return Outcome(passed, None, None, None, 1.0, "")
+
+
+@pytest.mark.parametrize(
+    ("each", "together"),
+    [([], True), ([True, True], True), ([True, None], None), ([None, False], False), ([True, False], False)],
+)
+def test_a_run_passes_when_all_did_and_fails_when_one_did(
+    each: list[bool | None], together: bool | None
+) -> None:
+    assert all_passed([outcome(passed) for passed in each]) is together

@@ -1,0 +1,156 @@
+"""Events happen once, in time, in an order that does not depend on how they are written down."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from nrp_core.errors import SceneError, TopicError
+from nrp_core.experiment.conditions import trigger
+from nrp_core.experiment.events import Events, action_of
+from nrp_core.experiment.happenings import Event
+from nrp_core.experiment.whereabouts import Whereabouts
+from nrp_core.world.interface import World
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import Float64
+
+GLASS = "/wall/body/glass/color"
+MS = 1_000_000
+
+
+@pytest.fixture
+def where(world: World) -> Whereabouts:
+    return Whereabouts(world)
+
+
+Add = Callable[..., None]
+
+
+@pytest.fixture
+def events() -> Events:
+    return Events()
+
+
+@pytest.fixture
+def add(events: Events, world: World, where: Whereabouts) -> Add:
+    """Add an event as an experiment file writes it."""
+
+    def added(name: str, **fields: Any) -> None:
+        event = Event.model_validate(fields)
+        actions = [action_of(publish, world) for publish in event.publish]
+        events.add(name, trigger(event, world, where), actions)
+
+    return added
+
+
+def color_of(world: World) -> Any:
+    latest = world.subscribe(GLASS).latest
+    assert latest is not None
+    return latest.message.r, latest.message.g, latest.message.b
+
+
+def test_an_event_happens_once_at_the_first_step_not_before_its_time(events: Events, add: Add) -> None:
+    add("late", at="30 ms")
+    assert [events.fire_due(t * 20 * MS) for t in range(4)] == [[], [], ["late"], []]
+    assert events.times == {"late": 40 * MS}
+
+
+def test_what_an_event_publishes_acts_from_its_time_on(events: Events, add: Add, world: World) -> None:
+    add("red", at="0 s", publish={"topic": GLASS, "value": "Gazebo/RedGlow"})
+    assert color_of(world) != (1, 0, 0)
+    events.fire_due(0)
+    assert color_of(world) == (1, 0, 0)
+
+
+def test_an_event_may_publish_several_messages(events: Events, add: Add, world: World) -> None:
+    world.declare("/mood", Float64)
+    mood = world.subscribe("/mood")
+    add("red", at="0 s", publish=[{"topic": GLASS, "value": "red"}, {"topic": "/mood", "value": 1}])
+    events.fire_due(0)
+    assert color_of(world) == (1, 0, 0)
+    assert mood.latest is not None
+    assert mood.latest.message == Float64(1.0)
+
+
+@pytest.mark.parametrize("order", [("first", "second", "third"), ("third", "second", "first")])
+def test_an_event_that_waits_for_another_happens_after_it_wherever_it_stands(
+    events: Events, add: Add, order: tuple[str, ...]
+) -> None:
+    waiting: dict[str, dict[str, Any]] = {
+        "first": {"at": "20 ms"},
+        "second": {"when": {"event": "first"}},
+        "third": {"when": {"event": "second", "after": "40 ms"}},
+    }
+    for name in order:
+        add(name, **waiting[name])
+    fired = {t: events.fire_due(t * MS) for t in range(0, 100, 20)}
+    assert fired == {0: [], 20: ["first", "second"], 40: [], 60: ["third"], 80: []}
+
+
+def test_a_model_that_comes_near_a_visual_lets_an_event_happen(
+    events: Events, add: Add, world: World, where: Whereabouts
+) -> None:
+    near = {"model": "husky", "visual": "wall/body/glass", "within": "1 m"}
+    add("arrived", when={"near": near})
+    drive = world.advertise("/husky/cmd_vel")
+    arrived: list[float] = []
+    for step in range(1, 200):
+        drive.publish(Twist(Vector3(1.0, 0.0, 0.0)))
+        world.run_until(step * 20 * MS)
+        where.refresh()
+        if events.fire_due(world.now_ns):
+            arrived.append(where.ground("husky")[0])
+    assert arrived == [pytest.approx(1.99, abs=0.02)]
+
+
+def test_all_conditions_of_an_event_must_hold_at_once(events: Events, add: Add) -> None:
+    near = {"model": "husky", "point": [0, 0], "within": "1 m"}
+    add("first", at="40 ms")
+    add("both", when={"near": near, "event": "first"})
+    assert events.fire_due(20 * MS) == []
+    assert events.fire_due(40 * MS) == ["first", "both"]
+
+
+@pytest.mark.parametrize(
+    ("condition", "values"),
+    [({"above": 0.5}, [0.5, 0.6]), ({"below": 0.5}, [0.5, 0.4]), ({"equals": 2}, [1, 2]),
+     ({"above": 0, "below": 1}, [1, 0.5])],
+)  # fmt: skip
+def test_a_topic_that_says_something_lets_an_event_happen(
+    events: Events, add: Add, world: World, condition: dict[str, float], values: list[float]
+) -> None:
+    world.declare("/mood", Float64)
+    add("mood", when={"topic": {"name": "/mood", **condition}})
+    assert events.fire_due(0) == []  # nothing has been said yet
+    said = world.advertise("/mood")
+    fired = []
+    for step, value in enumerate(values):
+        said.publish(Float64(float(value)))
+        fired.append(bool(events.fire_due(step)))
+    assert fired == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("fields", "error", "message"),
+    [
+        ({"at": "0 s", "publish": {"topic": "/wall/body/glass/colour", "value": "red"}}, TopicError,
+         "no topic '/wall/body/glass/colour'; did you mean '/wall/body/glass/color'"),
+        ({"at": "0 s", "publish": {"topic": GLASS, "value": "rde"}}, TopicError, "no material 'rde'"),
+        ({"at": "0 s", "publish": {"topic": "/gazebo/model_states", "value": {}}}, TopicError,
+         "only gives messages"),
+        ({"when": {"topic": {"name": GLASS, "above": 1}}}, TopicError, "has no field 'data'"),
+        ({"when": {"topic": {"name": "/husky/cmd_vel", "field": "linear.x", "above": 1}}}, TopicError,
+         "only takes messages"),
+        ({"when": {"near": {"model": "hsky", "point": [0, 0], "within": 1}}}, SceneError,
+         "no model 'hsky'; did you mean 'husky'"),
+        ({"when": {"near": {"model": "husky", "other": "crt", "within": 1}}}, SceneError,
+         "no model 'crt'; did you mean 'cart'"),
+        ({"when": {"near": {"model": "husky", "visual": "wall/body/glas", "within": 1}}}, SceneError,
+         "no visual 'wall/body/glas'; did you mean 'wall/body/glass'"),
+    ],
+)  # fmt: skip
+def test_an_event_that_refers_to_what_is_not_there_is_refused(
+    add: Add, fields: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        add("wrong", **fields)

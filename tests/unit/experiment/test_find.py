@@ -1,0 +1,105 @@
+"""Experiments are found by name, file or folder, whatever their format."""
+
+from pathlib import Path
+
+import pytest
+
+from nrp_core.errors import BackendError, ExperimentError
+from nrp_core.experiment.find import find_file, load_experiment, shipped
+
+PACKAGES = {"walkers": "", "broken": "import no_such_module"}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder, and a distribution that ships the experiments ``walkers`` and ``broken``."""
+    site = tmp_path / "site"
+    info = site / "walkers-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: walkers\nVersion: 1.0\n")
+    entries = "".join(f"{name} = shipped_{name}\n" for name in PACKAGES)
+    reader = "[nrp_core.experiment_readers]\n.walk = shipped_reader:read\n"
+    (info / "entry_points.txt").write_text(f"[nrp_core.experiments]\n{entries}{reader}")
+    (site / "shipped_reader.py").write_text(
+        "def read(path, overrides=()): return path.stem, list(overrides)\n"
+    )
+    for name, source in PACKAGES.items():
+        (site / f"shipped_{name}").mkdir()
+        (site / f"shipped_{name}" / "__init__.py").write_text(source)
+    for file in ("experiment.yaml", "slow.yaml", "notes.txt"):
+        (site / "shipped_walkers" / file).touch()
+    monkeypatch.syspath_prepend(site)
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    return here
+
+
+def test_a_shipped_experiment_is_found_by_its_name_and_a_variant_by_both() -> None:
+    assert find_file("walkers").parts[-2:] == ("shipped_walkers", "experiment.yaml")
+    assert find_file("walkers/slow").parts[-2:] == ("shipped_walkers", "slow.yaml")
+
+
+def test_all_shipped_experiments_can_be_listed_though_one_is_broken() -> None:
+    names = shipped()
+    assert [name for name in names if name.startswith("walkers")] == ["walkers", "walkers/slow"]
+    assert "braitenberg_husky" in names
+
+
+def test_a_broken_package_is_reported_to_whoever_asks_for_it() -> None:
+    with pytest.raises(BackendError, match=r"'broken' of walkers 1\.0 .* No module named 'no_such_module'"):
+        find_file("broken")
+
+
+def test_a_folder_with_the_name_of_a_shipped_experiment_needs_a_dot(folder: Path) -> None:
+    (folder / "walkers").mkdir()
+    (folder / "walkers" / "experiment.yaml").touch()
+    assert find_file("walkers").parent.name == "shipped_walkers"
+    assert find_file("./walkers") == folder / "walkers" / "experiment.yaml"
+
+
+def test_a_folder_stands_for_its_experiment_yaml_or_its_only_experiment(folder: Path) -> None:
+    (folder / "one.yaml").touch()
+    (folder / "notes.txt").touch()
+    assert find_file(".") == folder / "one.yaml"
+    (folder / "experiment.yml").touch()
+    assert find_file(str(folder)) == folder / "experiment.yml"
+
+
+def test_a_folder_with_several_lists_them(folder: Path) -> None:
+    (folder / "one.yaml").touch()
+    (folder / "two.walk").touch()
+    with pytest.raises(ExperimentError, match=r"several experiments; name one: one\.yaml, two\.walk"):
+        find_file(".")
+
+
+def test_a_folder_without_an_experiment_says_so() -> None:
+    with pytest.raises(ExperimentError, match="holds no experiment"):
+        find_file(".")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("walker", "there is no experiment 'walker', nor such a file; did you mean 'walkers'"),
+        (
+            "walkers/slwo",
+            "there is no experiment 'walkers/slwo', nor such a file; did you mean 'walkers/slow'",
+        ),
+        ("nothing.yaml", "there is no experiment 'nothing.yaml', nor such a file"),
+    ],
+)
+def test_what_is_not_there_gets_the_nearest_name(text: str, message: str) -> None:
+    with pytest.raises(ExperimentError, match=message):
+        find_file(text)
+
+
+def test_a_file_of_unknown_kind_is_refused(folder: Path) -> None:
+    (folder / "notes.txt").touch()
+    with pytest.raises(ExperimentError, match=r"files end in \.walk, \.yaml, \.yml"):
+        find_file("notes.txt")
+
+
+def test_the_reader_is_chosen_by_the_suffix_and_gets_the_overrides(folder: Path) -> None:
+    (folder / "one.walk").touch()
+    assert load_experiment("one.walk", ["seed=1"]) == ("one", ["seed=1"])

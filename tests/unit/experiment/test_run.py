@@ -1,0 +1,297 @@
+"""A whole run on two engines without a simulator."""
+
+import json
+import math
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.errors import (
+    BackendLoadError,
+    DivergedError,
+    LifecycleError,
+    SimulationError,
+    TimestepError,
+    TopicError,
+    TransferFunctionRaisedError,
+)
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.run import Run
+from nrp_core.simulation import State
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.scene.pose import Pose
+
+pytestmark = pytest.mark.usefixtures("fakes")
+
+Open = Callable[..., Run]
+
+
+@pytest.fixture
+def open_run(drive_to_the_wall: Path) -> Iterator[Open]:
+    """Open the experiment with overrides."""
+    runs: list[Run] = []
+
+    def opened(*overrides: str) -> Run:
+        runs.append(Run(load_experiment(drive_to_the_wall, overrides)))
+        return runs[-1]
+
+    yield opened
+    for run in runs:
+        run.close()
+
+
+def raising(folder: Path, body: str) -> str:
+    """Write a transfer function that does something wrong, and return the override that uses it."""
+    path = folder / "wrong.py"
+    path.write_text(
+        "@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))\n"
+        f"def wrong(t):\n    if t > 1.0:\n        {body}\n"
+    )
+    return f"transfer_functions=[{path}]"
+
+
+def test_the_whole_story_runs_and_passes(open_run: Open) -> None:
+    run = open_run()
+    run.run()
+    result = run.result()
+    assert result.passed is True
+    assert result.events == {"go": 0.0, "red": 0.5, "arrived": 2.02}
+    assert result.criteria["arrives"].took_s == 1.52
+    assert (result.sim_time_s, result.steps, result.seed) == (3.0, 150, 7)
+    assert (result.experiment, result.brain, result.world) == ("drive_to_the_wall", "counting", "disc")
+    assert result.final_pose["husky"]["x"] == pytest.approx(2.02)
+    assert result.spikes == {"sensors": 600, "actors": 0, "circuit": 600}
+    assert sum(result.time_share.values()) == pytest.approx(1.0)
+    assert run.world.colors["wall/body/glass"] == (0.0, 0.0, 1.0, 1.0)  # type: ignore[attr-defined]
+
+
+def test_a_result_is_plain_data(open_run: Open) -> None:
+    run = open_run()
+    run.run()
+    data = json.loads(json.dumps(run.result().to_dict(), allow_nan=False))
+    assert data["criteria"]["arrives"]["passed"] is True
+    assert data["real_time_factor"] == pytest.approx(data["sim_time_s"] / data["wall_time_s"])
+
+
+def compared(run: Run) -> dict[str, Any]:
+    """What must not differ between two equal runs."""
+    run.run()
+    data = run.result().to_dict()
+    for key in ("wall_time_s", "real_time_factor", "time_share"):
+        del data[key]
+    return data
+
+
+def test_two_runs_are_equal_and_so_is_one_after_a_reset(open_run: Open) -> None:
+    first, second = open_run(), open_run()
+    expected = compared(first)
+    assert compared(second) == expected
+    second.loop.reset()
+    assert second.result().events == {"go": None, "red": None, "arrived": None}
+    assert compared(second) == expected
+
+
+def test_how_a_run_is_split_makes_no_difference(open_run: Open) -> None:
+    whole, split = open_run(), open_run()
+    split.run_until(0.5)
+    for _ in range(7):
+        split.step()
+    split.run_until(1.0)
+    assert compared(split) == compared(whole)
+
+
+def test_the_trajectory_digest_tells_runs_apart(open_run: Open) -> None:
+    slow = open_run("events.go.publish.value=0.9")
+    assert compared(slow)["trajectory_digest"] != compared(open_run())["trajectory_digest"]
+
+
+def test_a_criterion_that_is_not_met_fails_the_run(open_run: Open) -> None:
+    run = open_run("criteria.arrives.within_of.time=1 s")
+    run.run()
+    assert run.result().passed is False
+
+
+def test_a_run_that_is_cut_short_decides_nothing_more(open_run: Open) -> None:
+    run = open_run()
+    run.run(1.0)
+    assert run.result().passed is None
+    run.run()
+    assert run.result().passed is True
+
+
+def test_a_run_without_criteria_passes(open_run: Open) -> None:
+    run = open_run("criteria=null")
+    run.run(0.1)
+    assert run.result().passed is True
+
+
+def test_a_run_can_be_looked_at_before_its_first_step(open_run: Open) -> None:
+    result = open_run().result()
+    assert (result.sim_time_s, result.steps, result.real_time_factor, result.passed) == (0.0, 0, 0.0, None)
+    assert result.final_pose["husky"]["x"] == 0.0
+
+
+def test_observers_see_every_step_with_its_events(open_run: Open) -> None:
+    run = open_run()
+    seen: list[tuple[float, bool]] = []
+    run.on_step.append(lambda run: seen.append((run.now_s, run.result().events["red"] is not None)))
+    run.run_until(0.54)
+    assert seen[-4:] == [(0.48, False), (0.5, True), (0.52, True), (0.54, True)]
+
+
+# -- from outside
+
+
+@pytest.mark.parametrize(
+    "value", ["red", "Gazebo/RedGlow", [1, 0, 0], {"r": 1}, ColorRGBA(1.0, 0.0, 0.0, 1.0)]
+)
+def test_a_screen_can_be_turned_red_while_it_runs(open_run: Open, value: Any) -> None:
+    run = open_run("events.red=null", "events.arrived=null", "criteria=null")
+    run.run_until(0.2)
+    run.publish("/glass", value)
+    run.step()
+    assert run.world.colors["wall/body/glass"] == (1.0, 0.0, 0.0, 1.0)  # type: ignore[attr-defined]
+
+
+def test_another_thread_may_publish(open_run: Open) -> None:
+    run = open_run("events=null", "criteria=null")
+    thread = threading.Thread(target=run.publish, args=("/speed", 2))
+    thread.start()
+    thread.join()
+    run.run_until(1.0)
+    assert run.result().final_pose["husky"]["x"] > 1.9
+
+
+@pytest.mark.parametrize(
+    ("topic", "value", "message"),
+    [("/glas", "red", "no topic '/glas'; did you mean '/glass'"), ("/glass", "rde", "no material 'rde'"),
+     ("/gazebo/model_states", {}, "only gives messages"), ("/speed", float("nan"), "data is nan")],
+)  # fmt: skip
+def test_what_cannot_be_published_is_refused_at_once(
+    open_run: Open, topic: str, value: Any, message: str
+) -> None:
+    with pytest.raises(TopicError, match=message):
+        open_run().publish(topic, value)
+
+
+# -- when something fails
+
+
+def test_a_time_between_two_steps_is_refused(open_run: Open) -> None:
+    with pytest.raises(TimestepError, match=r"0\.01 s is not a whole number of steps"):
+        open_run().run_until(0.01)
+
+
+def test_a_transfer_function_that_raises_stops_the_run_which_can_still_be_summed_up(
+    open_run: Open, drive_to_the_wall: Path
+) -> None:
+    run = open_run(raising(drive_to_the_wall, "raise ValueError('deep')"))
+    with pytest.raises(TransferFunctionRaisedError, match=r"wrong\.py:4: .* ValueError: deep"):
+        run.run()
+    result = run.result()
+    assert result.passed is False
+    assert result.sim_time_s == 1.02
+    assert "ValueError: deep" in str(result.error)
+    assert result.failures == [
+        {"function": "wrong", "path": str(drive_to_the_wall / "wrong.py"), "line": 4, "t_s": 1.02,
+         "error": "ValueError: deep"}
+    ]  # fmt: skip
+
+
+def test_with_quarantine_the_rest_runs_on(open_run: Open, drive_to_the_wall: Path) -> None:
+    run = open_run(raising(drive_to_the_wall, "return 3"), "on_error=quarantine", "criteria=null")
+    run.run()
+    result = run.result()
+    assert (result.passed, result.sim_time_s, result.error) == (True, 3.0, None)
+    assert [failure["function"] for failure in result.failures] == ["wrong"]
+
+
+def test_an_engine_that_fails_is_reported_and_what_was_reached_is_kept(
+    open_run: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = open_run()
+    run.run_until(0.6)
+
+    def fail(steps: int) -> None:
+        raise ZeroDivisionError("deep inside")
+
+    monkeypatch.setattr(run.world, "_do_advance", fail)
+    with pytest.raises(SimulationError, match=r"DiscWorld failed to advance at 0\.6 s: ZeroDiv"):
+        run.run()
+    assert run.result().passed is False
+    assert run.result().events["red"] == 0.5
+    assert run.result().final_pose["husky"]["x"] == pytest.approx(0.6, abs=0.03)
+
+
+def test_a_robot_that_flies_apart_ends_the_run_where_it_was_last_seen(
+    open_run: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = open_run()
+    run.run_until(0.6)
+    nowhere = ModelMotion(Pose((math.nan, 0.0, 0.0)))
+    monkeypatch.setattr(run.world, "_do_model_motion", lambda model: nowhere)
+    with pytest.raises(DivergedError, match="model 'husky' is nowhere"):
+        run.run()
+    json.dumps(run.result().to_dict(), allow_nan=False)
+    assert run.result().final_pose["husky"]["x"] == pytest.approx(0.58)
+
+
+def test_an_interrupted_run_has_failed_nothing(open_run: Open) -> None:
+    run = open_run()
+
+    def interrupt(run: Run) -> None:
+        if run.now_s >= 0.5:
+            raise KeyboardInterrupt
+
+    run.on_step.append(interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run.run()
+    result = run.result()
+    assert (result.passed, result.error, result.sim_time_s) == (None, "interrupted", 0.5)
+
+
+def test_a_backend_that_does_not_open_is_named_and_the_other_one_closed(
+    drive_to_the_wall: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from experiment_fakes import CountingBackend, DiscBackend
+
+    worlds: list[Any] = []
+    open_world = DiscBackend.open
+
+    def fail(*args: Any, **settings: Any) -> None:
+        raise OSError("no such library")
+
+    def remember(*args: Any, **settings: Any) -> Any:
+        worlds.append(open_world(*args, **settings))
+        return worlds[-1]
+
+    monkeypatch.setattr(CountingBackend, "open", fail)
+    monkeypatch.setattr(DiscBackend, "open", remember)
+    with pytest.raises(BackendLoadError, match="'counting' does not open: OSError: no such library"):
+        Run(load_experiment(drive_to_the_wall))
+    assert [world.state for world in worlds] == [State.CLOSED]
+
+
+def test_after_closing_the_result_stays_and_nothing_else_works(open_run: Open) -> None:
+    run = open_run()
+    run.run()
+    run.close()
+    run.close()
+    assert run.result().passed is True
+    with pytest.raises(LifecycleError):
+        run.step()
+
+
+def test_whoever_waits_is_told_what_is_being_done(drive_to_the_wall: Path) -> None:
+    told: list[str] = []
+    Run(load_experiment(drive_to_the_wall), told.append).close()
+    assert told == [
+        "reading the room and the robots",
+        "building the network",
+        "opening the world (disc)",
+        "opening the brain (counting)",
+    ]

@@ -1,0 +1,99 @@
+"""YAML with positions: what it reads, and one clear error for each thing that is not."""
+
+from pathlib import Path
+
+import pytest
+
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.tree import Place
+from nrp_core.experiment.yaml_tree import parse_tree, read_tree
+
+FILE = Place(Path("file.yaml"))
+
+
+def test_quantities_dates_and_slices_stay_texts() -> None:
+    tree = parse_tree("{a: 20 ms, b: 0:5, c: 2024-01-01, d: yes}", FILE)
+    assert tree.plain() == {"a": "20 ms", "b": "0:5", "c": "2024-01-01", "d": "yes"}
+
+
+def test_numbers_truth_and_nothing_are_read_as_yaml_1_2_means_them() -> None:
+    tree = parse_tree("[1, 1.5, 1e3, true, null, ~, 0x10]", FILE)
+    assert tree.plain() == [1, 1.5, 1000.0, True, None, None, 16]
+
+
+def test_every_value_and_key_knows_its_line_and_column() -> None:
+    tree = parse_tree("a:\n  b: [1,  2]\n", FILE)
+    second, followed = tree.nearest(("a", "b", 1))
+    assert (second.place.line, second.place.column) == (2, 11)
+    assert followed == ("a", "b", 1)
+    key = tree.nearest(("a", "b"))[0].key_place
+    assert key is not None
+    assert (key.line, key.column) == (2, 3)
+
+
+def test_anchors_and_merge_keys_work_and_own_keys_win() -> None:
+    tree = parse_tree("base: &base {a: 1, b: 2}\nmore: {b: 3, <<: *base}", FILE)
+    assert tree.plain()["more"] == {"a": 1, "b": 3}
+
+
+def test_of_several_merged_mappings_the_first_wins() -> None:
+    tree = parse_tree("x: &x {a: 1}\ny: &y {a: 2, b: 2}\nmore: {<<: [*x, *y]}", FILE)
+    assert tree.plain()["more"] == {"a": 1, "b": 2}
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "what"),
+    [
+        ("a: 1\nb: 2\na: 3", "file.yaml:3:1", "the key 'a' stands here a second time"),
+        ("a: [1, 2", "file.yaml:1:9", "expected ',' or ']'"),
+        ("a: 1\n\tb: 2", "file.yaml:2:1", "cannot start any token"),
+        ("a: b: c", "file.yaml:1:5", "mapping values are not allowed here"),
+        ("a: *nobody", "file.yaml:1:4", "undefined alias"),
+        ("a: &x [*x]", "file.yaml:1:4", "aliases make this value endless"),
+        ("[1]: 2", "file.yaml:1:1", "a key is a text"),
+        ("a: !!python/object:os.system x", "file.yaml:1:4", "could not determine a constructor"),
+        ("a: {<<: 3}", "file.yaml:1:9", "'<<' takes a mapping"),
+        ("a: 1\n---\nb: 2", "file.yaml:2:1", "another document"),
+        ("a: \x00", "file.yaml", "special characters"),
+        ("[" * 1200, "file.yaml", "nested too deeply"),
+    ],
+)
+def test_what_is_not_yaml_gets_one_error_at_its_place(text: str, where: str, what: str) -> None:
+    with pytest.raises(ExperimentError) as error:
+        parse_tree(text, FILE)
+    assert str(error.value).startswith(f"{where}: ")
+    assert what in str(error.value)
+
+
+def test_aliases_that_multiply_without_end_are_refused() -> None:
+    lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
+    with pytest.raises(ExperimentError, match="endless"):
+        parse_tree("\n".join(lines), FILE)
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        (b"", "an experiment is a mapping"),
+        (b"- 1", "an experiment is a mapping"),
+        (b"\xff\xfe\x00", "not a text"),
+    ],
+)
+def test_a_file_that_holds_no_mapping_is_refused(tmp_path: Path, content: bytes, what: str) -> None:
+    path = tmp_path / "file.yaml"
+    path.write_bytes(content)
+    with pytest.raises(ExperimentError, match=what) as error:
+        read_tree(path)
+    assert error.value.path == path
+
+
+def test_a_file_with_a_byte_order_mark_and_windows_lines_reads_like_any_other(tmp_path: Path) -> None:
+    path = tmp_path / "file.yaml"
+    path.write_bytes(b"\xef\xbb\xbfa: 1\r\nb: 2\r\n")
+    assert read_tree(path).plain() == {"a": 1, "b": 2}
+
+
+def test_a_missing_file_is_said_to_be_missing(tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match="cannot be read: No such file"):
+        read_tree(tmp_path / "nothing.yaml")

@@ -1,0 +1,87 @@
+"""PyNN's current sources are constant between times that are known in advance."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nrp_core.brain.pynn import builder
+from nrp_core.clock import NS_PER_MS
+from nrp_core.pynn.currents import Waveform
+
+
+def waveform(kind: str, **parameters: Any) -> Waveform:
+    sim = builder()
+    sim.setup(timestep=0.1)
+    return Waveform(getattr(sim, kind)(**parameters), np.random.RandomState(1), 0.1)
+
+
+def values(wave: Waveform, *times_ms: float) -> list[float]:
+    return [wave.amplitude_na(round(t_ms * NS_PER_MS)) for t_ms in times_ms]
+
+
+def changes_ms(wave: Waveform, since_ms: float, until_ms: float) -> list[float]:
+    return (wave.changes_ns(round(since_ms * NS_PER_MS), round(until_ms * NS_PER_MS)) / NS_PER_MS).tolist()
+
+
+def test_a_pulse_is_on_from_its_start_up_to_its_stop() -> None:
+    wave = waveform("DCSource", amplitude=0.5, start=10.0, stop=20.0)
+    assert values(wave, 0.0, 9.9, 10.0, 19.9, 20.0) == [0.0, 0.0, 0.5, 0.5, 0.0]
+    assert changes_ms(wave, 0.0, 100.0) == [10.0, 20.0]
+    assert changes_ms(wave, 10.0, 20.0) == [20.0]
+
+
+def test_a_pulse_without_end_changes_once() -> None:
+    wave = waveform("DCSource", amplitude=0.5, start=10.0)
+    assert changes_ms(wave, 0.0, 1e6) == [10.0]
+
+
+def test_steps_hold_until_the_next() -> None:
+    wave = waveform("StepCurrentSource", times=[10.0, 20.0, 30.0], amplitudes=[0.5, -0.5, 0.25])
+    assert values(wave, 9.9, 10.0, 25.0, 30.0, 1000.0) == [0.0, 0.5, -0.5, 0.25, 0.25]
+    assert changes_ms(wave, 0.0, 1000.0) == [10.0, 20.0, 30.0]
+
+
+def test_steps_between_time_steps_move_to_them_and_the_last_of_several_stays() -> None:
+    wave = waveform("StepCurrentSource", times=[0.41, 0.42, 0.86], amplitudes=[0.5, -0.5, 0.25])
+    assert changes_ms(wave, 0.0, 1000.0) == pytest.approx([0.4, 0.9])
+    assert values(wave, 0.45, 0.95) == [-0.5, 0.25]
+
+
+@pytest.mark.parametrize("times", [[0.4, -0.6], [0.4, 0.2], [0.4]])
+def test_steps_that_do_not_ascend_are_refused(times: list[float]) -> None:
+    with pytest.raises(ValueError, match="as many times as amplitudes, ascending from 0 ms"):
+        waveform("StepCurrentSource", times=times, amplitudes=[0.5, -0.5])
+
+
+def test_a_sinusoidal_current_starts_at_its_phase_and_changes_every_time_step() -> None:
+    wave = waveform("ACSource", amplitude=2.0, offset=0.5, frequency=100.0, phase=90.0, start=5.0, stop=15.0)
+    assert values(wave, 4.9, 5.0, 7.5, 10.0, 15.0) == pytest.approx([0.0, 2.5, 0.5, -1.5, 0.0])
+    assert changes_ms(wave, 0.0, 5.25) == pytest.approx([5.0, 5.1, 5.2])
+    assert changes_ms(wave, 14.75, 20.0) == pytest.approx([14.8, 14.9, 15.0])
+
+
+def test_noise_has_the_mean_and_deviation_asked_for_and_holds_for_its_interval() -> None:
+    wave = waveform("NoisyCurrentSource", mean=1.0, stdev=0.5, dt=1.0, start=2.0, stop=10002.0)
+    drawn = values(wave, *(2.0 + np.arange(10000.0)))
+    assert np.mean(drawn) == pytest.approx(1.0, abs=0.02)
+    assert np.std(drawn) == pytest.approx(0.5, abs=0.02)
+    assert changes_ms(wave, 0.0, 4.5) == [2.0, 3.0, 4.0]
+    assert values(wave, 0.0, 3.0, 5.0) == [0.0, drawn[1], drawn[3]]
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    kind=st.sampled_from(["ACSource", "NoisyCurrentSource", "DCSource"]),
+    start=st.floats(0.0, 5.0), length=st.floats(0.0, 5.0), cuts=st.lists(st.floats(0.0, 12.0), max_size=4),
+)  # fmt: skip
+def test_how_time_is_split_does_not_change_the_changes(
+    kind: str, start: float, length: float, cuts: list[float]
+) -> None:
+    wave = waveform(kind, start=start, stop=start + length)
+    bounds = [0.0, *sorted(cuts), 12.0]
+    parts = [changes_ms(wave, a, b) for a, b in pairwise(bounds)]
+    assert sorted({t for part in parts for t in part}) == sorted(set(changes_ms(wave, 0.0, 12.0)))

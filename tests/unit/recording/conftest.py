@@ -1,0 +1,108 @@
+"""A brain that fires when told and a world of discs that drive, with a camera, and a recorder on both."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.brain.sinks import LeakyIntegratorAlpha
+from nrp_core.dsl.mocks import MockBrain
+from nrp_core.recording.layout import Pictures
+from nrp_core.recording.recorder import Recorder
+from nrp_core.world.interface import World
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.scene.model import (
+    Box,
+    Camera,
+    Cylinder,
+    Link,
+    Model,
+    Plane,
+    Scene,
+    Sphere,
+    Visual,
+    WheelDrive,
+)
+from nrp_core.world.scene.pose import Pose
+
+FAKES = Path(__file__).parents[1] / "experiment" / "fakes"
+PERIOD_NS = 20_000_000
+
+
+def room() -> Scene:
+    """A wall whose glass can change its colour, some furniture, and a husky with a camera."""
+    ground = Visual("ground", Plane((8.0, 8.0)))
+    glass = Visual("glass", Box((0.02, 2.0, 1.0)), Pose((0.0, 0.0, 1.0)), (0.0, 0.0, 1.0, 1.0))
+    stool = Visual("stool", Cylinder(0.2, 0.5), Pose((0.0, 2.0, 0.25)))
+    ball = Visual("ball", Sphere(0.1), Pose((0.0, -2.0, 0.1)))
+    chassis = Visual("chassis", Box((0.9, 0.5, 0.3)))
+    eye = Camera("eye", "/husky/camera", rate_hz=30.0, horizontal_fov=1.57, width=2, height=2)
+    drive = WheelDrive(
+        "drive", "/husky/cmd_vel", (), (), separation=0.5, wheel_diameter=0.3, timeout=0.1, rate_hz=50.0,
+        odometry_topic="/husky/odom",
+    )  # fmt: skip
+    return Scene((
+        Model("floor", (Link("body", visuals=(ground,)),), static=True),
+        Model("wall", (Link("body", visuals=(glass, stool, ball)),), pose=Pose((3.0, 0.0, 0.0)), static=True),
+        Model("husky", (Link("base", visuals=(chassis,), sensors=(eye,)),), drives=(drive,)),
+    ))  # fmt: skip
+
+
+@dataclass
+class Rig:
+    """A brain, a world and what records them."""
+
+    brain: MockBrain
+    world: World
+    folder: Path
+    recorder: Recorder
+
+    def step(self, *, forward: float = 0.5, turn: float = 0.2) -> None:
+        """Take a step of 20 ms with a command and two spikes, and record it."""
+        until_ns = self.brain.now_ns + PERIOD_NS
+        until_ms = until_ns * 1e-6
+        self.brain.fire([0, 4], [until_ms - 5.5, until_ms])
+        self.brain.run_until(until_ns)
+        self.world.run_until(until_ns)
+        self.world.advertise("/husky/cmd_vel").publish(Twist(Vector3(forward), Vector3(z=turn)))
+        self.recorder.step()
+
+
+@pytest.fixture
+def brain() -> MockBrain:
+    brain = MockBrain({"eyes": 3, "wheels": 2})
+    brain.add_sink(LeakyIntegratorAlpha(), [3, 4], name="steer/left")
+    return brain
+
+
+@pytest.fixture
+def world(monkeypatch: pytest.MonkeyPatch) -> Iterator[World]:
+    monkeypatch.syspath_prepend(FAKES)
+    monkeypatch.delitem(sys.modules, "experiment_fakes", raising=False)
+    from experiment_fakes import DiscBackend, DiscOptions
+
+    with DiscBackend().open(room(), seed=1, options=DiscOptions()) as world:
+        yield world
+
+
+@pytest.fixture
+def make_rig(brain: MockBrain, world: World, tmp_path: Path) -> Iterator[Any]:
+    """A function that starts a recording, with the camera in use."""
+    with ExitStack() as stack:
+
+        def make(pictures: Pictures = Pictures.JPEG) -> Rig:
+            world.subscribe("/husky/camera")
+            recorder = Recorder(brain, world, tmp_path, period_ns=PERIOD_NS, pictures=pictures)
+            stack.callback(recorder.close)
+            return Rig(brain, world, tmp_path, recorder)
+
+        yield make
+
+
+@pytest.fixture
+def rig(make_rig: Any) -> Rig:
+    return make_rig()  # type: ignore[no-any-return]

@@ -1,0 +1,188 @@
+"""The figure, and the story it is drawn from."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from nrp_core.errors import ExperimentError
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Pictures
+from nrp_core.recording.plot import check_target, plot
+from nrp_core.recording.plot.page import draw_page
+from nrp_core.recording.plot.room import footprint
+from nrp_core.recording.plot.story import Coloured, Series, Story, moments, numbers_in, pictures
+from nrp_core.recording.plot.traces import groups, short_labels
+from nrp_core.recording.read import Recording
+from nrp_core.recording.scenery import markers
+from nrp_core.recording.writer import McapFile
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.scene.model import Box, Capsule, Cylinder, Link, Mesh, Model, Scene, Visual
+from nrp_core.world.scene.pose import Pose
+
+GLASS = "/wall/body/glass/color"
+RED, BLUE = ColorRGBA(1.0), ColorRGBA(b=1.0)
+
+
+@pytest.fixture
+def recording(rig: Any) -> Recording:
+    """Twenty steps, in which the glass is red from 0.1 to 0.2 s and again from 0.3 s on."""
+    for step in range(1, 21):
+        rig.step()
+        if step in (5, 10, 15):
+            rig.world.advertise(GLASS).publish(BLUE if step == 10 else RED)
+    rig.recorder.close()
+    told = {
+        "experiment": "driving", "seed": 3, "state": "finished", "aliases": {"/glass/color": GLASS},
+        "brain": {
+            "backend": "mock", "populations": {"eyes": {"size": 3}, "wheels": {"size": 2}},
+            "views": {"all_eyes": {"eyes": [[0, 3]]}, "left_eye": {"eyes": [[0, 1]]}},
+        },
+        "world": {"backend": "disc"},
+        "result": {"criteria": {"near": {"passed": True}, "far": {"passed": None}}},
+    }  # fmt: skip
+    (rig.folder / RUN_NAME).write_text(json.dumps(told))
+    return Recording(rig.folder)
+
+
+def texts(figure: Any) -> set[str]:
+    return {text.get_text() for text in figure.findobj(mpl.text.Text)}
+
+
+def test_the_story_is_gathered_from_the_recording_alone(recording: Recording) -> None:
+    story = Story.of(recording)
+    assert story.end_s == pytest.approx(0.4)
+    assert list(story.tracks) == ["husky"]
+    assert len(story.tracks["husky"].xs) == 21
+    assert {label for label, parts in story.spikes.items() if parts} == {"eyes", "wheels"}
+    assert [one.unit for one in story.sinks.values()] == ["mV"]
+    assert story.commands["/husky/cmd_vel.linear.x"].values == [0.5] * 20
+    assert story.commands["/husky/cmd_vel.angular.z"].unit == "rad/s"
+
+
+def test_times_of_another_colour_begin_and_end_with_its_changes(recording: Recording) -> None:
+    story = Story.of(recording)
+    assert story.coloured() == [
+        Coloured("wall/body/glass", 0.1, 0.2, (1.0, 0.0, 0.0)),
+        Coloured("wall/body/glass", 0.3, 0.4, (1.0, 0.0, 0.0)),
+    ]
+    assert story.name_of("wall/body/glass") == "glass"
+    assert story.name_of("a_lamp/body/bulb") == "a lamp"
+
+
+def test_the_page_names_everything_it_shows(recording: Recording) -> None:
+    story = Story.of(recording)
+    shown = texts(draw_page(story, pictures(recording, moments(story, 4))))
+    times, dash = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
+    assert shown >= {
+        "driving", f"mock {times} disc   ·   0.4 s   ·   seed 3", "✓ near", "? far", "Room from above",
+        "Spikes", "left_eye", "all_eyes (other)", "wheels", "Devices (mV)", "Commands (m/s)",
+        "Commands (rad/s)", "husky 0 s and 0.4 s", f"glass: 0.1{dash}0.2 s, 0.3{dash}0.4 s",
+        "simulated time (s)",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_equal_recordings_give_equal_files(recording: Recording, tmp_path: Path, suffix: str) -> None:
+    first, second = tmp_path / f"first{suffix}", tmp_path / f"second{suffix}"
+    for path in (first, second):
+        plot(recording, path)
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_a_recording_that_was_cut_is_drawn_as_far_as_it_goes(recording: Recording, tmp_path: Path) -> None:
+    whole = recording.file.read_bytes()
+    for part in (1, 2, 3):
+        recording.file.write_bytes(whole[: len(whole) * part // 4])
+        plot(Recording(recording.folder), tmp_path / "figure.png")
+
+
+def test_a_recording_of_nothing_is_an_almost_empty_page(tmp_path: Path) -> None:
+    McapFile(tmp_path / MCAP_NAME).close()
+    shown = texts(draw_page(Story.of(Recording(tmp_path)), []))
+    assert {"recording", "0 s"} <= shown
+
+
+def test_a_brain_without_a_moving_body_is_drawn(make_rig: Any, tmp_path: Path) -> None:
+    rig = make_rig(Pictures.OFF)
+    rig.step(forward=0.0, turn=0.0)
+    rig.recorder.close()
+    story = Story.of(Recording(rig.folder))
+    story.tracks.clear()
+    story.markers.clear()
+    assert "Room from above" not in texts(draw_page(story, []))
+
+
+def test_pictures_are_taken_at_moments_that_matter_and_the_gaps_between() -> None:
+    story = Story({}, end_s=40.0)
+    story.colours["a/b/c"] = [(0.0, (0, 0, 1)), (5.0, (1, 0, 0)), (7.0, (0, 0, 1))]
+    assert moments(story, 6) == [0.0, 5.0, 7.0, 18.0, 29.0, 40.0]
+    assert moments(Story({}, end_s=8.0), 3) == [0.0, 4.0, 8.0]
+    assert moments(Story({}), 3) == [0.0]
+
+
+def test_there_are_no_more_pictures_than_the_camera_took(recording: Recording) -> None:
+    taken = pictures(recording, [0.0, 0.001, 0.2, 9.0])
+    assert [round(one.t_s, 3) for one in taken] == [0.0, 0.2, 0.4]
+    assert all(one.pixels.shape == (2, 2, 3) for one in taken)
+
+
+def test_a_neuron_is_shown_in_the_smallest_group_that_names_it(recording: Recording) -> None:
+    shown = [(group.label, group.population, group.ids) for group in groups(Story.of(recording))]
+    assert shown == [
+        ("left_eye", "eyes", (0,)),
+        ("all_eyes (other)", "eyes", (1, 2)),
+        ("wheels", "wheels", (0, 1)),
+    ]
+
+
+def test_labels_lose_what_they_share() -> None:
+    series = [Series(label, "mV") for label in ("drive/left_wheel", "drive/right_wheel")]
+    assert short_labels(series) == ["left_wheel", "right_wheel"]
+    assert short_labels(series[:1]) == ["drive/left_wheel"]
+    assert short_labels([Series("x" * 100, "")])[0].startswith("…x")
+
+
+def test_numbers_are_found_wherever_they_are_in_a_message() -> None:
+    found = dict(numbers_in(Twist(Vector3(1.0), Vector3(z=2.0))))
+    assert found == {f"{part}.{axis}": 0.0 for part in ("linear", "angular") for axis in "xyz"} | {
+        "linear.x": 1.0, "angular.z": 2.0,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("geometry", "pose", "low", "high"),
+    [
+        (Box((2.0, 1.0, 3.0)), Pose(), (-1.0, -0.5), (1.0, 0.5)),
+        (Box((2.0, 1.0, 3.0)), Pose.from_rpy((5.0, 0.0, 0.0), 0.0, 0.0, np.pi / 2), (4.5, -1.0), (5.5, 1.0)),
+        (Cylinder(0.5, 4.0), Pose(), (-0.5, -0.5), (0.5, 0.5)),
+        (Cylinder(0.5, 4.0), Pose.from_rpy((0.0, 0.0, 0.0), np.pi / 2, 0.0, 0.0), (-0.5, -2.0), (0.5, 2.0)),
+        (Capsule(0.5, 1.0), Pose.from_rpy((0.0, 0.0, 0.0), 0.0, np.pi / 2, 0.0), (-1.0, -0.5), (1.0, 0.5)),
+    ],
+)
+def test_a_footprint_is_the_shadow_of_a_shape_from_above(
+    geometry: Any, pose: Pose, low: tuple[float, float], high: tuple[float, float]
+) -> None:
+    model = Model("thing", (Link("body", visuals=(Visual("v", geometry, pose),)),), static=True)
+    (marker,) = markers(Scene((model,))).markers
+    outline = footprint(marker).outline
+    np.testing.assert_allclose(outline.min(axis=0), low, atol=1e-6)
+    np.testing.assert_allclose(outline.max(axis=0), high, atol=1e-6)
+
+
+def test_a_mesh_is_shown_to_viewers_by_its_file(tmp_path: Path) -> None:
+    mesh = Mesh(tmp_path / "body.stl", (2.0, 2.0, 2.0))
+    model = Model("thing", (Link("body", visuals=(Visual("v", mesh),)),))
+    (marker,) = markers(Scene((model,))).markers
+    assert marker.mesh_resource == f"file://{tmp_path}/body.stl"
+    assert marker.header.frame_id == "thing"
+
+
+def test_a_file_that_is_no_picture_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match=r"not 'figure\.pgn'; did you mean '\.png'"):
+        check_target(tmp_path / "figure.pgn")
+    with pytest.raises(ExperimentError, match="there is no such folder"):
+        check_target(tmp_path / "nowhere" / "figure.png")

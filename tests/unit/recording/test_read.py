@@ -1,0 +1,132 @@
+"""Reading recordings: whole ones by anybody, cut ones as far as they go."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import mcap.reader
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from rosbags.highlevel import AnyReader
+
+from nrp_core.errors import ExperimentError
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Role, spikes_topic
+from nrp_core.recording.read import Recording, recover
+
+
+@pytest.fixture
+def folder(rig: Any) -> Path:
+    """A closed recording of some chunks."""
+    for _ in range(10):
+        rig.step()
+        rig.recorder._write()
+    rig.recorder.close()
+    return rig.folder  # type: ignore[no-any-return]
+
+
+def raw(path: Path) -> list[tuple[str, int, bytes]]:
+    return [(topic.name, message.log_time, message.data) for topic, message in Recording(path).raw()]
+
+
+def counts(path: Path) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for topic, _ in Recording(path).raw():
+        found[topic.name] = found.get(topic.name, 0) + 1
+    return found
+
+
+def test_rosbags_reads_it_without_knowing_our_classes(folder: Path) -> None:
+    with AnyReader([folder / MCAP_NAME]) as reader:
+        read = [(c.topic, t, reader.deserialize(data, c.msgtype)) for c, t, data in reader.messages()]
+    assert len(read) == sum(counts(folder).values())
+    spikes = next(message for topic, _, message in read if topic == spikes_topic("eyes"))
+    assert (spikes.population, spikes.ids.tolist()) == ("eyes", [0])
+
+
+def test_the_mcap_library_finds_an_index_and_every_message(folder: Path) -> None:
+    with (folder / MCAP_NAME).open("rb") as file:
+        reader = mcap.reader.make_reader(file)
+        assert reader.get_header().profile == "ros2"
+        summary = reader.get_summary()
+        messages = list(reader.iter_messages())
+    assert summary.statistics.message_count == len(messages) == sum(counts(folder).values())
+    assert {schema.encoding for schema in summary.schemas.values()} == {"ros2msg"}
+    assert [m.log_time for _, _, m in messages] == sorted(m.log_time for _, _, m in messages)
+
+
+def test_each_topic_says_what_it_is(folder: Path) -> None:
+    recording = Recording(folder)
+    assert recording.complete
+    assert [topic.name for topic in recording.with_role(Role.CAMERA)] == ["/husky/camera/compressed"]
+    assert recording.topics["/husky/cmd_vel"].type_name == "geometry_msgs/msg/Twist"
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_file_cut_anywhere_gives_whole_messages_from_its_beginning(
+    folder: Path, data: st.DataObject
+) -> None:
+    whole = (folder / MCAP_NAME).read_bytes()
+    cut = folder / "cut.mcap"
+    cut.write_bytes(whole[: data.draw(st.integers(0, len(whole) - 1))])
+    left = raw(cut)
+    assert left == raw(folder)[: len(left)]
+    assert not Recording(cut).complete
+
+
+def test_a_cut_loses_at_most_the_last_chunk(folder: Path) -> None:
+    whole = (folder / MCAP_NAME).read_bytes()
+    with (folder / MCAP_NAME).open("rb") as file:
+        chunks = mcap.reader.make_reader(file).get_summary().chunk_indexes
+    ends = sorted(chunk.chunk_start_offset + chunk.chunk_length for chunk in chunks)
+    for chunk, end in enumerate(ends):
+        cut = folder / "cut.mcap"
+        cut.write_bytes(whole[: end - 1])
+        assert sum(counts(cut).values()) < sum(counts(folder).values())
+        assert max((t_ns for _, t_ns, _ in raw(cut)), default=-1) >= (chunk - 1) * 20_000_000
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_byte_never_shows_as_a_wrong_message(folder: Path, data: st.DataObject) -> None:
+    damaged = bytearray((folder / MCAP_NAME).read_bytes())
+    place = data.draw(st.integers(0, len(damaged) - 1))
+    damaged[place] ^= data.draw(st.integers(1, 255))
+    path = folder / "damaged.mcap"
+    path.write_bytes(damaged)
+    read = raw(path)
+    assert read == raw(folder)[: len(read)]
+
+
+def test_a_recovered_file_is_read_by_anybody(folder: Path) -> None:
+    whole = (folder / MCAP_NAME).read_bytes()
+    cut, recovered = folder / "cut.mcap", folder / "recovered.mcap"
+    cut.write_bytes(whole[: len(whole) // 2])
+    n = recover(cut, recovered)
+    assert 0 < n == sum(counts(cut).values())
+    with AnyReader([recovered]) as reader:
+        assert sum(1 for _ in reader.messages()) == n
+    assert Recording(recovered).topics["/gazebo/model_states"].role == Role.MODELS
+
+
+def test_an_unfinished_file_that_holds_nothing_is_an_empty_recording(tmp_path: Path) -> None:
+    path = tmp_path / MCAP_NAME
+    path.touch()
+    assert list(Recording(path).messages()) == []
+    assert not Recording(path).complete
+
+
+def test_a_folder_without_a_recording_is_an_error_with_its_name(tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match=r"there is no recording: recording\.mcap is missing") as caught:
+        Recording(tmp_path)
+    assert caught.value.path == tmp_path
+
+
+def test_a_broken_description_of_the_run_is_an_error_with_its_name(folder: Path) -> None:
+    assert Recording(folder).run == {}
+    (folder / RUN_NAME).write_text(json.dumps({"seed": 3}))
+    assert Recording(folder).run == {"seed": 3}
+    (folder / RUN_NAME).write_text("{")
+    with pytest.raises(ExperimentError, match="cannot be read as JSON"):
+        _ = Recording(folder).run

@@ -1,0 +1,237 @@
+"""What is in a recording, and that it is there whatever happens."""
+
+import subprocess
+import sys
+import textwrap
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nrp_core.errors import SimulationError
+from nrp_core.recording.layout import MCAP_NAME, SCENE, Pictures, Role, device_topic, spikes_topic
+from nrp_core.recording.pictures import pixels_of
+from nrp_core.recording.read import Recorded, Recording
+from nrp_core.recording.writer import McapFile
+from nrp_core.world.messages.geometry_msgs import Twist
+from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.world.messages.std_msgs import ColorRGBA
+
+GLASS = "/wall/body/glass/color"
+
+
+def recorded(rig: Any, topic: str) -> list[Recorded]:
+    """Close the recording and return what it holds on a topic."""
+    rig.recorder.close()
+    return list(Recording(rig.folder).messages({topic}))
+
+
+def test_moving_models_are_recorded_every_step_and_still_ones_are_scenery(rig: Any) -> None:
+    for _ in range(3):
+        rig.step()
+    states = recorded(rig, "/gazebo/model_states")
+    assert [one.t_ns for one in states] == [0, 20_000_000, 40_000_000, 60_000_000]
+    assert all(one.message.name == ["husky"] for one in states)
+    assert states[-1].message.pose[0].position.x == pytest.approx(0.02, rel=1e-3)
+    (scenery,) = Recording(rig.folder).messages({SCENE})
+    frames = {marker.ns: marker.header.frame_id for marker in scenery.message.markers}
+    assert frames == {
+        "floor/body/ground": "world", "wall/body/glass": "world", "wall/body/stool": "world",
+        "wall/body/ball": "world", "husky/base/chassis": "husky",
+    }  # fmt: skip
+
+
+def test_a_marker_of_a_static_model_lies_where_its_visual_is(rig: Any) -> None:
+    (scenery,) = recorded(rig, SCENE)
+    glass = next(marker for marker in scenery.message.markers if marker.ns == "wall/body/glass")
+    assert (glass.pose.position.x, glass.pose.position.z) == (3.0, 1.0)
+    assert (glass.scale.x, glass.scale.y, glass.scale.z) == (0.02, 2.0, 1.0)
+    assert (glass.color.r, glass.color.b) == (0.0, 1.0)
+
+
+def test_spikes_are_recorded_by_population_with_their_exact_times(rig: Any) -> None:
+    rig.step()
+    rig.step()
+    eyes = recorded(rig, spikes_topic("eyes"))
+    wheels = list(Recording(rig.folder).messages({spikes_topic("wheels")}))
+    assert [one.message.ids.tolist() for one in eyes] == [[0], [0]]
+    assert [one.message.ids.tolist() for one in wheels] == [[1], [1]]
+    np.testing.assert_allclose(np.concatenate([one.message.times for one in eyes]), [0.0145, 0.0345])
+    assert [one.message.times.tolist() for one in wheels] == [[0.02], [0.04]]
+
+
+def test_a_device_is_recorded_when_its_value_changes(rig: Any) -> None:
+    topic = device_topic("steer/left", "voltage")
+    rig.recorder.step()
+    for _ in range(3):
+        rig.step()
+    voltages = recorded(rig, topic)
+    assert [one.t_ns for one in voltages][:2] == [0, 40_000_000]
+    about = Recording(rig.folder).topics[topic].about
+    assert (about["unit"], about["neurons"], about["role"]) == ("mV", "[3, 4]", Role.SINK)
+
+
+def test_what_anybody_publishes_is_recorded_as_it_was_then(rig: Any) -> None:
+    rig.step()
+    command = Twist()
+    rig.world.add_alias("/glass", GLASS)
+    rig.world.advertise("/husky/cmd_vel").publish(command)
+    command.linear.x = 9.0
+    rig.world.advertise("/glass").publish(ColorRGBA(1.0))
+    commands = recorded(rig, "/husky/cmd_vel")
+    colours = list(Recording(rig.folder).messages({GLASS}))
+    assert [one.message.linear.x for one in commands] == [0.5, 0.0]
+    assert [(one.t_ns, one.message) for one in colours] == [(20_000_000, ColorRGBA(1.0))]
+    assert Recording(rig.folder).topics[GLASS].role == Role.PUBLISHED
+
+
+def test_pictures_are_recorded_at_the_cameras_rate_as_jpeg(rig: Any) -> None:
+    for _ in range(5):
+        rig.step()
+    pictures = recorded(rig, "/husky/camera/compressed")
+    assert [one.t_ns for one in pictures] == [0, 34_000_000, 68_000_000, 100_000_000]
+    assert all(isinstance(one.message, CompressedImage) for one in pictures)
+    assert pixels_of(pictures[0].message).shape == (2, 2, 3)
+
+
+def test_exact_pictures_are_recorded_bit_by_bit(make_rig: Any) -> None:
+    rig = make_rig(Pictures.EXACT)
+    rig.step()
+    (picture,) = recorded(rig, "/husky/camera")
+    assert isinstance(picture.message, Image)
+    assert picture.message.data.tolist() == [0] * 12
+
+
+def test_pictures_can_be_left_out(make_rig: Any) -> None:
+    rig = make_rig(Pictures.OFF)
+    rig.step()
+    rig.recorder.close()
+    assert not [topic for topic in Recording(rig.folder).topics if "camera" in topic]
+
+
+@pytest.mark.parametrize("encoding", ["rgb8", "bgr8", "mono8"])
+def test_a_compressed_picture_shows_the_same_colours(encoding: str) -> None:
+    from nrp_core.recording.pictures import compress
+
+    channels = 1 if encoding == "mono8" else 3
+    pixels = np.full((16, 24, channels), 40, np.uint8)
+    pixels[:, :, 0] = 220
+    picture = Image(height=16, width=24, encoding=encoding, step=24 * channels, data=pixels)
+    shown = pixels_of(compress(picture)).astype(int)
+    np.testing.assert_allclose(shown, pixels_of(picture), atol=4)
+
+
+def test_messages_lie_in_the_order_of_time(rig: Any) -> None:
+    for _ in range(10):
+        rig.step()
+    rig.recorder.close()
+    times = [one.t_ns for one in Recording(rig.folder).messages()]
+    assert times == sorted(times)
+    assert times[-1] == 200_000_000
+
+
+def test_a_topic_that_is_subscribed_to_later_is_recorded_from_the_next_step_on(make_rig: Any) -> None:
+    rig = make_rig()
+    rig.step()
+    rig.world.subscribe("/husky/odom")
+    rig.step()
+    rig.step()
+    assert [one.t_ns for one in recorded(rig, "/husky/odom")] == [60_000_000]
+
+
+def test_what_nobody_listens_to_is_not_recorded(rig: Any) -> None:
+    rig.step()
+    assert not recorded(rig, "/husky/odom")
+
+
+def test_closing_leaves_the_run_as_if_nobody_had_listened(rig: Any) -> None:
+    devices = len(rig.brain.devices)
+    rig.recorder.close()
+    rig.recorder.close()
+    assert len(rig.brain.devices) == devices - 1
+    rig.world.advertise("/husky/cmd_vel").publish(Twist())
+    assert "/husky/cmd_vel" not in Recording(rig.folder).topics
+
+
+def test_what_was_reached_before_an_engine_failed_is_on_disk(rig: Any) -> None:
+    rig.step()
+    rig.brain.run_until(40_000_000)
+
+    def explode(steps: int) -> None:
+        raise ZeroDivisionError
+
+    rig.world._do_advance = explode
+    with pytest.raises(SimulationError):
+        rig.world.run_until(40_000_000)
+    rig.recorder.close()
+    recording = Recording(rig.folder)
+    assert recording.complete
+    assert [one.t_ns for one in recording.messages({"/husky/cmd_vel"})] == [20_000_000]
+
+
+@dataclass
+class Odd:
+    """A message that no recording can hold."""
+
+    values: dict[str, float] = field(default_factory=dict)
+
+
+def test_a_message_that_cannot_be_recorded_is_a_warning_and_stops_nothing(rig: Any) -> None:
+    rig.world.declare("/odd", Odd)
+    for _ in range(2):
+        rig.world.advertise("/odd").publish(Odd())
+        rig.step()
+    assert len(recorded(rig, "/husky/cmd_vel")) == 2
+    assert rig.recorder.warnings == [
+        w for w in rig.recorder.warnings if w.startswith("/odd is not recorded: Odd")
+    ]
+    assert len(rig.recorder.warnings) == 1
+
+
+def test_a_full_disk_is_one_clear_error(rig: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(McapFile, "write", full)
+    monkeypatch.setattr(McapFile, "is_due", True)
+    with pytest.raises(SimulationError, match="the recording cannot be written: No space left on device"):
+        rig.step()
+    rig.recorder.close()
+
+
+def test_the_file_is_flushed_by_wall_time(tmp_path: Path) -> None:
+    times_s = iter([0.0, 0.01, 0.04, 0.06, 0.06, 0.08, 0.2, 0.2])
+    file = McapFile(tmp_path / MCAP_NAME, clock=lambda: next(times_s))
+    file.announce("/a", file.codec.name(Twist), {})
+    sizes = []
+    for _ in range(5):
+        file.write("/a", 0, file.codec.encode(Twist()))
+        if file.is_due:
+            file.flush()
+        sizes.append((tmp_path / MCAP_NAME).stat().st_size)
+    assert sizes[0] == sizes[1] < sizes[2] == sizes[3] < sizes[4]
+    file.close()
+
+
+def test_a_kill_in_the_middle_of_writing_leaves_what_was_flushed(tmp_path: Path) -> None:
+    program = textwrap.dedent("""
+        import os, signal, sys
+        from pathlib import Path
+        from nrp_core.recording.writer import McapFile
+        from nrp_core.world.messages.geometry_msgs import Twist
+        file = McapFile(Path(sys.argv[1]))
+        file.announce("/a", file.codec.name(Twist), {})
+        for k in range(1000):
+            file.write("/a", k, file.codec.encode(Twist()))
+            if k == 900:
+                file.flush()
+        os.kill(os.getpid(), signal.SIGKILL)
+    """)
+    path = tmp_path / MCAP_NAME
+    died = subprocess.run([sys.executable, "-c", program, str(path)], check=False)
+    assert died.returncode == -9
+    recording = Recording(path)
+    assert not recording.complete
+    assert [one.t_ns for one in recording.messages()] == list(range(901))

@@ -1,0 +1,65 @@
+"""Files that files name."""
+
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from nrp_core.paths import ExistingFile, MissingFileError, TextFrom, existing_file
+
+
+class Options(BaseModel):
+    model: ExistingFile
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "brain.py").touch()
+    (tmp_path / "room.sdf").touch()
+    (tmp_path / "sub").mkdir()
+    return tmp_path
+
+
+def test_a_relative_path_starts_at_the_folder_of_the_file_that_names_it(folder: Path) -> None:
+    assert existing_file(TextFrom.of("brain.py", folder)) == folder / "brain.py"
+    assert existing_file(TextFrom.of("../brain.py", folder / "sub")) == folder / "brain.py"
+
+
+def test_without_such_a_file_it_starts_at_the_current_folder(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    assert existing_file("brain.py") == folder / "brain.py"
+
+
+def test_an_absolute_path_and_the_home_folder_are_what_they_are(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(folder))
+    assert existing_file(TextFrom.of(str(folder / "brain.py"), Path("/"))) == folder / "brain.py"
+    assert existing_file(TextFrom.of("~/brain.py", Path("/"))) == folder / "brain.py"
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("brian.py", r"no file 'brian\.py' in .*; did you mean 'brain\.py'"),
+        ("walker.urdf", r"no file 'walker\.urdf' in .*; valid: brain\.py, room\.sdf"),
+        ("sub", "'sub' is a folder, not a file"),
+        ("no/brain.py", r"no file 'no/brain\.py': there is no folder .*/no"),
+    ],
+)
+def test_a_missing_file_gets_the_nearest_one_beside_it(folder: Path, name: str, message: str) -> None:
+    with pytest.raises(MissingFileError, match=message):
+        existing_file(TextFrom.of(name, folder))
+
+
+def test_what_is_no_text_names_no_file() -> None:
+    with pytest.raises(ValueError, match="the name of a file is a text, not 3"):
+        existing_file(3)
+
+
+def test_options_of_third_parties_use_it_too(folder: Path) -> None:
+    assert Options.model_validate({"model": TextFrom.of("brain.py", folder)}).model == folder / "brain.py"
+    with pytest.raises(ValidationError, match="did you mean"):
+        Options.model_validate({"model": TextFrom.of("brian.py", folder)})

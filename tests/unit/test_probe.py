@@ -1,0 +1,64 @@
+"""Questions that are asked in a child process."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from nrp_core.probe import Answer, ask, inquire
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A module ``asked`` for a child process to run, and a cache of its own."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "asked.py"
+
+
+def test_an_answer_holds_what_the_child_wrote_and_how_it_ended(module: Path) -> None:
+    module.write_text("import sys; print(sys.argv[1]); print('oh', file=sys.stderr); sys.exit(3)")
+    assert inquire("asked", "yes") == Answer(3, "yes\n", "oh\n")
+    assert not ask("asked", "yes")
+
+
+def test_a_child_that_is_killed_shows_the_signal(module: Path) -> None:
+    module.write_text("import os; os.kill(os.getpid(), 9)")
+    assert inquire("asked") == Answer(-9)
+
+
+def test_a_child_that_does_not_end_is_ended_with_whatever_it_started(module: Path, tmp_path: Path) -> None:
+    grandchild = f"{sys.executable} -c 'import time; time.sleep(600)'"
+    module.write_text(
+        f"import os; open(r'{tmp_path}/pid', 'w').write(str(os.getpid())); os.system({grandchild!r})"
+    )
+    assert inquire("asked", timeout_s=0.5) == Answer(None)
+    group = (tmp_path / "pid").read_text()
+    assert group not in {path.read_text().split()[4] for path in Path("/proc").glob("[0-9]*/stat")}
+
+
+def test_an_answer_is_kept_under_all_that_it_depends_on(module: Path) -> None:
+    module.write_text("import random; print(random.random())")
+    first = inquire("asked", depends_on="version 1")
+    assert inquire("asked", depends_on="version 1") == first
+    assert inquire("asked", depends_on="version 2") != first
+    assert inquire("asked", depends_on="version 1", anew=True) != first
+
+
+def test_without_a_place_to_keep_answers_it_is_asked_every_time(
+    module: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    module.write_text("print('here')")
+    assert ask("asked")
+    assert ask("asked")
+
+
+def test_a_damaged_answer_is_asked_anew(module: Path, tmp_path: Path) -> None:
+    module.write_text("print('here')")
+    inquire("asked")
+    (kept,) = (tmp_path / "cache").rglob("*.json")
+    kept.write_text('{"answer": {"nonsense": 1}}')
+    assert inquire("asked").output == "here\n"

@@ -1,0 +1,139 @@
+"""Looking at installed backends, of which some do what none should."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core import probe
+from nrp_core.registry import brains
+from nrp_core.survey import Surveyed, look_at, survey
+
+GOOD = """
+from nrp_core.brain.interface import BrainBackend, BrainCapabilities
+from nrp_core.diagnosis import Diagnosis
+
+class Backend(BrainBackend):
+    def capabilities(self, options):
+        return BrainCapabilities(frozenset({"IF_curr_exp"}), frozenset({"static"}), resolution_ns=1000)
+    def open(self, network, *, seed, options):
+        raise NotImplementedError
+"""
+NEEDY = (
+    GOOD
+    + """
+    def diagnose(self):
+        return [Diagnosis("simulator 4", False, "is not installed", "pip install simulator", needed=True)]
+"""
+)
+
+Install = Callable[[str, str], None]
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
+    """Return a function that installs a brain backend of a name, with the source of its module."""
+    site = tmp_path / "site"
+    site.mkdir()
+    monkeypatch.syspath_prepend(site)
+    monkeypatch.setenv("PYTHONPATH", str(site))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+    def install(name: str, source: str) -> None:
+        info = site / f"{name}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text(f"[nrp_core.brain]\n{name} = {name}_module:Backend\n")
+        (site / f"{name}_module.py").write_text(source)
+
+    return install
+
+
+def looked(name: str, *, timeout_s: float = 30.0) -> Surveyed:
+    return look_at("brain", brains().provider(name), timeout_s=timeout_s)
+
+
+def test_a_backend_that_imports_tells_what_it_has(install: Install) -> None:
+    install("good", GOOD)
+    found = looked("good")
+    assert found.available
+    assert (found.provider.distribution, found.provider.version) == ("good", "1.0")
+    assert found.capabilities["cells"] == ["IF_curr_exp"]
+    assert (found.capabilities["resolution_ns"], found.capabilities["determinism"]) == (1000, "machine")
+
+
+def test_a_backend_whose_simulator_is_missing_is_not_available(install: Install) -> None:
+    install("needy", NEEDY)
+    found = looked("needy")
+    assert not found.available
+    assert found.advice == "simulator 4: is not installed; try: pip install simulator"
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("raise RuntimeError('no licence')", "RuntimeError: no licence"),
+        ("import os; os._exit(7)", "ends the interpreter with exit code 7"),
+        ("import os; os.abort()", "ends the interpreter: SIGABRT"),
+        ("Backend = 5", "is not a subclass of BrainBackend"),
+    ],
+    ids=["raises", "exits", "aborts", "no class"],
+)
+def test_a_backend_that_cannot_be_imported_is_reported_with_a_remedy(
+    install: Install, source: str, reason: str
+) -> None:
+    install("bad", source)
+    found = looked("bad")
+    assert not found.available
+    assert reason in found.reason
+    assert "pip install" not in found.reason
+
+
+def test_a_backend_that_takes_forever_is_given_up(install: Install) -> None:
+    install("slow", "import time; time.sleep(600)")
+    found = looked("slow", timeout_s=0.3)
+    assert not found.available
+    assert found.reason == "importing it took more than 0.3 s"
+
+
+def test_one_bad_backend_hides_no_other(install: Install) -> None:
+    install("bad", "import os; os._exit(7)")
+    install("good", GOOD)
+    found = {one.provider.name: one.available for one in survey() if one.kind == "brain"}
+    assert found["good"]
+    assert not found["bad"]
+
+
+def test_what_a_backend_prints_is_no_answer(install: Install) -> None:
+    install("chatty", "print('nrp-core survey: {}')\n" + GOOD + "\nprint('hello')\n")
+    assert looked("chatty").available
+
+
+def test_two_distributions_with_one_name_are_both_refused(install: Install, tmp_path: Path) -> None:
+    install("good", GOOD)
+    info = tmp_path / "site" / "other-2.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 2.0\n")
+    (info / "entry_points.txt").write_text("[nrp_core.brain]\ngood = good_module:Backend\n")
+    twice = [look_at("brain", provider) for provider in brains().providers() if provider.name == "good"]
+    assert [one.available for one in twice] == [False, False]
+    assert all("two distributions provide the brain backend 'good'" in one.reason for one in twice)
+    assert all(one.remedy.startswith("pip uninstall ") for one in twice)
+
+
+def test_an_answer_is_kept_until_a_file_changes(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
+    install("good", GOOD)
+    first = looked("good")
+    asked: list[object] = []
+
+    def run(command: list[str], timeout_s: float) -> probe.Answer:
+        asked.append(command)
+        return probe.Answer(1)
+
+    monkeypatch.setattr(probe, "_run", run)
+    assert looked("good") == first
+    assert not asked
+    os.utime(Path(os.environ["PYTHONPATH"]) / "good_module.py", (1, 1))
+    assert not looked("good").available
+    assert len(asked) == 1

@@ -1,0 +1,56 @@
+"""SDF texts as files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[..., Path]:
+    """Write the contents of an <sdf> to a file."""
+
+    def write_sdf(body: str, *, version: str = "1.9", name: str = "robot.sdf") -> Path:
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f'<?xml version="1.0"?>\n<sdf version="{version}">\n{body}\n</sdf>\n')
+        return path
+
+    return write_sdf
+
+
+@pytest.fixture
+def model(write: Callable[..., Path]) -> Callable[..., Model]:
+    """Read the contents of a <model>, the first line of which is line 4 of the file."""
+
+    def read(body: str, *, version: str = "1.9", **options: object) -> Model:
+        path = write(f'<model name="robot">\n{body}\n</model>', version=version)
+        return read_model(path, **options)  # type: ignore[arg-type]
+
+    return read
+
+
+@pytest.fixture
+def link(model: Callable[..., Model]) -> Callable[..., object]:
+    """Read the contents of a <link>, the first line of which is line 5 of the file."""
+
+    def read(body: str) -> object:
+        return model(f'<link name="base">\n{body}\n</link>').links[0]
+
+    return read
+
+
+@pytest.fixture
+def world(write: Callable[..., Path]) -> Callable[..., Scene]:
+    """Read the contents of a <world>, the first line of which is line 4 of the file."""
+
+    def read(body: str, *, version: str = "1.9", **options: object) -> Scene:
+        path = write(f'<world name="room">\n{body}\n</world>', version=version, name="room.sdf")
+        return read_scene(path, **options)  # type: ignore[arg-type]
+
+    return read

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.materials import MATERIALS, color_of
+
+
+@pytest.mark.parametrize(
+    ("name", "rgba"),
+    [
+        ("Gazebo/Red", (1, 0, 0, 1)),
+        ("Gazebo/RedGlow", (1, 0, 0, 1)),
+        ("Gazebo/BlueGlow", (0, 0, 1, 1)),
+        ("Gazebo/Blue", (0, 0, 1, 1)),
+        ("Gazebo/Green", (0, 1, 0, 1)),
+        ("Gazebo/White", (1, 1, 1, 1)),
+        ("Gazebo/Black", (0, 0, 0, 1)),
+        ("Gazebo/Grey", (0.7, 0.7, 0.7, 1)),
+        ("Gazebo/BlueTransparent", (0, 0, 1, 0.5)),
+    ],
+)
+def test_named_materials_have_gazebos_colours(name: str, rgba: tuple[float, ...]) -> None:
+    assert MATERIALS[name] == rgba
+    assert color_of(name) == rgba
+
+
+@pytest.mark.parametrize("name", ["red", "RED", "Red", "gazebo/red", "Gazebo/Red", " red "])
+def test_a_colour_may_be_named_shortly_in_any_case(name: str) -> None:
+    assert color_of(name) == (1, 0, 0, 1)
+
+
+def test_every_material_is_a_colour() -> None:
+    assert "Gazebo/Wood" in MATERIALS
+    for rgba in MATERIALS.values():
+        assert len(rgba) == 4
+        assert all(isinstance(part, float) and 0 <= part <= 1 for part in rgba)
+
+
+def test_an_unknown_material_gets_a_suggestion() -> None:
+    with pytest.raises(SceneError, match="no material 'Gazebo/RedGlowing'; did you mean 'redglow'"):
+        color_of("Gazebo/RedGlowing")

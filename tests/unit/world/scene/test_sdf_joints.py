@@ -1,0 +1,218 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf, pi, sqrt
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.model import Joint, Model
+
+ModelReader = Callable[..., Model]
+
+LINKS = """<link name="base"><inertial/></link>
+<link name="arm"><pose>0 0 1 0 0 1.5707963267948966</pose><inertial/></link>
+"""
+
+
+@pytest.fixture
+def joint(model: ModelReader) -> Callable[..., Joint]:
+    """Read a <joint> (line 6 of its file) from ``base`` to ``arm``, which is turned by 90 degrees."""
+
+    def read(body: str = "", *, kind: str = "revolute", version: str = "1.9") -> Joint:
+        ends = "<parent>base</parent><child>arm</child>"
+        text = f'{LINKS}<joint name="j" type="{kind}">{ends}\n{body}</joint>'
+        return model(text, version=version).joints[0]
+
+    return read
+
+
+JointReader = Callable[..., Joint]
+
+
+def test_a_revolute_joint_without_limits_is_continuous(joint: JointReader) -> None:
+    read = joint("<axis><xyz>0 1 0</xyz></axis>")
+    assert (read.kind, read.lower, read.upper, read.effort, read.velocity) == (
+        "continuous",
+        -inf,
+        inf,
+        inf,
+        inf,
+    )
+
+
+@pytest.mark.parametrize(
+    "limit",
+    [
+        "<limit/>",
+        "<limit><lower>-1e16</lower><upper>1e16</upper></limit>",
+        "<limit><lower>-1.79769e+308</lower><upper>1.79769e+308</upper></limit>",
+        "<limit><lower>-inf</lower><upper>inf</upper></limit>",
+    ],
+)
+def test_every_way_to_write_no_limit_is_continuous(joint: JointReader, limit: str) -> None:
+    assert joint(f"<axis><xyz>0 1 0</xyz>{limit}</axis>").kind == "continuous"
+
+
+def test_limits_and_damping_are_read(joint: JointReader) -> None:
+    limit = "<limit><lower>-1</lower><upper>2</upper><effort>3</effort><velocity>4</velocity></limit>"
+    read = joint(f"<axis><xyz>0 1 0</xyz>{limit}<dynamics><damping>0.5</damping></dynamics></axis>")
+    assert (read.kind, read.lower, read.upper, read.effort, read.velocity, read.damping) == (
+        "revolute",
+        -1,
+        2,
+        3,
+        4,
+        0.5,
+    )
+
+
+def test_a_negative_effort_is_no_limit(joint: JointReader) -> None:
+    assert joint("<axis><limit><effort>-1</effort></limit></axis>").effort == inf
+
+
+def test_the_limits_of_a_continuous_joint_do_not_count(joint: JointReader) -> None:
+    read = joint("<axis><limit><lower>0</lower><upper>0</upper></limit></axis>", kind="continuous")
+    assert (read.kind, read.lower, read.upper) == ("continuous", -inf, inf)
+
+
+def test_a_joint_held_between_0_and_0_is_fixed(joint: JointReader) -> None:
+    assert joint("<axis><limit><lower>0</lower><upper>0</upper></limit></axis>").kind == "fixed"
+
+
+def test_crossed_limits_are_refused(joint: JointReader) -> None:
+    with pytest.raises(SceneError, match=r"lower limit \(2\) is above the upper one \(1\)") as refusal:
+        joint("<axis><limit><lower>2</lower><upper>1</upper></limit></axis>")
+    assert refusal.value.line == 7
+
+
+def test_the_axis_is_z_by_default_and_of_length_1(joint: JointReader) -> None:
+    assert joint("<axis/>").axis == (0, 0, 1)
+    assert joint("<axis><xyz>0 2 0</xyz></axis>").axis == (0, 1, 0)
+    with pytest.raises(SceneError, match="<xyz> is 0 0 0, which has no direction"):
+        joint("<axis><xyz>0 0 0</xyz></axis>")
+
+
+@pytest.mark.parametrize(
+    ("version", "axis", "in_joint_frame"),
+    [
+        # the arm, and the joint with it, is turned to the left: the model's x is its -y
+        ("1.9", "<xyz>1 0 0</xyz>", (1, 0, 0)),
+        ("1.9", '<xyz expressed_in="__model__">1 0 0</xyz>', (0, -1, 0)),
+        ("1.9", '<xyz expressed_in="base">1 0 0</xyz>', (0, -1, 0)),
+        ("1.9", '<xyz expressed_in="arm">1 0 0</xyz>', (1, 0, 0)),
+        ("1.5", "<xyz>1 0 0</xyz>", (1, 0, 0)),
+        ("1.6", "<xyz>1 0 0</xyz><use_parent_model_frame>1</use_parent_model_frame>", (0, -1, 0)),
+        ("1.6", "<xyz>1 0 0</xyz><use_parent_model_frame>0</use_parent_model_frame>", (1, 0, 0)),
+        ("1.4", "<xyz>1 0 0</xyz>", (0, -1, 0)),
+    ],
+)
+def test_the_axis_is_given_in_the_frame_that_its_version_says(
+    joint: JointReader, version: str, axis: str, in_joint_frame: tuple[float, ...]
+) -> None:
+    read = joint(f"<axis>{axis}</axis>", version=version)
+    assert read.axis == pytest.approx(in_joint_frame, abs=1e-12)
+
+
+def test_a_joint_is_where_its_child_is(joint: JointReader) -> None:
+    read = joint()
+    assert read.pose.position == (0, 0, 1)
+    assert read.pose.yaw == pytest.approx(pi / 2)
+
+
+def test_the_pose_of_a_joint_is_relative_to_its_child(joint: JointReader) -> None:
+    assert joint("<pose>1 0 0 0 0 0</pose>").pose.position == pytest.approx((0, 1, 1))
+
+
+def test_the_pose_of_a_joint_may_be_relative_to_another_frame(joint: JointReader) -> None:
+    assert joint('<pose relative_to="base">1 0 0 0 0 0</pose>').pose.position == pytest.approx((1, 0, 0))
+
+
+@pytest.mark.parametrize("kind", ["fixed", "prismatic", "continuous"])
+def test_other_kinds_of_joints_are_read(joint: JointReader, kind: str) -> None:
+    assert joint(kind=kind).kind == kind
+
+
+def test_a_ball_joint_is_fixed_with_a_warning(model: ModelReader) -> None:
+    text = f'{LINKS}<joint name="j" type="ball"><parent>base</parent><child>arm</child></joint>'
+    read = model(text)
+    assert read.joints[0].kind == "fixed"
+    assert (
+        "robot.sdf:6: joints of type 'ball' are not simulated: the links are taken as fixed"
+        in read.warnings[0]
+    )
+
+
+@pytest.mark.parametrize("kind", ["gearbox", "universal", "revolut"])
+def test_kinds_that_are_not_simulated_are_refused(joint: JointReader, kind: str) -> None:
+    with pytest.raises(SceneError, match=f"joints of type '{kind}' are not simulated"):
+        joint(kind=kind)
+
+
+def test_the_world_holds_a_link(model: ModelReader) -> None:
+    read = model(f'{LINKS}<joint name="j" type="fixed"><parent>world</parent><child>base</child></joint>')
+    assert read.joints[0].parent == "world"
+
+
+# -- what joints must not do
+
+
+def refuse(model: ModelReader, joints: str, message: str, line: int) -> None:
+    with pytest.raises(SceneError, match=message) as refusal:
+        model(LINKS + joints)
+    assert refusal.value.line == line
+
+
+def test_the_world_is_no_child(model: ModelReader) -> None:
+    joint = '<joint name="j" type="fixed"><parent>base</parent><child>world</child></joint>'
+    refuse(model, joint, "the world cannot be the child", 6)
+
+
+def test_a_joint_to_nowhere_is_refused(model: ModelReader) -> None:
+    joint = '<joint name="j" type="fixed"><parent>base</parent>\n<child>amr</child></joint>'
+    refuse(model, joint, "has no frame 'amr'; did you mean 'arm'", 7)
+
+
+def test_a_joint_without_ends_is_refused(model: ModelReader) -> None:
+    refuse(model, '<joint name="j" type="fixed"><child>arm</child></joint>', "<joint> needs a <parent>", 6)
+    refuse(model, '<joint name="j" type="fixed"><parent/><child>arm</child></joint>', "must name a link", 6)
+
+
+def test_a_joint_from_a_link_to_itself_is_refused(model: ModelReader) -> None:
+    joint = '<joint name="j" type="fixed"><parent>arm</parent><child>arm</child></joint>'
+    refuse(model, joint, "the joint 'j' connects the link 'arm' with itself", 6)
+
+
+def test_joints_in_a_circle_are_refused(model: ModelReader) -> None:
+    joints = "".join(
+        f'<joint name="{a}_{b}" type="revolute"><parent>{a}</parent><child>{b}</child></joint>'
+        for a, b in (("base", "arm"), ("arm", "base"))
+    )
+    refuse(model, joints, "the joints base_arm, arm_base form a loop", 3)
+
+
+def test_a_link_with_two_parents_is_refused(model: ModelReader) -> None:
+    joints = "".join(
+        f'<joint name="from_{a}" type="revolute"><parent>{a}</parent><child>arm</child></joint>'
+        for a in ("base", "world")
+    )
+    refuse(model, joints, "two joints, 'from_base' and 'from_world', hold the link 'arm'", 3)
+
+
+def test_two_joints_of_one_name_are_refused(model: ModelReader) -> None:
+    joint = '<joint name="j" type="fixed"><parent>base</parent><child>arm</child></joint>\n'
+    refuse(model, joint + joint, "the name 'j' is taken by the <joint> in line 6", 7)
+
+
+def test_springs_and_dry_friction_are_warned_of(model: ModelReader) -> None:
+    dynamics = "<dynamics><friction>0.1</friction><spring_stiffness>0</spring_stiffness></dynamics>"
+    text = (
+        f'{LINKS}<joint name="j" type="revolute"><parent>base</parent><child>arm</child>'
+        f"<axis>{dynamics}</axis></joint>"
+    )
+    (warning,) = model(text).warnings
+    assert "robot.sdf:6: <friction> 0.1 of a <dynamics> is not simulated" in warning
+
+
+def test_an_oblique_axis_keeps_its_direction(joint: JointReader) -> None:
+    assert joint("<axis><xyz>1 1 0</xyz></axis>").axis == pytest.approx((sqrt(0.5), sqrt(0.5), 0))

@@ -1,0 +1,350 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.model import (
+    DEFAULT_RGBA,
+    Box,
+    Capsule,
+    Cylinder,
+    Inertial,
+    Link,
+    Mesh,
+    Model,
+    Plane,
+    Sphere,
+)
+from nrp_core.world.scene.pose import Pose
+
+LinkReader = Callable[[str], Link]
+ModelReader = Callable[..., Model]
+
+BOX = "<geometry><box><size>1 2 3</size></box></geometry>"
+UNIT_MASS = "<inertial><mass>1</mass></inertial>"
+
+
+def visual(inside: str, geometry: str = BOX) -> str:
+    return f'<visual name="skin">{inside}{geometry}</visual>'
+
+
+def collision(inside: str, geometry: str = BOX) -> str:
+    return f'<collision name="hull">{inside}{geometry}</collision>'
+
+
+@pytest.mark.parametrize(
+    ("shape", "geometry"),
+    [
+        ("<box><size>1 2 3</size></box>", Box((1, 2, 3))),
+        ("<sphere><radius>2</radius></sphere>", Sphere(2)),
+        ("<cylinder><radius>1</radius><length>2</length></cylinder>", Cylinder(1, 2)),
+        ("<capsule><radius>1</radius><length>2</length></capsule>", Capsule(1, 2)),
+        ("<plane><normal>0 0 1</normal><size>5 6</size></plane>", Plane((5, 6))),
+        ("<plane/>", Plane((100, 100))),
+    ],
+)
+def test_shapes_are_read(link: LinkReader, shape: str, geometry: object) -> None:
+    read = link(visual("", f"<geometry>{shape}</geometry>") + collision("", f"<geometry>{shape}</geometry>"))
+    assert read.visuals[0].geometry == geometry
+    assert read.collisions[0].geometry == geometry
+
+
+def test_a_plane_faces_along_its_normal(link: LinkReader) -> None:
+    wall = link(collision("", "<geometry><plane><normal>2 0 0</normal></plane></geometry>")).collisions[0]
+    assert wall.pose.rotate((0.0, 0.0, 1.0)) == pytest.approx((1, 0, 0))
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        "<box><size>1 0 3</size></box>",
+        "<box><size>1 -2 3</size></box>",
+        "<box/>",
+        "<sphere><radius>0</radius></sphere>",
+        "<cylinder><radius>1</radius></cylinder>",
+        "<cylinder><radius>1</radius><length>-2</length></cylinder>",
+        "<plane><size>0 1</size></plane>",
+        "<cube><size>1 2 3</size></cube>",
+        "<mesh><uri>a.stl</uri><scale>1 0 1</scale></mesh>",
+        "<mesh/>",
+        "",
+    ],
+)
+def test_a_shape_without_a_size_is_one_error_at_its_line(link: LinkReader, shape: str) -> None:
+    with pytest.raises(SceneError) as refusal:
+        link(visual("", f"\n<geometry>{shape}</geometry>"))
+    assert refusal.value.line == 6
+    assert refusal.value.path is not None
+
+
+def test_an_empty_geometry_is_no_shape_and_no_warning(model: ModelReader) -> None:
+    empty = "<geometry><empty/></geometry>"
+    read = model(f'<link name="base">{UNIT_MASS}{visual("", empty)}{collision("", empty)}</link>')
+    assert (read.links[0].visuals, read.links[0].collisions, read.warnings) == ((), (), ())
+
+
+@pytest.mark.parametrize("part", [visual, collision])
+def test_parts_of_one_name_are_told_apart_with_a_warning(
+    model: ModelReader, part: Callable[[str], str]
+) -> None:
+    read = model(f'<link name="base">{UNIT_MASS}\n{part("")}\n{part("")}\n{part("")}</link>')
+    parts = read.links[0].visuals or read.links[0].collisions
+    name = parts[0].name
+    assert [p.name for p in parts] == [name, f"{name}_2", f"{name}_3"]
+    assert "robot.sdf:6: the link 'base' has two" in read.warnings[0]
+    assert f"named '{name}': this one is called '{name}_2'" in read.warnings[0]
+
+
+def test_a_visual_and_a_collision_may_share_a_name(link: LinkReader) -> None:
+    assert link(visual("") + collision("").replace("hull", "skin")).collisions[0].name == "skin"
+
+
+# -- colours
+
+
+@pytest.mark.parametrize(
+    ("material", "rgba"),
+    [
+        ("", DEFAULT_RGBA),
+        ("<material/>", DEFAULT_RGBA),
+        ("<material><diffuse>0.1 0.2 0.3 0.5</diffuse></material>", (0.1, 0.2, 0.3, 0.5)),
+        ("<material><diffuse>0.1 0.2 0.3</diffuse></material>", (0.1, 0.2, 0.3, 1)),
+        ("<material><ambient>0.1 0.2 0.3 1</ambient></material>", (0.1, 0.2, 0.3, 1)),
+        (
+            "<material><ambient>1 1 1 1</ambient><diffuse>0.1 0.2 0.3 1</diffuse></material>",
+            (0.1, 0.2, 0.3, 1),
+        ),
+        ("<material><diffuse>0 0 0 1</diffuse><emissive>1 0 0 1</emissive></material>", (1, 0, 0, 1)),
+        ("<material><diffuse>0 1 0 1</diffuse><emissive>0 0 0 1</emissive></material>", (0, 1, 0, 1)),
+        ("<material><script><name>Gazebo/BlueGlow</name></script></material>", (0, 0, 1, 1)),
+        (
+            "<material><script><uri>file://x</uri><name>Gazebo/Red</name></script>"
+            "<ambient>1 1 1 1</ambient></material>",
+            (1, 0, 0, 1),
+        ),
+        ("<transparency>0.25</transparency><material><diffuse>0 1 0 1</diffuse></material>", (0, 1, 0, 0.75)),
+    ],
+)
+def test_the_colour_is_what_glows_else_what_is_lit(
+    link: LinkReader, material: str, rgba: tuple[float, ...]
+) -> None:
+    assert link(visual(material)).visuals[0].rgba == pytest.approx(rgba)
+
+
+def test_an_unknown_material_is_grey_with_a_warning(model: ModelReader) -> None:
+    script = "<material><script><name>Gazebo/Rad</name></script></material>"
+    read = model(f'<link name="base">{UNIT_MASS}{visual(script)}</link>')
+    assert read.links[0].visuals[0].rgba == DEFAULT_RGBA
+    assert len(read.warnings) == 1
+    assert "robot.sdf:4: shown grey: there is no material 'Gazebo/Rad'; did you mean" in read.warnings[0]
+
+
+def test_colours_outside_0_to_1_are_refused(link: LinkReader) -> None:
+    with pytest.raises(SceneError, match="numbers from 0 to 1, not '255 0 0'"):
+        link(visual("<material><diffuse>255 0 0</diffuse></material>"))
+
+
+# -- friction
+
+
+def surface(friction: str) -> str:
+    return collision(f"<surface><friction>{friction}</friction></surface>")
+
+
+@pytest.mark.parametrize(
+    ("friction", "mu"),
+    [
+        ("", 1.0),
+        ("<ode/>", 1.0),
+        ("<ode><mu>0.3</mu></ode>", 0.3),
+        ("<ode><mu>0.3</mu><mu2>0.3</mu2></ode>", 0.3),
+        ("<bullet><friction>0.4</friction></bullet>", 0.4),
+        ("<ode><mu>0</mu></ode>", 0.0),
+    ],
+)
+def test_friction_is_coulombs_coefficient(model: ModelReader, friction: str, mu: float) -> None:
+    read = model(f'<link name="base">{UNIT_MASS}{surface(friction)}</link>')
+    assert read.links[0].collisions[0].friction == mu
+    assert read.warnings == ()
+
+
+@pytest.mark.parametrize("mu", ["100000.0", "-1", "1e30"])
+def test_a_friction_that_no_material_has_becomes_1_with_one_warning(model: ModelReader, mu: str) -> None:
+    wheels = "".join(
+        f'<link name="{name}">{UNIT_MASS}\n{surface(f"<ode><mu>{mu}</mu><mu2>{mu}</mu2></ode>")}</link>'
+        for name in ("left", "right")
+    )
+    read = model(wheels)
+    assert [link.collisions[0].friction for link in read.links] == [1, 1]
+    assert len(read.warnings) == 1
+    assert f"robot.sdf:5: a friction coefficient of {float(mu):g} means 'never slips'" in read.warnings[0]
+    assert "taken as 1" in read.warnings[0]
+
+
+def test_friction_that_depends_on_direction_is_warned_of(model: ModelReader) -> None:
+    read = model(f'<link name="base">{UNIT_MASS}{surface("<ode><mu>0.8</mu><mu2>0.2</mu2></ode>")}</link>')
+    assert read.links[0].collisions[0].friction == 0.8
+    assert "mu = 0.8, not mu2 = 0.2" in read.warnings[0]
+
+
+# -- masses
+
+
+def test_mass_properties_are_read_as_they_stand(link: LinkReader) -> None:
+    read = link(
+        "<inertial><mass>2</mass><pose>1 2 3 0 0 0</pose><inertia><ixx>4</ixx><iyy>5</iyy><izz>6</izz>"
+        "<ixy>0.1</ixy><ixz>0.2</ixz><iyz>0.3</iyz></inertia></inertial>"
+    )
+    assert read.inertial == Inertial(2, Pose((1, 2, 3)), (4, 5, 6, 0.1, 0.2, 0.3))
+
+
+def test_what_an_inertial_does_not_say_is_the_specifications(link: LinkReader) -> None:
+    assert link("<inertial/>").inertial == Inertial(1, Pose(), (1, 1, 1, 0, 0, 0))
+
+
+def test_a_link_without_inertial_weighs_what_its_shapes_do(model: ModelReader) -> None:
+    read = model(f'<link name="base">\n{collision("<pose>0 0 1 0 0 0</pose>")}</link>')
+    inertial = read.links[0].inertial
+    assert inertial is not None
+    assert inertial.mass == pytest.approx(6000)
+    assert inertial.pose.position == pytest.approx((0, 0, 1))
+    assert inertial.inertia == pytest.approx((6500, 5000, 2500, 0, 0, 0))
+    assert read.warnings == (
+        f"{read.warnings[0].partition(':')[0]}:4: the link 'base' has no <inertial>: 6e+03 kg computed from "
+        "its collision shapes",
+    )
+
+
+@pytest.mark.parametrize(
+    ("body", "mass"),
+    [
+        (f'<inertial auto="true"/>{collision("")}', 6000),
+        (f'<inertial auto="true"><density>10</density></inertial>{collision("")}', 60),
+        (f'<inertial auto="true"/>{collision("<density>20</density>")}', 120),
+    ],
+)
+def test_an_automatic_inertial_is_computed_without_a_warning(
+    model: ModelReader, body: str, mass: float
+) -> None:
+    read = model(f'<link name="base">{body}</link>', version="1.11")
+    assert read.links[0].inertial is not None
+    assert read.links[0].inertial.mass == pytest.approx(mass)
+    assert read.warnings == ()
+
+
+def test_a_mass_of_0_is_computed_instead_with_a_warning(model: ModelReader) -> None:
+    read = model(f'<link name="base">\n<inertial><mass>0</mass></inertial>{collision("")}</link>')
+    assert read.links[0].inertial is not None
+    assert read.links[0].inertial.mass == pytest.approx(6000)
+    assert "robot.sdf:5: the link 'base' has a mass of 0, with which nothing moves" in read.warnings[0]
+
+
+def test_a_negative_mass_is_refused(link: LinkReader) -> None:
+    with pytest.raises(SceneError, match="the mass of the link 'base' is -1 kg; it must be more than 0"):
+        link("<inertial><mass>-1</mass></inertial>")
+
+
+def test_an_inertia_that_no_body_has_is_repaired_with_a_warning(model: ModelReader) -> None:
+    inertia = "<inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>1</izz></inertia>"
+    read = model(f'<link name="base">\n<inertial><mass>1</mass>{inertia}</inertial></link>')
+    inertial = read.links[0].inertial
+    assert inertial is not None
+    assert inertial.inertia[0] + inertial.inertia[1] >= inertial.inertia[2]
+    assert "robot.sdf:5: the inertia of the link 'base' is repaired to 0.501, 0.501, 1" in read.warnings[0]
+    assert "break the triangle inequality" in read.warnings[0]
+
+
+def test_a_link_that_moves_and_has_nothing_to_weigh_gets_sdfs_kilogram(model: ModelReader) -> None:
+    read = model('<link name="base"/>')
+    assert read.links[0].inertial == Inertial(1.0)
+    assert "moves and has no mass: 1 kg" in read.warnings[0]
+
+
+def test_a_link_fixed_to_a_heavy_one_needs_no_mass(model: ModelReader) -> None:
+    read = model(
+        f'<link name="base">{UNIT_MASS}</link><link name="lens"/>'
+        '<joint name="j" type="fixed"><parent>base</parent><child>lens</child></joint>'
+    )
+    assert read.link("lens").inertial is None
+    assert read.warnings == ()
+
+
+def test_a_static_model_needs_no_mass(model: ModelReader) -> None:
+    read = model(f'<static>true</static><link name="base">{collision("")}</link>')
+    assert read.static
+    assert read.links[0].inertial is None
+    assert read.warnings == ()
+
+
+# -- meshes
+
+MISSING = "<geometry><mesh><uri>model://husky/meshes/body.dae</uri></mesh></geometry>"
+
+
+def test_a_mesh_beside_the_file_is_kept(model: ModelReader, tmp_path: Path) -> None:
+    (tmp_path / "body.STL").write_bytes(b"solid")
+    mesh = "<geometry><mesh><uri>body.STL</uri><scale>2 2 -2</scale></mesh></geometry>"
+    read = model(f'<link name="base">{UNIT_MASS}{visual("", mesh)}</link>')
+    assert read.links[0].visuals[0].geometry == Mesh(tmp_path / "body.STL", (2, 2, -2))
+    assert read.warnings == ()
+
+
+def test_a_missing_mesh_is_drawn_as_the_collision(model: ModelReader) -> None:
+    pose = "<pose>0 0 1 0 0 0</pose>"
+    read = model(f'<link name="base">{UNIT_MASS}\n{visual("", MISSING)}{collision(pose)}</link>')
+    (skin,) = read.links[0].visuals
+    assert (skin.name, skin.geometry, skin.pose) == ("skin", Box((1, 2, 3)), Pose((0, 0, 1)))
+    assert len(read.warnings) == 1
+    assert (
+        "robot.sdf:5: the mesh 'model://husky/meshes/body.dae' is not there: a simple shape stands in"
+        in read.warnings[0]
+    )
+
+
+def test_without_a_simple_collision_it_is_the_box_with_the_inertia(model: ModelReader) -> None:
+    inertia = "<inertia><ixx>13</ixx><iyy>10</iyy><izz>5</izz></inertia>"  # of 12 kg, 1 x 2 x 3 m
+    inertial = f"<inertial><mass>12</mass><pose>0 0 1 0 0 0</pose>{inertia}</inertial>"
+    read = model(f'<link name="base">{inertial}{visual("", MISSING)}{collision("", MISSING)}</link>')
+    (skin,), (hull,) = read.links[0].visuals, read.links[0].collisions
+    assert skin.geometry == hull.geometry
+    assert isinstance(hull.geometry, Box)
+    assert hull.geometry.size == pytest.approx((1, 2, 3))
+    assert hull.pose == Pose((0, 0, 1))
+    assert len(read.warnings) == 1
+    assert read.warnings[0].endswith("(and 1 more)")
+
+
+def test_with_nothing_to_stand_in_it_is_left_out(model: ModelReader) -> None:
+    read = model(f'<static>1</static><link name="base">{visual("", MISSING)}{collision("", MISSING)}</link>')
+    assert (read.links[0].visuals, read.links[0].collisions) == ((), ())
+    assert len(read.warnings) == 1
+
+
+@pytest.mark.parametrize("name", ["body.dae", "body.STEP"])
+def test_a_kind_of_mesh_that_is_not_read_counts_as_missing(
+    model: ModelReader, tmp_path: Path, name: str
+) -> None:
+    (tmp_path / name).touch()
+    mesh = f"<geometry><mesh><uri>{name}</uri></mesh></geometry>"
+    read = model(f'<link name="base">{UNIT_MASS}{visual("", mesh)}{collision("")}</link>')
+    assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
+    assert "is not of a kind that is read (.stl, .obj)" in read.warnings[0]
+
+
+def test_a_huge_mesh_is_not_opened(model: ModelReader, tmp_path: Path) -> None:
+    with (tmp_path / "body.stl").open("wb") as huge:
+        huge.truncate(1_000_000_000)
+    mesh = "<geometry><mesh><uri>body.stl</uri></mesh></geometry>"
+    read = model(f'<link name="base">{UNIT_MASS}{visual("", mesh)}{collision("")}</link>')
+    assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
+    assert "is larger than 200 MB" in read.warnings[0]
+
+
+def test_a_shape_that_is_not_read_is_replaced_with_a_warning(model: ModelReader) -> None:
+    cone = "<geometry><cone><radius>1</radius><length>2</length></cone></geometry>"
+    read = model(f'<link name="base">{UNIT_MASS}{visual("", cone)}{collision("")}</link>')
+    assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
+    assert "shapes of kind <cone> are not read" in read.warnings[0]

@@ -1,0 +1,270 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.model import Plane, Scene
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+WorldReader = Callable[..., Scene]
+Writer = Callable[..., Path]
+
+LINK = '<link name="base"><inertial/></link>'
+
+
+def test_a_world_holds_models_lights_and_gravity(world: WorldReader) -> None:
+    scene = world(
+        f'<gravity>0 0 -1.6</gravity><model name="a"><pose>1 2 3 0 0 0</pose>{LINK}</model>'
+        '<light name="sun" type="directional"><pose>0 0 9 0 0 0</pose><direction>0 3 -4</direction>'
+        "<diffuse>0.5 0.5 0.5 1</diffuse></light>"
+    )
+    assert scene.gravity == (0, 0, -1.6)
+    assert scene.model("a").pose == Pose((1, 2, 3))
+    (sun,) = scene.lights
+    assert (sun.name, sun.kind, sun.pose.position) == ("sun", "directional", (0, 0, 9))
+    assert sun.direction == pytest.approx((0, 0.6, -0.8))
+    assert sun.diffuse == (0.5, 0.5, 0.5, 1)
+    assert scene.warnings == ()
+
+
+def test_gravity_is_earths_unless_the_world_or_its_physics_say(world: WorldReader) -> None:
+    assert world("").gravity == (0, 0, -9.8)
+    old = "<physics><gravity>0 0 -3</gravity></physics>"
+    assert world(old, version="1.4").gravity == (0, 0, -3)
+
+
+def test_models_without_a_world_are_a_scene(write: Writer) -> None:
+    assert [m.name for m in read_scene(write(f'<model name="a">{LINK}</model>')).models] == ["a"]
+
+
+def test_two_models_of_one_name_are_refused(world: WorldReader) -> None:
+    with pytest.raises(SceneError, match="the name 'a' is taken by the <model> in line 4") as refusal:
+        world(f'<model name="a">{LINK}</model>\n<model name="a">{LINK}</model>')
+    assert refusal.value.line == 5
+
+
+def test_an_unknown_light_is_refused(world: WorldReader) -> None:
+    with pytest.raises(SceneError, match="no light of type 'sun'; valid: directional, point, spot"):
+        world('<light name="sun" type="sun"/>')
+
+
+def test_a_file_of_two_worlds_is_refused(write: Writer) -> None:
+    with pytest.raises(SceneError, match="holds one <world>, this one 2"):
+        read_scene(write('<world name="a"/><world name="b"/>'))
+
+
+# -- the state of a saved world
+
+
+def test_a_saved_world_has_its_things_where_they_were_last(world: WorldReader) -> None:
+    scene = world(
+        f'<model name="ball">{LINK}</model><model name="gone">{LINK}</model>'
+        '<light name="lamp" type="point"><pose>0 0 1 0 0 0</pose></light>'
+        '<state world_name="room"><model name="ball"><pose frame="">1 2 3 0 0 0</pose></model>'
+        '<light name="lamp"><pose>0 0 2 0 0 0</pose></light>'
+        f'<insertions><model name="new"><pose>4 0 0 0 0 0</pose>{LINK}</model></insertions>'
+        "<deletions><name>gone</name></deletions></state>"
+    )
+    assert {m.name: m.pose.position for m in scene.models} == {"ball": (1, 2, 3), "new": (4, 0, 0)}
+    assert scene.lights[0].pose.position == (0, 0, 2)
+
+
+# -- includes
+
+
+def test_an_included_model_may_be_renamed_and_moved(world: WorldReader, write: Writer) -> None:
+    write(f'<model name="box"><pose>9 9 9 0 0 0</pose>{LINK}</model>', name="box.sdf")
+    scene = world(
+        "<include><uri>box.sdf</uri></include>"
+        "<include><uri>file://box.sdf</uri><name>second</name><pose>1 0 0 0 0 0</pose><static>1</static>"
+        "</include>"
+    )
+    first, second = scene.models
+    assert (first.name, first.pose.position, first.static) == ("box", (9, 9, 9), False)
+    assert (second.name, second.pose.position, second.static) == ("second", (1, 0, 0), True)
+
+
+def test_a_model_is_found_by_its_folder(world: WorldReader, write: Writer, tmp_path: Path) -> None:
+    write(f'<model name="old">{LINK}</model>', name="models/box/old.sdf")
+    write(f'<model name="new">{LINK}</model>', name="models/box/new.sdf")
+    (tmp_path / "models/box/model.config").write_text(
+        '<model><sdf version="1.4">old.sdf</sdf><sdf version="1.10">new.sdf</sdf></model>'
+    )
+    include = "<include><uri>model://box</uri></include>"
+    assert world(include, search_path=[tmp_path / "models"]).models[0].name == "new"
+
+
+def test_folders_of_the_environment_are_searched(
+    world: WorldReader, write: Writer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(f'<model name="box">{LINK}</model>', name="elsewhere/box/model.sdf")
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", f"/nowhere:{tmp_path / 'elsewhere'}")
+    assert world("<include><uri>model://box</uri></include>").models[0].name == "box"
+
+
+def test_meshes_of_an_included_model_are_found_beside_it(
+    world: WorldReader, write: Writer, tmp_path: Path
+) -> None:
+    mesh = '<visual name="v"><geometry><mesh><uri>model://box/meshes/a.stl</uri></mesh></geometry></visual>'
+    write(
+        f'<model name="box"><static>1</static><link name="l">{mesh}</link></model>',
+        name="models/box/model.sdf",
+    )
+    (tmp_path / "models/box/meshes").mkdir()
+    (tmp_path / "models/box/meshes/a.stl").touch()
+    scene = world("<include><uri>model://box</uri></include>", search_path=[tmp_path / "models"])
+    assert scene.visuals["box/l/v"].geometry.path.samefile(tmp_path / "models/box/meshes/a.stl")  # type: ignore[union-attr]
+
+
+def test_the_ground_and_the_sun_of_gazebo_are_there(world: WorldReader) -> None:
+    scene = world(
+        "<include><uri>model://ground_plane</uri></include><include><uri>model://sun</uri></include>"
+    )
+    (ground,), (sun,) = scene.models, scene.lights
+    assert ground.static
+    assert ground.links[0].collisions[0].geometry == Plane((100, 100))
+    assert sun.kind == "directional"
+    assert scene.warnings == ()
+
+
+def test_a_model_that_is_not_there_is_named_with_where_it_was_looked_for(
+    world: WorldReader, tmp_path: Path
+) -> None:
+    with pytest.raises(SceneError, match="there is no 'model://husky'; looked in") as refusal:
+        world("\n<include><uri>model://husky</uri></include>")
+    assert refusal.value.line == 5
+    assert str(tmp_path) in str(refusal.value)
+
+
+def test_nothing_is_fetched_from_the_network(world: WorldReader) -> None:
+    with pytest.raises(SceneError, match="only files of this machine are read"):
+        world("<include><uri>https://fuel.gazebosim.org/1.0/models/sun</uri></include>")
+
+
+def test_an_include_of_nothing_is_refused(world: WorldReader) -> None:
+    with pytest.raises(SceneError, match="the <uri> is empty"):
+        world("<include><uri/></include>")
+    with pytest.raises(SceneError, match="<include> needs a <uri>"):
+        world("<include/>")
+
+
+def test_a_folder_without_a_model_is_refused(world: WorldReader, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(SceneError, match=r"holds neither a model\.config nor a model\.sdf"):
+        world("<include><uri>empty</uri></include>")
+
+
+def test_files_that_include_each_other_are_refused(write: Writer) -> None:
+    write('<model name="a"><include><uri>b.sdf</uri></include></model>', name="a.sdf")
+    path = write('<model name="b">\n<include><uri>a.sdf</uri></include></model>', name="b.sdf")
+    with pytest.raises(SceneError, match=r"in a circle: b\.sdf -> a\.sdf -> b\.sdf"):
+        read_model(path)
+
+
+def test_an_included_part_is_nested_under_its_name(write: Writer) -> None:
+    write(f'<model name="wheel">{LINK}</model>', name="wheel.sdf")
+    robot = write(
+        '<model name="robot"><link name="body"><inertial/></link>'
+        "<include><uri>wheel.sdf</uri><name>left</name><pose>0 1 0 0 0 0</pose></include></model>"
+    )
+    assert [(part.name, part.pose.position) for part in read_model(robot).links] == [
+        ("body", (0, 0, 0)),
+        ("left::base", (0, 1, 0)),
+    ]
+
+
+def test_a_merged_part_becomes_the_models_own(write: Writer) -> None:
+    write(f'<model name="wheel">{LINK}</model>', name="wheel.sdf")
+    robot = write(
+        '<model name="robot"><link name="body"><inertial/></link>'
+        '<include merge="true"><uri>wheel.sdf</uri><pose>0 1 0 0 0 0</pose></include>'
+        '<joint name="j" type="revolute"><parent>body</parent><child>base</child><axis/></joint></model>'
+    )
+    model = read_model(robot)
+    assert [(part.name, part.pose.position) for part in model.links] == [
+        ("body", (0, 0, 0)),
+        ("base", (0, 1, 0)),
+    ]
+    assert model.joints[0].child == "base"
+
+
+# -- files
+
+
+def test_a_robot_gets_its_id_and_its_place(write: Writer) -> None:
+    path = write(f'<model name="husky"><pose>0 0 1 0 0 0</pose>{LINK}</model>')
+    assert (read_model(path).name, read_model(path).pose.position) == ("husky", (0, 0, 1))
+    robot = read_model(path, name="robot_7", pose=Pose((1, 2, 3)))
+    assert (robot.name, robot.pose.position) == ("robot_7", (1, 2, 3))
+
+
+@pytest.mark.parametrize(("body", "count"), [("", 0), (f'<model name="a">{LINK}</model>' * 2, 2)])
+def test_the_file_of_a_robot_holds_one_model(write: Writer, body: str, count: int) -> None:
+    with pytest.raises(SceneError, match=f"holds one <model>, this one {count}"):
+        read_model(write(body))
+
+
+def test_another_kind_of_xml_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text('<mujoco model="r"/>')
+    with pytest.raises(SceneError, match="neither SDF nor URDF: its root is <mujoco>"):
+        read_model(path)
+
+
+@pytest.mark.parametrize(
+    ("version", "known"), [("1.4", True), ("1.12", True), ("1.3", False), ("2.0", False)]
+)
+def test_versions_that_are_not_known_are_read_with_a_warning(
+    write: Writer, version: str, known: bool
+) -> None:
+    model = read_model(write(f'<model name="a">{LINK}</model>', version=version))
+    assert (model.warnings == ()) == known
+
+
+@pytest.mark.parametrize("version", ["", "one", "1"])
+def test_a_file_that_does_not_say_its_version_is_refused(write: Writer, version: str) -> None:
+    with pytest.raises(SceneError, match="version"):
+        read_model(write(f'<model name="a">{LINK}</model>', version=version))
+
+
+# -- unknown elements
+
+
+def test_an_unknown_element_is_warned_of_once_with_its_first_line(write: Writer) -> None:
+    body = (
+        f'<model name="a">\n{LINK}<colour/>\n<colour/>\n<link name="b"><inertial/><colision/></link></model>'
+    )
+    first, second = read_model(write(body)).warnings
+    assert first.endswith("robot.sdf:4: a <model> has no <colour>: ignored (and 1 more)")
+    assert "robot.sdf:6: a <link> has no <colision>: ignored; did you mean <collision>?" in second
+
+
+def test_elements_of_other_namespaces_are_the_users_own(write: Writer) -> None:
+    body = f'<model name="a" xmlns:my="http://my">{LINK}<my:thing><unknown/></my:thing></model>'
+    assert read_model(write(body)).warnings == ()
+
+
+def test_what_is_in_the_specification_but_not_simulated_is_warned_of(world: WorldReader) -> None:
+    scene = world(
+        '<actor name="x"/><physics><ode><solver/></ode></physics><scene/><gui><camera name="c"/></gui>'
+        '<wind/><model name="a"><link name="base"><gravity>0</gravity><inertial/></link></model>'
+    )
+    assert len(scene.warnings) == 2
+    assert "<actor> of a <world> is not simulated" in scene.warnings[0]
+    assert "<gravity> 0 of a <link> is not simulated" in scene.warnings[1]
+
+
+def test_the_warnings_of_a_robot_join_those_of_the_room(world: WorldReader, write: Writer) -> None:
+    scene = world("<unknown/>").with_model(read_model(write(f'<model name="a">{LINK}<unknown/></model>')))
+    assert [text.rpartition("/")[2].partition(":")[0] for text in scene.warnings] == ["room.sdf", "robot.sdf"]
+
+
+def test_equal_files_have_equal_digests_wherever_they_lie(write: Writer) -> None:
+    body = f'<model name="a">{LINK}<unknown/></model>'
+    here, there = write(body), write(body, name="other/robot.sdf")
+    assert read_scene(here).digest == read_scene(there).digest
+    assert read_scene(here).digest != read_scene(write(body.replace('"a"', '"b"'))).digest

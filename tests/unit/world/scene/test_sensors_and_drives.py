@@ -1,0 +1,288 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.model import Camera, Model, WheelDrive
+from nrp_core.world.scene.pose import Pose
+
+ModelReader = Callable[..., Model]
+
+
+@pytest.fixture
+def sensor(model: ModelReader) -> Callable[..., Model]:
+    """Read a model with a sensor, which starts in line 5 of the file."""
+
+    def read(inside: str, *, kind: str = "camera", name: str = "robot") -> Model:
+        return model(
+            f'<link name="eye"><inertial/>\n<sensor name="cam" type="{kind}">{inside}</sensor></link>',
+            name=name,
+        )
+
+    return read
+
+
+def camera(read: Model) -> Camera:
+    (found,) = read.links[0].sensors
+    return found
+
+
+RATE = "<update_rate>30</update_rate>"
+
+
+def test_a_camera_is_read(sensor: Callable[..., Model]) -> None:
+    read = sensor(
+        "<pose>0 0 1 0 0 0</pose><update_rate>25</update_rate><topic>image</topic><camera>"
+        "<horizontal_fov>1.5</horizontal_fov><image><width>64</width><height>48</height></image>"
+        "<clip><near>0.2</near><far>50</far></clip></camera>"
+    )
+    assert camera(read) == Camera("cam", "/robot/image", 25, 1.5, 64, 48, 0.2, 50, Pose((0, 0, 1)))
+    assert read.warnings == ()
+
+
+def test_what_a_camera_does_not_say_is_the_specifications(sensor: Callable[..., Model]) -> None:
+    read = camera(sensor(f"{RATE}<camera/>"))
+    assert (read.horizontal_fov, read.width, read.height, read.near, read.far) == (1.047, 320, 240, 0.1, 100)
+
+
+@pytest.mark.parametrize(
+    ("inside", "topic"),
+    [
+        ("", "/husky/eye/cam/image"),
+        ("<topic>camera</topic>", "/husky/camera"),
+        ("<topic>/camera</topic>", "/camera"),
+        ("<topic>~/camera</topic>", "/husky/camera"),
+        (
+            '<topic>ignored</topic><plugin name="p" filename="libgazebo_ros_camera.so">'
+            "<cameraName>front</cameraName><imageTopicName>image</imageTopicName></plugin>",
+            "/husky/front/image",
+        ),
+        (
+            '<plugin name="p" filename="libgazebo_ros_camera.so">'
+            "<cameraName>front</cameraName><imageTopicName>/image</imageTopicName></plugin>",
+            "/image",
+        ),
+        (
+            '<plugin name="p" filename="libgazebo_ros_camera.so"><robotNamespace>/left</robotNamespace>'
+            "<cameraName>front</cameraName></plugin>",
+            "/left/front/image_raw",
+        ),
+        (
+            '<plugin name="p" filename="libgazebo_ros_camera.so"><ros><namespace>demo</namespace></ros>'
+            "<camera_name>front</camera_name></plugin>",
+            "/husky/demo/front/image_raw",
+        ),
+    ],
+)
+def test_the_topic_of_a_camera_is_the_plugins_else_its_own(
+    sensor: Callable[..., Model], inside: str, topic: str
+) -> None:
+    assert camera(sensor(f"{RATE}{inside}<camera/>", name="husky")).topic == topic
+
+
+def test_a_camera_without_a_rate_gets_one_with_a_warning(sensor: Callable[..., Model]) -> None:
+    read = sensor("<camera/>")
+    assert camera(read).rate_hz == 30
+    assert "robot.sdf:5: the sensor 'cam' has no <update_rate>: 30 Hz are taken" in read.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("inside", "message"),
+    [
+        ("", "<sensor> needs a <camera>"),
+        ("<camera><image><width>0</width></image></camera>", "<width> must be more than 0"),
+        ("<camera><image><width>10.5</width></image></camera>", "whole number of pixels, not 10.5 x 240"),
+        ("<camera><horizontal_fov>3.2</horizontal_fov></camera>", "below pi, not 3.2"),
+        (
+            "<camera><clip><near>5</near><far>1</far></clip></camera>",
+            r"near clip distance \(5 m\) must be below",
+        ),
+    ],
+)
+def test_a_camera_that_cannot_be_is_refused(sensor: Callable[..., Model], inside: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message) as refusal:
+        sensor(inside)
+    assert refusal.value.line == 5
+
+
+def test_noise_is_warned_of(sensor: Callable[..., Model]) -> None:
+    (warning,) = sensor(f"{RATE}<camera><noise><type>gaussian</type></noise></camera>").warnings
+    assert "the <noise> of cameras is not simulated" in warning
+
+
+def test_other_sensors_are_warned_of_once(model: ModelReader) -> None:
+    lasers = "".join(f'<sensor name="{n}" type="ray"><ray/></sensor>\n' for n in "ab")
+    read = model(f'<link name="eye"><inertial/>\n{lasers}</link>')
+    assert read.links[0].sensors == ()
+    (warning,) = read.warnings
+    assert "robot.sdf:5: sensors of type 'ray' are not simulated (and 1 more)" in warning
+
+
+def test_two_sensors_of_one_name_are_refused(model: ModelReader) -> None:
+    laser = '<sensor name="a" type="ray"/>\n'
+    with pytest.raises(SceneError, match="two sensors named 'a'"):
+        model(f'<link name="eye"><inertial/>{laser}{laser}</link>')
+
+
+# -- drives
+
+LINKS = "".join(f'<link name="{name}"><inertial/></link>' for name in ("base", "fl", "fr", "bl", "br"))
+JOINTS = "".join(
+    f'<joint name="{name}_joint" type="continuous"><parent>base</parent><child>{name}</child></joint>'
+    for name in ("fl", "fr", "bl", "br")
+)
+
+
+@pytest.fixture
+def drive(model: ModelReader) -> Callable[[str], WheelDrive]:
+    """Read the one drive of a four-wheeled model, whose plugin starts in line 5."""
+
+    def read(plugin: str) -> WheelDrive:
+        robot = model(f"{LINKS}{JOINTS}\n{plugin}", name="husky")
+        assert robot.warnings == ()
+        (found,) = robot.drives
+        return found
+
+    return read
+
+
+DriveReader = Callable[[str], WheelDrive]
+
+
+def test_the_huskys_plugin_is_a_drive(drive: DriveReader) -> None:
+    wheels = "".join(
+        f"<{tag}Joint>{name}_joint</{tag}Joint>"
+        for tag, name in (("backLeft", "bl"), ("backRight", "br"), ("frontLeft", "fl"), ("frontRight", "fr"))
+    )
+    plugin = f'<plugin name="drive" filename="libhusky_gazebo_plugins.so">{wheels}'
+    assert drive(plugin + "</plugin>") == WheelDrive(
+        name="drive",
+        command_topic="/husky/husky/cmd_vel",
+        left=("bl_joint", "fl_joint"),
+        right=("br_joint", "fr_joint"),
+        separation=0.55,
+        wheel_diameter=0.3,
+        torque=15,
+        timeout=0.1,
+        rate_hz=100,
+        odometry_topic="/husky/odom",
+        wheel_speeds_topic="/husky/husky/wheel_speeds",
+    )
+    other = drive(
+        f"{plugin}<wheelSeparation>0.6</wheelSeparation><wheelDiameter>0.4</wheelDiameter><torque>35</torque>"
+        "<updateRate>50</updateRate><commandTopic>go</commandTopic><commandTimeout>0.2</commandTimeout></plugin>"
+    )
+    assert (other.separation, other.wheel_diameter, other.torque, other.rate_hz) == (0.6, 0.4, 35, 50)
+    assert (other.command_topic, other.timeout) == ("/husky/go", 0.2)
+
+
+def test_gazebos_differential_drive_for_ros_1(drive: DriveReader) -> None:
+    read = drive(
+        '<plugin name="d" filename="libgazebo_ros_diff_drive.so"><leftJoint>bl_joint</leftJoint>'
+        "<rightJoint>br_joint</rightJoint><wheelTorque>7</wheelTorque><robotNamespace>/r1</robotNamespace>"
+        "<odometryTopic>/odom</odometryTopic></plugin>"
+    )
+    assert read == WheelDrive(
+        "d", "/r1/cmd_vel", ("bl_joint",), ("br_joint",), 0.34, 0.15, 7, inf, 100, "/odom", None
+    )
+
+
+def test_gazebos_differential_drive_for_ros_2(drive: DriveReader) -> None:
+    read = drive(
+        '<plugin name="d" filename="libgazebo_ros_diff_drive.so"><ros><namespace>/demo</namespace>'
+        "<remapping>cmd_vel:=go</remapping></ros><left_joint>bl_joint</left_joint>"
+        "<right_joint>br_joint</right_joint><wheel_separation>0.5</wheel_separation>"
+        "<wheel_diameter>0.2</wheel_diameter><max_wheel_torque>20</max_wheel_torque></plugin>"
+    )
+    assert read == WheelDrive(
+        "d", "/demo/go", ("bl_joint",), ("br_joint",), 0.5, 0.2, 20, inf, 100, "/demo/odom", None
+    )
+
+
+def test_gazebos_skid_steer_drive(drive: DriveReader) -> None:
+    read = drive(
+        '<plugin name="d" filename="libgazebo_ros_skid_steer_drive.so">'
+        "<leftFrontJoint>fl_joint</leftFrontJoint><rightFrontJoint>fr_joint</rightFrontJoint>"
+        "<leftRearJoint>bl_joint</leftRearJoint><rightRearJoint>br_joint</rightRearJoint></plugin>"
+    )
+    assert (read.left, read.right) == (("bl_joint", "fl_joint"), ("br_joint", "fr_joint"))
+    assert (read.separation, read.wheel_diameter, read.torque) == (0.4, 0.15, 5)
+
+
+@pytest.mark.parametrize("scope", ["gz::sim", "ignition::gazebo"])
+def test_the_differential_drive_of_gz_sim(drive: DriveReader, scope: str) -> None:
+    read = drive(
+        f'<plugin name="{scope}::systems::DiffDrive" filename="gz-sim-diff-drive-system">'
+        "<left_joint>bl_joint</left_joint><left_joint>fl_joint</left_joint>"
+        "<right_joint>br_joint</right_joint><right_joint>fr_joint</right_joint>"
+        "<wheel_separation>1.25</wheel_separation><wheel_radius>0.3</wheel_radius></plugin>"
+    )
+    assert (read.left, read.right) == (("bl_joint", "fl_joint"), ("br_joint", "fr_joint"))
+    assert (read.separation, read.wheel_diameter, read.torque) == (1.25, 0.6, inf)
+    assert (read.command_topic, read.odometry_topic) == ("/model/husky/cmd_vel", "/model/husky/odometry")
+
+
+@pytest.mark.parametrize(
+    ("inside", "message", "line"),
+    [
+        ("", "a drive needs its wheels", 5),
+        ("<leftJoint>bl_joint</leftJoint>", "wheels on both sides; there is no <rightJoint>", 5),
+        (
+            "<leftJoint>bl_joint</leftJoint>\n<rightJoint>bl_jiont</rightJoint>",
+            "the model has no joint 'bl_jiont'; did you mean 'bl_joint'",
+            6,
+        ),
+        (
+            "<leftJoint>bl_joint</leftJoint><rightJoint>br_joint</rightJoint><wheelDiameter>0</wheelDiameter>",
+            "<wheelDiameter> must be more than 0",
+            5,
+        ),
+    ],
+)
+def test_a_drive_that_cannot_be_is_refused(drive: DriveReader, inside: str, message: str, line: int) -> None:
+    with pytest.raises(SceneError, match=message) as refusal:
+        drive(f'<plugin name="d" filename="libgazebo_ros_diff_drive.so">{inside}</plugin>')
+    assert refusal.value.line == line
+
+
+def test_a_drive_of_a_nested_model_keeps_its_wheels(model: ModelReader) -> None:
+    plugin = (
+        '<plugin name="d" filename="libgazebo_ros_diff_drive.so"><leftJoint>bl_joint</leftJoint>'
+        "<rightJoint>br_joint</rightJoint></plugin>"
+    )
+    read = model(f'<model name="cart">{LINKS}{JOINTS}{plugin}</model>')
+    assert read.drives[0].left == ("cart::bl_joint",)
+    assert read.drives[0].command_topic == "/robot/cmd_vel"
+
+
+def test_an_unknown_plugin_is_warned_of(model: ModelReader) -> None:
+    plugin = '\n<plugin name="p" filename="libmy_thing.so"><anything><goes/></anything></plugin>'
+    (warning,) = model(LINKS.split('<link name="fl">')[0] + plugin).warnings
+    assert "robot.sdf:5: the plugin 'my_thing' is not known: it does nothing" in warning
+
+
+@pytest.mark.parametrize("system", ["Physics", "SceneBroadcaster", "UserCommands", "Sensors"])
+def test_what_gazebo_needs_to_run_at_all_is_no_warning(world: Callable[..., object], system: str) -> None:
+    scene = world(f'<plugin name="gz::sim::systems::{system}" filename="gz-sim-x-system"/>')
+    assert scene.warnings == ()  # type: ignore[attr-defined]
+
+
+# -- joint states
+
+
+def test_a_robot_with_movable_joints_serves_their_states(model: ModelReader) -> None:
+    assert model(LINKS + JOINTS, name="husky").joint_states_topic == "/husky/joint_states"
+    publisher = (
+        '<plugin name="gz::sim::systems::JointStatePublisher" filename="x"><topic>/js</topic></plugin>'
+    )
+    read = model(LINKS + JOINTS + publisher)
+    assert read.joint_states_topic == "/js"
+    assert read.warnings == ()
+
+
+def test_a_robot_without_movable_joints_has_no_joint_states(model: ModelReader) -> None:
+    fixed = JOINTS.replace("continuous", "fixed")
+    assert model(LINKS + fixed).joint_states_topic is None

@@ -1,0 +1,249 @@
+"""URDF is read as the SDF that it means, so here is only what it says in its own way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf, pi
+from pathlib import Path
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.model import Box, Capsule, Cylinder, Inertial, Mesh, Model, Sphere
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+MASS = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+TWO_LINKS = f'<link name="base">{MASS}</link><link name="arm">{MASS}</link>'
+
+
+@pytest.fixture
+def urdf(tmp_path: Path) -> Callable[..., Model]:
+    """Read the contents of a <robot>, the first line of which is line 2 of the file."""
+
+    def read(body: str, **options: object) -> Model:
+        path = tmp_path / "robot.urdf"
+        path.write_text(f'<robot name="r2" xmlns:xacro="http://ros.org/wiki/xacro">\n{body}\n</robot>')
+        return read_model(path, **options)  # type: ignore[arg-type]
+
+    return read
+
+
+UrdfReader = Callable[..., Model]
+
+
+def joint(kind: str, inside: str = "", name: str = "j", parent: str = "base") -> str:
+    ends = f'<parent link="{parent}"/><child link="arm"/>'
+    return f'<joint name="{name}" type="{kind}">{ends}{inside}</joint>'
+
+
+def test_a_link_has_its_mass_its_shapes_and_their_places(urdf: UrdfReader) -> None:
+    origin = f'<origin xyz="1 2 3" rpy="0 0 {pi}"/>'
+    read = urdf(
+        '<link name="base"><inertial><mass value="2"/><origin xyz="0 0 1"/>'
+        '<inertia ixx="3" iyy="4" izz="5" ixy="0.1" ixz="0.2" iyz="0.3"/></inertial>'
+        f'<visual>{origin}<geometry><box size="1 2 3"/></geometry></visual>'
+        f'<visual>{origin}<geometry><sphere radius="2"/></geometry></visual>'
+        f'<collision name="hull">{origin}<geometry><cylinder radius="1" length="2"/></geometry></collision>'
+        "</link>"
+    )
+    (base,) = read.links
+    assert (read.name, read.warnings) == ("r2", ())
+    assert base.inertial == Inertial(2, Pose((0, 0, 1)), (3, 4, 5, 0.1, 0.2, 0.3))
+    assert [(v.name, v.geometry) for v in base.visuals] == [
+        ("base_visual", Box((1, 2, 3))),
+        ("base_visual_1", Sphere(2)),
+    ]
+    (hull,) = base.collisions
+    assert (hull.name, hull.geometry, hull.pose.position) == ("hull", Cylinder(1, 2), (1, 2, 3))
+    assert abs(hull.pose.yaw) == pytest.approx(pi)
+
+
+def test_capsules_and_meshes_are_read(urdf: UrdfReader, tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes/a.stl").touch()
+    read = urdf(
+        f'<link name="base">{MASS}<visual><geometry><capsule radius="1" length="2"/></geometry></visual>'
+        '<visual><geometry><mesh filename="package://meshes/a.stl" scale="2 2 2"/></geometry></visual></link>'
+    )
+    assert [v.geometry for v in read.links[0].visuals] == [
+        Capsule(1, 2),
+        Mesh(tmp_path / "meshes/a.stl", (2, 2, 2)),
+    ]
+
+
+def test_materials_are_named_once_or_given_in_place(urdf: UrdfReader) -> None:
+    def skin(material: str) -> str:
+        return f'<visual><geometry><box size="1 1 1"/></geometry>{material}</visual>'
+
+    read = urdf(
+        '<material name="blue"><color rgba="0 0 1 0.5"/></material>'
+        f'<link name="base">{MASS}'
+        + skin('<material name="blue"/>')
+        + skin('<material name="mine"><color rgba="0.1 0.2 0.3 1"/></material>')
+        + skin('<material name="nowhere"/>')
+        + "</link>"
+    )
+    assert [v.rgba for v in read.links[0].visuals][:2] == [(0, 0, 1, 0.5), (0.1, 0.2, 0.3, 1)]
+    assert "the material 'nowhere' has no colour: shown grey" in read.warnings[0]
+
+
+def test_a_child_stands_at_its_joint(urdf: UrdfReader) -> None:
+    read = urdf(
+        TWO_LINKS
+        + f'<link name="hand">{MASS}</link>'
+        + joint("continuous", f'<origin xyz="1 0 0" rpy="0 0 {pi / 2}"/>')
+        + '<joint name="wrist" type="fixed"><origin xyz="1 0 0"/>'
+        + '<parent link="arm"/><child link="hand"/></joint>'
+    )
+    assert read.link("arm").pose.position == (1, 0, 0)
+    assert read.link("hand").pose.position == pytest.approx((1, 1, 0))
+    assert read.joints[1].pose.position == pytest.approx((1, 1, 0))
+
+
+def test_the_axis_is_x_by_default_in_the_frame_of_the_joint(urdf: UrdfReader) -> None:
+    turned = f'<origin rpy="0 0 {pi / 2}"/>'
+    assert urdf(TWO_LINKS + joint("continuous", turned)).joints[0].axis == pytest.approx((1, 0, 0))
+    given = urdf(TWO_LINKS + joint("continuous", turned + '<axis xyz="0 2 0"/>')).joints[0]
+    assert given.axis == pytest.approx((0, 1, 0))
+
+
+def test_limits_that_are_not_given_are_0(urdf: UrdfReader) -> None:
+    limit = '<limit upper="2" effort="3" velocity="4"/><dynamics damping="0.5"/>'
+    read = urdf(TWO_LINKS + joint("revolute", limit)).joints[0]
+    assert (read.kind, read.lower, read.upper, read.effort, read.velocity, read.damping) == (
+        "revolute",
+        0,
+        2,
+        3,
+        4,
+        0.5,
+    )
+    assert urdf(TWO_LINKS + joint("continuous", '<limit effort="3" velocity="4"/>')).joints[0].lower == -inf
+
+
+def test_a_revolute_joint_without_a_limit_is_continuous(urdf: UrdfReader) -> None:
+    assert urdf(TWO_LINKS + joint("revolute")).joints[0].kind == "continuous"
+
+
+def test_the_link_called_world_is_the_world(urdf: UrdfReader) -> None:
+    read = urdf(
+        f'<link name="world"/><link name="arm">{MASS}</link>'
+        + joint("fixed", '<origin xyz="0 0 2"/>', parent="world")
+    )
+    assert [link.name for link in read.links] == ["arm"]
+    assert (read.joints[0].parent, read.links[0].pose.position) == ("world", (0, 0, 2))
+
+
+def test_a_floating_joint_lets_its_child_go(urdf: UrdfReader) -> None:
+    read = urdf(TWO_LINKS + joint("floating", '<origin xyz="0 0 2"/>'))
+    assert read.joints == ()
+    assert read.link("arm").pose.position == (0, 0, 2)
+
+
+def test_a_joint_may_have_the_name_of_a_link(urdf: UrdfReader) -> None:
+    assert urdf(TWO_LINKS + joint("fixed", name="arm")).joints[0].name == "arm_joint"
+
+
+def test_it_may_be_renamed_and_included_in_a_world(urdf: UrdfReader, tmp_path: Path) -> None:
+    assert urdf(TWO_LINKS + joint("continuous"), name="left").joint_states_topic == "/left/joint_states"
+    (tmp_path / "room.sdf").write_text(
+        '<sdf version="1.9"><world name="w">'
+        "<include><uri>robot.urdf</uri><name>r7</name></include></world></sdf>"
+    )
+    assert read_scene(tmp_path / "room.sdf").model("r7").joints[0].kind == "continuous"
+
+
+# -- <gazebo>
+
+
+def test_what_gazebo_says_of_a_link_goes_to_it(urdf: UrdfReader) -> None:
+    box = '<geometry><box size="1 1 1"/></geometry>'
+    read = urdf(
+        f'<link name="base">{MASS}<visual>{box}<material name="m"><color rgba="0 1 0 1"/></material></visual>'
+        f"<collision>{box}</collision></link>"
+        '<gazebo reference="base"><material>Gazebo/Red</material><mu1>0.5</mu1><mu2 value="0.5"/><kp>1e7</kp>'
+        '<sensor name="cam" type="camera"><update_rate>10</update_rate><topic>eye</topic><camera/></sensor>'
+        "</gazebo>"
+    )
+    (base,) = read.links
+    assert base.visuals[0].rgba == (1, 0, 0, 1)
+    assert base.collisions[0].friction == 0.5
+    assert (base.sensors[0].topic, base.sensors[0].rate_hz) == ("/r2/eye", 10)
+    assert read.warnings == ()
+
+
+def test_what_gazebo_says_of_the_whole_goes_to_the_model(urdf: UrdfReader) -> None:
+    read = urdf(
+        TWO_LINKS
+        + f'<link name="other">{MASS}</link>'
+        + joint("continuous")
+        + '<joint name="k" type="continuous"><parent link="base"/><child link="other"/></joint>'
+        + '<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so"><leftJoint>j</leftJoint>'
+        "<rightJoint>k</rightJoint></plugin></gazebo>"
+    )
+    assert read.drives[0].command_topic == "/r2/cmd_vel"
+
+
+def test_gravity_can_be_turned_off_only_with_a_warning(urdf: UrdfReader) -> None:
+    block = '<gazebo reference="base"><turnGravityOff>true</turnGravityOff></gazebo>'
+    assert (
+        "<gravity> 0 of a <link> is not simulated"
+        in urdf(f'<link name="base">{MASS}</link>{block}').warnings[0]
+    )
+
+
+# -- errors, with the line of the URDF
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ('<link name="base"><visual><geometry><box size="1 0 1"/></geometry></visual></link>', "more than 0"),
+        ('<link name="base"><visual><geometry/></visual></link>', "<geometry> needs a shape"),
+        ('<link name="base"><visual/></link>', "<visual> needs a <geometry>"),
+        (
+            '<link name="base"><visual><geometry><cone/></geometry><origin xyz="1 2"/></visual></link>',
+            "<origin> must hold 3 numbers, not '1 2'",
+        ),
+        ('<link name="base"><inertial><mass value="1"/></inertial></link>', "<inertial> needs a <inertia>"),
+        (
+            f'<link name="base">{MASS.replace("1", "-1", 1)}</link>',
+            "the mass of the link 'base' is -1 kg",
+        ),
+        (TWO_LINKS + joint("planar"), "joints of type 'planar' are not simulated"),
+        (TWO_LINKS + joint("fixed", parent="bass"), "has no frame 'bass'; did you mean 'base'"),
+        (TWO_LINKS + '<gazebo reference="arms"/>', "no link or joint 'arms'; did you mean 'arm'"),
+        ("<xacro:macro name='x'/>", "expand it first"),
+    ],
+)
+def test_an_error_points_into_the_file(urdf: UrdfReader, body: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message) as refusal:
+        urdf(body)
+    assert refusal.value.line == 2
+    assert str(refusal.value.path).endswith("robot.urdf")
+
+
+def test_what_is_unknown_or_meant_for_others_is_warned_of(urdf: UrdfReader) -> None:
+    other, unknown = urdf(f'<link name="base">{MASS}</link><transmission name="t"/><lnk/>').warnings
+    assert "robot.urdf:2: the <transmission> of a <robot> is not read" in other
+    assert "the <lnk> of a <robot> is unknown: ignored; did you mean 'link'?" in unknown
+
+
+def test_an_inertia_of_0_is_that_of_the_shapes(urdf: UrdfReader) -> None:
+    nothing = '<inertial><mass value="12"/><origin xyz="0 0 1"/><inertia ixx="0" iyy="0" izz="0"/></inertial>'
+    box = '<collision><geometry><box size="1 2 3"/></geometry></collision>'
+    read = urdf(f'<link name="base">{nothing}{box}</link>')
+    inertial = read.links[0].inertial
+    assert inertial is not None
+    assert inertial.mass == 12
+    assert inertial.pose.position == (0, 0, 1)
+    assert inertial.inertia == pytest.approx((13, 10, 5, 0, 0, 0))
+    assert "has an inertia of 0: that of its collision shapes is taken" in read.warnings[0]
+
+
+def test_without_shapes_it_is_that_of_a_small_ball(urdf: UrdfReader) -> None:
+    nothing = '<inertial><mass value="2"/><inertia ixx="0" iyy="0" izz="0"/></inertial>'
+    inertial = urdf(f'<link name="base">{nothing}</link>').links[0].inertial
+    assert inertial is not None
+    assert inertial.inertia == pytest.approx((0.002, 0.002, 0.002, 0, 0, 0))

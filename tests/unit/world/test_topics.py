@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import nan
+from typing import ClassVar
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nrp_core.errors import TopicError
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.topics import (
+    Direction,
+    Publication,
+    Stamped,
+    Subscription,
+    TopicInfo,
+    check_message,
+    resolve_name,
+)
+
+COMMAND = TopicInfo("/husky/cmd_vel", Twist, Direction.IN)
+NUMBER = TopicInfo("/number", Float64, Direction.BOTH)
+
+
+@pytest.mark.parametrize(
+    ("name", "namespace", "absolute"),
+    [
+        ("camera", "husky", "/husky/camera"),
+        ("front/camera", "husky", "/husky/front/camera"),
+        ("/camera", "husky", "/camera"),
+        ("~/camera", "husky", "/husky/camera"),
+        ("camera", "", "/camera"),
+        ("camera/", "/husky/", "/husky/camera"),
+    ],
+)
+def test_a_relative_name_lies_below_the_namespace_and_an_absolute_one_stays(
+    name: str, namespace: str, absolute: str
+) -> None:
+    assert resolve_name(name, namespace) == absolute
+
+
+def test_a_subscription_is_empty_before_the_first_message() -> None:
+    subscription = Subscription(NUMBER)
+    assert subscription.latest is None
+    assert subscription.since(-1) == []
+
+
+@given(st.integers(1, 5), st.lists(st.integers(0, 100), unique=True).map(sorted), st.integers(-1, 100))
+def test_a_subscription_keeps_the_last_messages_and_reading_changes_nothing(
+    depth: int, times: list[int], since: int
+) -> None:
+    subscription = Subscription(NUMBER, depth)
+    for t_ns in times:
+        subscription.push(Stamped(t_ns, Float64(t_ns)))
+    kept = times[-depth:]
+    for _ in range(2):
+        assert [s.t_ns for s in subscription.kept()] == kept
+        assert [s.t_ns for s in subscription.since(since)] == [t for t in kept if t > since]
+        assert (subscription.latest.t_ns if subscription.latest else None) == (kept[-1] if kept else None)
+    subscription.clear()
+    assert subscription.latest is None
+
+
+def test_a_topic_without_a_rate_gives_the_value_now() -> None:
+    now = [Stamped(5, Float64(1))]
+    subscription = Subscription(NUMBER, current=lambda: now[0])
+    assert subscription.latest == Stamped(5, Float64(1))
+    assert subscription.since(4) == [Stamped(5, Float64(1))]
+    assert subscription.since(5) == []
+    now[0] = Stamped(6, Float64(2))
+    assert subscription.latest == Stamped(6, Float64(2))
+
+
+def test_a_publication_delivers_what_fits_and_nothing_else() -> None:
+    delivered: list[object] = []
+    publication = Publication(COMMAND, delivered.append)
+    publication.publish(Twist())
+    with pytest.raises(
+        TopicError, match=r"/husky/cmd_vel carries geometry_msgs/msg/Twist, not float \(0\.5\)"
+    ):
+        publication.publish(0.5)
+    with pytest.raises(TopicError, match=r"/husky/cmd_vel: in geometry_msgs/msg/Twist, linear\.x is nan"):
+        publication.publish(Twist(Vector3(nan)))
+    assert delivered == [Twist()]
+
+
+def test_a_class_of_the_same_ros_name_is_the_same_type() -> None:
+    @dataclass
+    class TheirVector3:
+        __msgtype__: ClassVar[str] = "geometry_msgs/msg/Vector3"
+        x: float = 0.0
+
+    check_message(TopicInfo("/v", Vector3, Direction.IN), TheirVector3())
+
+
+def test_a_message_of_another_type_is_named() -> None:
+    with pytest.raises(TopicError, match="carries geometry_msgs/msg/Twist, not Vector3"):
+        check_message(COMMAND, Vector3())

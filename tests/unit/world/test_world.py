@@ -1,0 +1,285 @@
+"""What the base of all worlds promises: topics, reset, snapshots, errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from nrp_core.errors import (
+    CapabilityError,
+    DivergedError,
+    LifecycleError,
+    SimulationError,
+    TimestepError,
+    TopicError,
+)
+from nrp_core.simulation import State
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import ColorRGBA, Float64
+from nrp_core.world.topics import Direction
+
+MS = 1_000_000
+FORWARD = Twist(Vector3(x=1.0), Vector3(z=0.3))
+GLASS = "/screen/body/glass/color"
+
+
+# -- topics
+
+
+def test_every_topic_says_what_it_is(room: Any) -> None:
+    directions = {name: info.direction for name, info in room.topics.items()}
+    assert directions == {
+        "/gazebo/model_states": Direction.OUT,
+        "/husky/camera": Direction.OUT,
+        "/husky/base_link/deck/color": Direction.BOTH,
+        GLASS: Direction.BOTH,
+        "/husky/cmd_vel": Direction.IN,
+        "/husky/odom": Direction.OUT,
+        "/husky/wheel_speeds": Direction.OUT,
+        "/husky/joint_states": Direction.OUT,
+    }
+    assert room.topics["/husky/camera"].rate_hz == 30
+    assert all(info.what for info in room.topics.values())
+
+
+def test_an_unknown_topic_gets_a_suggestion(room: Any) -> None:
+    with pytest.raises(TopicError, match="no topic '/husky/cmd_val'; did you mean '/husky/cmd_vel'"):
+        room.advertise("/husky/cmd_val")
+    with pytest.raises(TopicError, match="no topic '/husky/camara'; did you mean '/husky/camera'"):
+        room.subscribe("/husky/camara")
+
+
+def test_a_topic_has_its_direction(room: Any) -> None:
+    with pytest.raises(TopicError, match=r"'/husky/cmd_vel' \(geometry_msgs/msg/Twist\) only takes messages"):
+        room.subscribe("/husky/cmd_vel")
+    with pytest.raises(TopicError, match=r"'/husky/camera' \(sensor_msgs/msg/Image\) only gives messages"):
+        room.advertise("/husky/camera")
+
+
+def test_a_wrong_message_is_refused_under_the_name_that_was_asked_for_and_breaks_nothing(room: Any) -> None:
+    room.add_alias("/go", "/husky/cmd_vel")
+    go = room.advertise("/go")
+    with pytest.raises(TopicError, match="/go carries geometry_msgs/msg/Twist, not Vector3"):
+        go.publish(Vector3())
+    with pytest.raises(TopicError, match=r"/go: in geometry_msgs/msg/Twist, angular\.z is nan"):
+        go.publish(Twist(angular=Vector3(z=nan)))
+    go.publish(FORWARD)
+    assert room.velocity.forward == 1
+
+
+def test_two_parts_must_not_serve_one_topic(room: Any) -> None:
+    husky, screen = room.scene.models
+    other = replace(husky, name="other")
+    with pytest.raises(TopicError, match="two parts of the scene serve the topic '/husky/camera'"):
+        type(room)(replace(room.scene, models=(husky, other, screen)))
+
+
+# -- aliases
+
+
+def test_an_alias_is_the_topic_under_another_name(room: Any) -> None:
+    room.add_alias("/screens/left/color", GLASS)
+    assert room.topics["/screens/left/color"].type is ColorRGBA
+    room.advertise("/screens/left/color").publish(ColorRGBA(1, 0, 0, 1))
+    assert room.subscribe("/screens/left/color").latest.message.r == 1
+    assert room.subscribe(GLASS).latest.message.r == 1
+
+
+def test_an_alias_of_an_alias_is_the_same_topic(room: Any) -> None:
+    room.add_alias("/a", GLASS)
+    room.add_alias("/b", "/a")
+    assert room.subscribe("/b").topic.name == GLASS
+
+
+@pytest.mark.parametrize("name", [GLASS, "/taken", "relative"])
+def test_a_name_is_given_once_and_absolute(room: Any, name: str) -> None:
+    room.add_alias("/taken", GLASS)
+    for take in (lambda: room.add_alias(name, "/husky/camera"), lambda: room.declare(name, Float64)):
+        with pytest.raises(TopicError, match=r"already|absolute"):
+            take()
+
+
+def test_an_alias_of_nothing_is_refused(room: Any) -> None:
+    with pytest.raises(TopicError, match="no topic '/screen/body/glas/color'; did you mean"):
+        room.add_alias("/left", "/screen/body/glas/color")
+
+
+# -- topics of the user's own
+
+
+def test_a_declared_topic_carries_what_is_published_on_it(room: Any) -> None:
+    room.declare("/mine", Float64)
+    mine = room.subscribe("/mine", depth=5)
+    publication = room.advertise("/mine")
+    assert mine.latest is None
+    publication.publish(Float64(1))
+    room.run_until(4 * MS)
+    publication.publish(Float64(2))
+    assert [(s.t_ns, s.message.data) for s in mine.kept()] == [(0, 1), (4 * MS, 2)]
+
+
+def test_a_message_that_its_sender_changes_later_arrives_as_it_was_sent(room: Any) -> None:
+    room.declare("/mine", Float64)
+    mine = room.subscribe("/mine", depth=5)
+    message = Float64(1)
+    room.advertise("/mine").publish(message)
+    message.data = 2.0
+    assert mine.latest.message.data == 1
+
+
+def test_an_observer_sees_all_that_is_published(room: Any) -> None:
+    seen: list[tuple[str, int]] = []
+
+    def watch(topic: str, stamped: Any) -> None:
+        seen.append((topic, stamped.t_ns))
+
+    room.add_alias("/left", GLASS)
+    room.add_observer(watch)
+    room.run_until(2 * MS)
+    room.advertise("/left").publish(ColorRGBA(1, 0, 0, 1))
+    room.remove_observer(watch)
+    room.advertise("/left").publish(ColorRGBA(0, 0, 0, 1))
+    assert seen == [(GLASS, 2 * MS)]
+
+
+# -- reset
+
+
+def test_after_a_reset_everything_is_as_at_the_beginning(room: Any) -> None:
+    images = room.subscribe("/husky/camera", depth=100)
+    room.declare("/mine", Float64)
+    mine = room.subscribe("/mine")
+
+    def run() -> tuple[object, ...]:
+        room.advertise("/husky/cmd_vel").publish(FORWARD)
+        room.advertise(GLASS).publish(ColorRGBA(1, 0, 0, 1))
+        room.advertise("/mine").publish(Float64(1))
+        room.run_until(300 * MS)
+        return room.x, room.y, room.heading, [s.t_ns for s in images.kept()]
+
+    first = run()
+    room.reset()
+    assert (room.now_ns, images.latest, mine.latest, room.steps) == (0, None, None, 0)
+    assert room.colors["screen/body/glass"] == (0, 0, 1, 1)
+    assert room.velocity.forward == 0
+    assert run() == first
+
+
+def test_a_command_of_before_the_reset_does_not_stop_one_of_after_it(room: Any) -> None:
+    room.advertise("/husky/cmd_vel").publish(FORWARD)
+    room.reset()
+    room.run_until(60 * MS)
+    room.advertise("/husky/cmd_vel").publish(FORWARD)
+    room.run_until(140 * MS)
+    assert room.velocity.forward == 1
+
+
+# -- snapshots
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(saved_at=st.integers(0, 100), ends_at=st.integers(0, 150))
+def test_running_on_from_a_snapshot_equals_never_having_left(
+    open_world: Any, saved_at: int, ends_at: int
+) -> None:
+    world = open_world()
+    images = world.subscribe("/husky/camera", depth=100)
+    world.declare("/mine", Float64)
+    mine = world.subscribe("/mine", depth=3)
+    world.advertise("/husky/cmd_vel").publish(FORWARD)
+    world.run_until(saved_at * 2 * MS)
+    world.advertise("/mine").publish(Float64(saved_at))
+    world.advertise(GLASS).publish(ColorRGBA(1, 0, 0, 1))
+    snapshot = world.snapshot()
+
+    def run_on() -> tuple[object, ...]:
+        world.run_until((saved_at + ends_at) * 2 * MS)
+        held = [(s.t_ns, s.message.data.tolist()) for s in images.kept()]
+        return world.x, world.y, world.heading, world.velocity, held, mine.kept(), world.colors
+
+    left = run_on()
+    world.advertise("/mine").publish(Float64(-1))
+    world.advertise(GLASS).publish(ColorRGBA(0, 1, 0, 1))
+    world.advertise("/husky/cmd_vel").publish(Twist(Vector3(x=-3)))
+    world.run_until(1000 * MS)
+    world.restore(snapshot)
+    assert world.now_ns == saved_at * 2 * MS
+    assert run_on() == left
+
+
+def test_a_fresh_world_of_the_same_scene_takes_the_snapshot(open_world: Any) -> None:
+    old, new = open_world(), open_world()
+    old.advertise("/husky/cmd_vel").publish(FORWARD)
+    old.run_until(50 * MS)
+    new.restore(old.snapshot())
+    for world in (old, new):
+        world.run_until(200 * MS)
+    assert (old.x, old.y) == (new.x, new.y)
+
+
+def test_a_world_of_another_scene_does_not(open_world: Any) -> None:
+    with pytest.raises(SimulationError, match="another backend, model or set of options"):
+        open_world(rate_hz=20.0).restore(open_world().snapshot())
+
+
+def test_an_engine_without_snapshots_says_so_and_goes_on(open_world: Any) -> None:
+    world = open_world(snapshot=False)
+    with pytest.raises(CapabilityError, match="PointWorld cannot save and restore its state"):
+        world.snapshot()
+    world.run_until(2 * MS)
+
+
+# -- errors
+
+
+def test_a_time_between_two_steps_is_refused_and_breaks_nothing(room: Any) -> None:
+    with pytest.raises(TimestepError, match="3 ms is no multiple of the world's step, 2 ms"):
+        room.run_until(3 * MS)
+    assert room.state is State.READY
+    room.run_until(4 * MS)
+
+
+def test_an_engine_that_loses_a_model_is_stopped_with_its_name(room: Any) -> None:
+    room.run_until(2 * MS)
+    room.x = nan
+    with pytest.raises(DivergedError, match="model 'husky' is nowhere") as failure:
+        room.run_until(4 * MS)
+    assert failure.value.t_ns == 4 * MS
+    assert room.state is State.FAILED
+    room.reset()
+    room.run_until(4 * MS)
+
+
+def test_an_engine_that_raises_is_one_error_with_its_time(room: Any) -> None:
+    room.run_until(2 * MS)
+    room.fails = True
+    with pytest.raises(
+        SimulationError, match=r"PointWorld failed to advance at 0\.002 s: ZeroDivisionError: in the engine"
+    ):
+        room.run_until(4 * MS)
+    with pytest.raises(LifecycleError, match="has failed"):
+        room.advertise("/husky/cmd_vel").publish(FORWARD)
+
+
+def test_a_closed_world_has_no_topics(room: Any) -> None:
+    color, command = room.subscribe(GLASS), room.advertise("/husky/cmd_vel")
+    room.close()
+    for use in (
+        lambda: room.subscribe(GLASS),
+        lambda: room.advertise(GLASS),
+        lambda: color.latest,
+        lambda: command.publish(FORWARD),
+        lambda: room.run_until(2 * MS),
+    ):
+        with pytest.raises(LifecycleError, match="PointWorld is closed"):
+            use()
+
+
+def test_the_warnings_of_the_scene_are_the_worlds(room: Any) -> None:
+    warned = replace(room.scene, warnings=("room.sdf:3: careful",))
+    assert type(room)(warned).warnings == ["room.sdf:3: careful"]
