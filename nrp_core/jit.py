@@ -1,26 +1,92 @@
 """Compile numeric kernels with Numba where it is installed; without it they run, slower, as Python.
 
-Compiled code is cached on disk; the first call of a kernel after installation compiles it.
+Compiled code is kept in the user's cache directory, apart for each state of the sources: Numba itself
+looks only at the file of a function, and would go on using what was compiled from others before they
+changed.
 """
 
 from __future__ import annotations
 
+import hashlib
+import logging
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
+import platformdirs
+
 F = TypeVar("F", bound=Callable[..., Any])
+A = TypeVar("A")
 
 try:
     import numba
+    from numba.core import event
+    from numba.extending import intrinsic
 
-    COMPILED = True
+    COMPILED = not numba.config.DISABLE_JIT
 except ImportError:
     COMPILED = False
+
+_SHARED_KERNELS = Path(__file__).parent / "brain"
+_logger = logging.getLogger(__name__)
 
 
 def jit(function: F) -> F:
     """Compile a function of scalars and arrays; it releases the GIL while it runs."""
     if not COMPILED:
         return function
-    compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    chosen = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(_cache_directory(Path(function.__code__.co_filename).parent, chosen))
+    try:
+        compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    finally:
+        numba.config.CACHE_DIR = chosen
     return compiled
+
+
+@cache
+def _cache_directory(package: Path, chosen: str) -> Path:
+    """Return where the code of a package goes, by the contents of all files that it is compiled from."""
+    sources = sorted({*package.glob("*.py"), *_SHARED_KERNELS.glob("*.py")})
+    digest = hashlib.blake2b(digest_size=8)
+    for source in sources:
+        digest.update(source.read_bytes())
+    base = Path(chosen) if chosen else platformdirs.user_cache_path("nrp-core") / "kernels"
+    return base / f"{package.name}-{digest.hexdigest()}"
+
+
+if COMPILED:
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def borrowed(typing: Any, array: Any) -> Any:
+        """Return an array without a share in its memory, which the caller keeps alive.
+
+        Compiled code counts references atomically in each call that passes an array; in a kernel of many
+        short calls that takes most of the time.
+        """
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            view = context.make_array(array)(context, builder, arguments[0])
+            view.meminfo = view.meminfo.type(None)
+            return view._getvalue()
+
+        return array(array), generate
+
+    class _Notice(event.Listener):  # type: ignore[misc]
+        """Says once why the first start takes longer."""
+
+        def on_start(self, event_: Any) -> None:
+            event.unregister("numba:compile", self)
+            _logger.warning("compiling numeric kernels for this machine (some seconds, only once)")
+
+        def on_end(self, event_: Any) -> None:
+            pass
+
+    event.register("numba:compile", _Notice())
+
+else:
+
+    def borrowed(array: A) -> A:
+        """Return the array."""
+        return array

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
-from math import e, exp, expm1
+from math import e, exp
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +47,34 @@ class Kernel:
         return charge * self.tau_m_ms / self.cm_nf
 
 
+def driven(dt: float, leak: float, fade: float, gap: float, current: float, slope: float) -> float:
+    """Return what a fading current ``(current + slope t) exp(-t/tau_syn)`` leaves on a leaky integrator.
+
+    That is the integral of the current times ``exp(-(dt - t)/tau_m)`` over t in 0..dt, for any time
+    constants, equal ones included.
+
+    Args:
+        dt: the time that has passed.
+        leak: ``exp(-dt/tau_m)``.
+        fade: ``exp(-dt/tau_syn)``.
+        gap: ``1/tau_syn - 1/tau_m``.
+        current: the current at the beginning.
+        slope: its growth without the fading.
+    """
+    z = gap * dt
+    if abs(z) > 0.05:
+        area = (leak - fade) / gap
+        return current * area + slope * (area - dt * fade) / gap
+    # The closed form loses digits here; the series of its integrals is exact to rounding.
+    first = second = 0.0
+    term = 1.0
+    for k in range(1, 10):
+        first += term / k
+        second += term / (k + 1)
+        term *= -z / k
+    return leak * dt * (current * first + slope * dt * second)
+
+
 class LeakyMembrane:
     """The state of a :class:`Kernel` under a train of weighted spikes.
 
@@ -80,12 +108,9 @@ class LeakyMembrane:
     def _above_at(self, dt_ms: float) -> float:
         """Voltage above its settled value ``dt_ms`` after the last event."""
         kernel = self._kernel
-        leak, fade = dt_ms / kernel.tau_m_ms, dt_ms / kernel.tau_syn_ms
-        first, second = _integrals(leak - fade if leak < fade else fade - leak)
-        if leak > fade:  # factor out the slower decay, so that nothing overflows
-            second = first - second
-        driven = self._current * dt_ms * first + self._slope * dt_ms * dt_ms * second
-        return self._above * exp(-leak) + driven / kernel.cm_nf * exp(-min(leak, fade))
+        leak, fade = exp(-dt_ms / kernel.tau_m_ms), exp(-dt_ms / kernel.tau_syn_ms)
+        gap = 1.0 / kernel.tau_syn_ms - 1.0 / kernel.tau_m_ms
+        return self._above * leak + driven(dt_ms, leak, fade, gap, self._current, self._slope) / kernel.cm_nf
 
     def _move_to(self, t_ms: float) -> None:
         dt_ms = t_ms - self._at_ms
@@ -103,17 +128,3 @@ class LeakyMembrane:
         """Return to a state."""
         self._at_ms, self._current, self._slope, self._above, pending = state
         self._pending = list(pending)
-
-
-def _integrals(z: float) -> tuple[float, float]:
-    """Return the integrals of ``exp(z u)`` and ``u exp(z u)`` over u in 0..1, for ``z <= 0``."""
-    if z > -0.5:  # the closed forms lose digits here; 15 terms of the series are exact to rounding
-        first = second = 0.0
-        term = 1.0
-        for k in range(16):
-            first += term / (k + 1)
-            second += term / (k + 2)
-            term *= z / (k + 1)
-        return first, second
-    shrunk = expm1(z)
-    return shrunk / z, (z * (shrunk + 1) - shrunk) / (z * z)

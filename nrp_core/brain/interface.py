@@ -16,11 +16,13 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
-from nrp_core.brain.network import FloatArray, IntArray, Network
+from nrp_core.brain.network import FloatArray, IntArray, Network, Population
 from nrp_core.brain.sinks import SinkPort, SinkSpec
-from nrp_core.brain.sources import PopulationTrains, SourcePort, SourceSpec
+from nrp_core.brain.source_cells import PopulationTrains
+from nrp_core.brain.sources import SourcePort, SourceSpec
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
+from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import INTERFACE_VERSION, Determinism, Simulation
@@ -79,12 +81,10 @@ class Brain(Simulation):
         self._sinks: list[SinkPort] = []
         self._currents = np.zeros(network.size)
         self._trains = [
-            PopulationTrains(
-                population.cell_type, dict(population.parameters), population.spike_times_ms,
-                network.ids_of(label), self._seeds, f"population/{label}",
-            )
-            for label, population in network.populations.items() if population.is_source
-        ]  # fmt: skip
+            PopulationTrains(population, network.ids_of(label), self._seeds)
+            for label, population in network.populations.items()
+            if population.is_source and not self._emits(population)
+        ]
 
     # -- devices
 
@@ -118,6 +118,11 @@ class Brain(Simulation):
             self._sources.remove(port)
         else:
             self._sinks.remove(port)
+
+    @property
+    def devices(self) -> tuple[SourcePort | SinkPort, ...]:
+        """All sources and sinks at work, in the order in which they were added."""
+        return (*self._sources, *self._sinks)
 
     # -- state
 
@@ -229,7 +234,7 @@ class Brain(Simulation):
 
     @abstractmethod
     def _do_take_spikes(self) -> Spikes:
-        """Return and forget the spikes of non-source cells since the last call; any order."""
+        """Return and forget the spikes since the last call, of cells that the core does not emit; any order."""
 
     @abstractmethod
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
@@ -246,6 +251,10 @@ class Brain(Simulation):
     @abstractmethod
     def _do_reset(self, seed: int) -> None:
         """Return to the state right after opening."""
+
+    def _emits(self, population: Population) -> bool:
+        """Whether the simulator emits the spikes of a source population itself; else the core draws them."""
+        return False
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         """Return a declared state variable of cells."""
@@ -274,6 +283,10 @@ class BrainBackend(ABC):
     @abstractmethod
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
         """Return what the backend has under these options; does not load the simulator."""
+
+    def diagnose(self) -> list[Diagnosis]:
+        """Look at this machine for what the backend needs; may load the simulator."""
+        return []
 
     @abstractmethod
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:

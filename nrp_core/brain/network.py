@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.brain.limits import check_spike_times, check_synapses, check_values
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
 FloatArray = npt.NDArray[np.float64]
@@ -64,11 +65,8 @@ class Population:
                         f"population '{self.label}': {kind} '{name}' has shape {array.shape}, "
                         f"not ({self.size},)"
                     )
-                if np.isnan(array).any():
-                    cell = int(np.flatnonzero(np.isnan(array))[0])
-                    raise NetworkError(
-                        f"population '{self.label}': {kind} '{name}' of cell {cell} is not a number"
-                    )
+            check_values(f"population '{self.label}'", values)
+        check_spike_times(f"population '{self.label}'", self.spike_times_ms)
 
     @property
     def is_source(self) -> bool:
@@ -87,9 +85,10 @@ class Origin:
 
     Args:
         connector: PyNN's name of the connector, e.g. ``FixedProbabilityConnector``.
-        parameters: its parameters.
-        weight: the weight as given: a number or the text of a distribution.
-        delay: the delay as given, likewise.
+        parameters: its parameters: numbers, flags and texts; None for arrays.
+        weight: the weight as given: a number, a distribution such as ``normal(mu=0.5, sigma=0.1)``, or a
+            function of the distance ``d`` such as ``0.1*exp(-d)``; None where each synapse got its own.
+        delay: the delay (ms) as given, likewise.
     """
 
     connector: str
@@ -144,6 +143,8 @@ class Network:
         populations: by label, in definition order (which fixes the global ids).
         projections: in definition order.
         views: named groups of neurons as global ids, what transfer functions call ``nrp.brain.<name>``.
+        timestep_ms: the time step that the model was written for, or None where it names none; a
+            backend with a grid of its own may follow it.
 
     Raises:
         NetworkError: the parts do not fit together.
@@ -152,6 +153,7 @@ class Network:
     populations: Mapping[str, Population]
     projections: tuple[Projection, ...] = ()
     views: Mapping[str, IntArray] = field(default_factory=dict)
+    timestep_ms: float | None = None
 
     def __post_init__(self) -> None:
         for label, population in self.populations.items():
@@ -236,19 +238,15 @@ class Network:
         self._check_values(where, projection)
 
     def _check_values(self, where: str, projection: Projection) -> None:
-        for name, array in (("weight", projection.weight), ("delay", projection.delay_ms)):
+        values = {"weight": projection.weight, "delay": projection.delay_ms}
+        for name, array in values.items():
             if array.shape != (projection.size,):
                 raise NetworkError(f"{where}: {name} has shape {array.shape}, not ({projection.size},)")
-            if not np.isfinite(array).all():
-                raise NetworkError(f"{where}: a {name} is not finite")
-        if projection.size and projection.delay_ms.min() < 0:
-            raise NetworkError(f"{where}: delay {projection.delay_ms.min():g} ms is negative")
-        conductance = self.populations[projection.post].is_conductance_based
-        if projection.size and conductance and projection.weight.min() < 0:
-            raise NetworkError(
-                f"{where}: weight {projection.weight.min():g} uS is negative; a conductance is not "
-                "(the receptor says whether it excites or inhibits)"
-            )
+        conductance_based = self.populations[projection.post].is_conductance_based
+        check_synapses(
+            where, projection.pre_index, projection.post_index, {**values, **projection.synapse_parameters},
+            receptor=projection.receptor, conductance_based=conductance_based, signed=conductance_based,
+        )  # fmt: skip
 
 
 def _feed(state: hashlib.blake2b, *values: object) -> None:

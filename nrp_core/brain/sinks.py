@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import inf, isfinite
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -28,7 +28,15 @@ class SinkSpec(ABC):
 
 
 class SinkPort(ABC):
-    """A sink at work. ``active = False`` makes it deaf."""
+    """A sink at work. ``active = False`` makes it deaf.
+
+    Attributes:
+        quantity: the attribute that holds its value now, for recorders; None where it has no such.
+        unit: of that value.
+    """
+
+    quantity: ClassVar[str | None] = None
+    unit: ClassVar[str] = ""
 
     def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
         self.neurons = neurons
@@ -196,6 +204,8 @@ class _FilterPort(SinkPort):
 class LeakyIntegratorPort(_FilterPort):
     """A leaky integrator at work."""
 
+    quantity, unit = "voltage", "mV"
+
     @property
     def voltage(self) -> float:
         """Membrane voltage now, mV."""
@@ -204,6 +214,8 @@ class LeakyIntegratorPort(_FilterPort):
 
 class PopulationRatePort(_FilterPort):
     """A population rate at work."""
+
+    quantity, unit = "rate", "Hz"
 
     @property
     def rate(self) -> float:

@@ -38,8 +38,10 @@ class Spikes:
         parts = [part for part in parts if len(part)]
         if not parts:
             return cls()
-        neurons = np.concatenate([part.neurons for part in parts])
-        times = np.concatenate([part.times_ms for part in parts])
+        neurons, times = parts[0].neurons, parts[0].times_ms
+        if len(parts) > 1:
+            neurons = np.concatenate([part.neurons for part in parts])
+            times = np.concatenate([part.times_ms for part in parts])
         order = np.lexsort((neurons, times))
         return cls(neurons[order], times[order])
 

@@ -1,1 +1,20 @@
-"""..."""
+"""The command line, ``nrp``; scripts may rely on its options, JSON and exit codes.
+
+Exit codes: 0 all is well; 1 the answer is no, or a run failed; 2 the command is used wrongly; 3 an
+experiment is not valid; 4 a backend is missing; 130 interrupted by Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+
+from nrp_core.cli.app import run_app
+
+
+def main() -> None:
+    """Run the command that the process was started with."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal may not have every character
+    sys.exit(run_app(sys.argv[1:]))

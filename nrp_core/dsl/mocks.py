@@ -24,19 +24,34 @@ class MockBrain(Brain):
     """Neurons that fire when they are told to.
 
     Args:
-        populations: size of each population, by name.
+        populations: size of each population, by name; or a whole network.
         step_ns: its grid, None for any time.
         releases_gil: what it declares.
+        capabilities: all that it declares; by default it has whatever the network needs.
+
+    Raises:
+        CapabilityError: the capabilities given do not cover the network.
     """
 
     def __init__(
-        self, populations: Mapping[str, int], *, step_ns: int | None = None, releases_gil: bool = False
+        self,
+        populations: Mapping[str, int] | Network,
+        *,
+        step_ns: int | None = None,
+        releases_gil: bool = False,
+        capabilities: BrainCapabilities | None = None,
     ) -> None:
-        network = Network({name: Population(name, size, _CELL, {}) for name, size in populations.items()})
-        capabilities = BrainCapabilities(
-            cells=frozenset({_CELL}), synapses=frozenset(), resolution_ns=step_ns, releases_gil=releases_gil
+        if isinstance(populations, Network):
+            network = populations
+        else:
+            network = Network({name: Population(name, n, _CELL, {}) for name, n in populations.items()})
+        needed = BrainCapabilities(
+            cells=frozenset(population.cell_type for population in network.populations.values()),
+            synapses=frozenset(projection.synapse_type for projection in network.projections),
+            resolution_ns=step_ns,
+            releases_gil=releases_gil,
         )
-        super().__init__(network, seed=0, capabilities=capabilities, identity="mock")
+        super().__init__(network, seed=0, capabilities=capabilities or needed, identity="mock")
         self._planned: list[Spikes] = []
 
     def fire(self, neurons: npt.ArrayLike, times_ms: npt.ArrayLike) -> None:

@@ -1,0 +1,5 @@
+"""An exact, event-driven simulator of point neurons: spike times are real numbers, not grid points."""
+
+from nrp_brain_event.backend import EventBackend, EventOptions
+
+__all__ = ["EventBackend", "EventOptions"]

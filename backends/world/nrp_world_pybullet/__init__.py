@@ -1,0 +1,7 @@
+"""PyBullet as a world backend; importing this package does not import PyBullet."""
+
+from __future__ import annotations
+
+from nrp_world_pybullet.backend import PybulletBackend, PybulletOptions
+
+__all__ = ["PybulletBackend", "PybulletOptions"]

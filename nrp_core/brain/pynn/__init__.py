@@ -1,1 +1,29 @@
-"""..."""
+"""PyNN as the language of networks: scripts written for any PyNN simulator build a network as data.
+
+Nothing is simulated here. :func:`builder` returns what a script sees as its simulator; it fills a
+:class:`~nrp_core.brain.network.Network` with PyNN's own units and meanings.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+from nrp_core.brain.pynn.api import programming_interface
+from nrp_core.brain.pynn.simulator import Simulator, State
+from nrp_core.seeds import Seeds
+
+
+def builder(seed: int = 0) -> ModuleType:
+    """Return a fresh PyNN simulator module that builds a network.
+
+    Example::
+
+        sim = builder(seed=7)
+        sim.setup(timestep=0.1)
+        cells = sim.Population(8, sim.IF_cond_alpha(tau_m=10.0), label="cells")
+        network = sim.network()
+
+    Args:
+        seed: all random numbers that a script does not seed itself follow from it.
+    """
+    return programming_interface(Simulator(State(Seeds(seed).child("network"))))

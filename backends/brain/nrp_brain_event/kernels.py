@@ -1,0 +1,137 @@
+"""The compiled functions that the brain calls: run, let spikes in, change currents, read."""
+
+from __future__ import annotations
+
+from nrp_core.jit import borrowed, jit
+
+from nrp_brain_event.agenda import gather, next_round, post, schedule
+from nrp_brain_event.neuron import advance, fire, move, voltage_at
+from nrp_brain_event.records import DIVERGED, DONE, FULL, FIRE, START, Array, Engine, Record
+from nrp_brain_event.short_term import released_share
+from nrp_brain_event.synapses import excitation, inhibition
+
+
+@jit
+def run(engine: Engine, until: float, end: float) -> int:
+    """Simulate everything up to and including ``until``.
+
+    Args:
+        engine: the state.
+        until: the time to reach.
+        end: the next floating-point number after it.
+
+    Returns:
+        ``DONE``; ``FULL`` where events or spikes need more room (give it and call again);
+        ``DIVERGED`` where a neuron cannot be integrated.
+    """
+    clock, work = borrowed(engine.clock)[0], borrowed(engine.work)[0]
+    cells, events, spikes = borrowed(engine.cells), borrowed(engine.events), borrowed(engine.spikes)
+    event_slots, cell_slots = borrowed(engine.event_slots), borrowed(engine.cell_slots)
+    ready, first = borrowed(engine.ready), borrowed(engine.first)
+    last = len(event_slots) - 2
+    while True:
+        window_end = min((clock.slot + 1) * clock.width, end)
+        slot = clock.slot & last
+        if clock.n_ready == 0 and (event_slots[slot] >= 0 or cell_slots[slot] >= 0):
+            gather(clock, event_slots, cell_slots, events, cells, ready, window_end)
+        while clock.n_ready > 0:
+            row = ready[clock.n_ready - 1]
+            cell = cells[row]
+            if not advance(cell, clock, events, work, window_end):
+                clock.failed = cell.id
+                return DIVERGED
+            if cell.on_wake == FIRE and cell.wake < window_end:
+                if clock.n_spikes == len(spikes) or clock.n_free < first[cell.id + 1] - first[cell.id]:
+                    return FULL
+                spike = spikes[clock.n_spikes]
+                spike.time, spike.id = cell.wake, cell.id
+                clock.n_spikes += 1
+                _send(engine, cell.id, cell.wake)
+                fire(cell)
+            else:
+                cell.ready = 0
+                schedule(clock, cell_slots, cells, row)
+                clock.n_ready -= 1
+        if window_end >= end:
+            return DONE
+        clock.slot += 1
+        if clock.slot & last == 0:
+            next_round(clock, event_slots, cell_slots, events, cells)
+
+
+@jit
+def _send(engine: Engine, neuron: int, time: float) -> None:
+    """Put a spike of a neuron on its way to all its targets."""
+    clock, slots, events = borrowed(engine.clock)[0], borrowed(engine.event_slots), borrowed(engine.events)
+    first, target, delay = borrowed(engine.first), borrowed(engine.target), borrowed(engine.delay)
+    weights, dynamics = borrowed(engine.weight), borrowed(engine.dynamics)
+    short_term = borrowed(engine.short_term)
+    for s in range(first[neuron], first[neuron + 1]):
+        weight = weights[s]
+        if len(dynamics) > 0 and dynamics[s] >= 0:
+            weight *= released_share(short_term[dynamics[s]], time)
+        post(clock, slots, events, time + delay[s], target[s], weight)
+
+
+@jit
+def emit(engine: Engine, neurons: Array, times: Array, begin: int) -> int:
+    """Put spikes of source cells on their way, from number ``begin`` on.
+
+    Returns:
+        How many of all are done; less than all where events need more room.
+    """
+    clock = engine.clock[0]
+    for k in range(begin, len(neurons)):
+        if clock.n_free < engine.first[neurons[k] + 1] - engine.first[neurons[k]]:
+            return k
+        _send(engine, neurons[k], times[k])
+    return len(neurons)
+
+
+@jit
+def inject(
+    row_of: Array, clocks: Array, slots: Array, events: Array, neurons: Array, times: Array, weights: Array,
+    receptor: int, begin: int,
+) -> int:  # fmt: skip
+    """Let events arrive at neurons (global ids), from number ``begin`` on.
+
+    Returns:
+        How many of all are done; less than all where events need more room.
+    """
+    clock = borrowed(clocks)[0]
+    slots, events = borrowed(slots), borrowed(events)
+    for k in range(begin, len(neurons)):
+        if clock.n_free == 0:
+            return k
+        post(clock, slots, events, times[k], 2 * row_of[neurons[k]] + receptor, weights[k])
+    return len(neurons)
+
+
+@jit
+def set_currents(engine: Engine, currents: Array, now: float) -> None:
+    """Hold these currents (nA, by global id) from now on; neurons whose current stays are not touched."""
+    clock = engine.clock[0]
+    for row in range(len(engine.cells)):
+        cell = engine.cells[row]
+        if currents[cell.id] != cell.current:
+            move(cell, now)
+            cell.current = currents[cell.id]
+            cell.on_wake, cell.wake = START, now
+            schedule(clock, engine.cell_slots, engine.cells, row)
+
+
+@jit
+def read_voltages(cells: Array, rows: Array, now: float, out: Array) -> None:
+    """Store the voltages of neurons, mV."""
+    for k in range(len(rows)):
+        cell = cells[rows[k]]
+        out[k] = voltage_at(cell, now)
+
+
+@jit
+def read_synapses(cells: Array, rows: Array, receptor: int, now: float, out: Array) -> None:
+    """Store what is left of the arrivals at one receptor of neurons: uS, or nA on current-based ones."""
+    for k in range(len(rows)):
+        cell = cells[rows[k]]
+        dt = now - cell.t
+        out[k] = excitation(cell, dt) if receptor == 0 else inhibition(cell, dt)

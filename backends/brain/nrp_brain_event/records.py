@@ -1,0 +1,234 @@
+"""What the compiled code works on: one record per neuron, event and spike, and arrays of them.
+
+Times are in ms since reset; a time of infinity means never. An index of -1 means none.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, NamedTuple, cast, get_origin, get_type_hints
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+
+def constant(value: int) -> int:
+    """Return an integer for which Numba does not compile the functions that get it once more."""
+    return cast("int", np.int64(value))
+
+
+# What a membrane does between events.
+LINEAR: Final = 0
+CONDUCTANCE: Final = 1
+ADAPTIVE_EXPONENTIAL: Final = 2
+IZHIKEVICH: Final = 3
+HODGKIN_HUXLEY: Final = 4
+
+# What an arriving spike adds to its synapse.
+EXPONENTIAL: Final = 0
+ALPHA: Final = 1
+JUMP: Final = 2
+
+# What a neuron wakes for.
+START: Final = 0
+SEARCH: Final = 1
+FIRE: Final = 2
+STEP: Final = 3
+
+# How a run that may have to stop early came back.
+DONE: Final = 0
+FULL: Final = 1
+DIVERGED: Final = 2
+
+
+class Record:
+    """Declares the fields of a structured array: floats, integers, small arrays with their shape.
+
+    There are no instances: the elements of an array with this :meth:`dtype` have these attributes.
+    """
+
+    @classmethod
+    def dtype(cls) -> np.dtype[Any]:
+        """Return the type of an array of such records."""
+        fields: list[Any] = []
+        for name, hint in get_type_hints(cls, include_extras=True).items():
+            if get_origin(hint) is Annotated:
+                fields.append((name, "f8", hint.__metadata__[0]))
+            else:
+                fields.append((name, "i8" if hint is int else "f8"))
+        return np.dtype((np.record, fields))
+
+
+class Cell(Record):
+    """A neuron: parameters under PyNN's names, state at the time ``t`` of its last event, agenda."""
+
+    id: int
+    """Global id."""
+    membrane: int
+    synapse: int
+
+    v_rest: float
+    v_reset: float
+    v_thresh: float
+    tau_m: float
+    cm: float
+    tau_refrac: float
+    i_offset: float
+    tau_syn_E: float
+    tau_syn_I: float
+    e_rev_E: float
+    e_rev_I: float
+    v_spike: float
+    a: float
+    b: float
+    delta_T: float
+    tau_w: float
+    c: float
+    d: float
+    gbar_Na: float
+    gbar_K: float
+    g_leak: float
+    v_offset: float
+    e_rev_Na: float
+    e_rev_K: float
+    e_rev_leak: float
+
+    threshold: float
+    """Voltage at which it fires, mV."""
+    leak: float
+    """1 / tau_m."""
+    per_cm: float
+    """1 / cm."""
+    tolerance: float
+    """Local error allowed to an integration step, mV."""
+    scale: float
+    """The same error in the other state variables, per mV."""
+    longest_step: float
+
+    t: float
+    path: Annotated[Array, (4, 5)]
+    """The state variables as polynomials in the fraction of the step; the first is the voltage."""
+    step: float
+    next_step: float
+    current: float
+    """From outside, nA."""
+    x_e: float
+    s_e: float
+    x_i: float
+    s_i: float
+    """What is left of arrivals, ``(x + s dt) exp(-dt / tau_syn)``, uS or nA."""
+    free_at: float
+    """End of the refractory time."""
+    armed: int
+    """Whether it has been below threshold since it last fired."""
+
+    wake: float
+    on_wake: int
+    arrivals: int
+    """First event that arrives in the window at work."""
+    slot: int
+    before: int
+    after: int
+    """List of the calendar it stands in, and its neighbours there."""
+    ready: int
+
+
+class Event(Record):
+    """A spike on its way; a target is twice the row of a cell, plus one for the inhibitory receptor."""
+
+    time: float
+    weight: float
+    target: int
+    after: int
+
+
+class Spike(Record):
+    """A spike of a neuron, by global id."""
+
+    time: float
+    id: int
+
+
+class ShortTerm(Record):
+    """A synapse with short-term plasticity: parameters under PyNN's names, state after its last spike."""
+
+    U: float
+    tau_rec: float
+    tau_facil: float
+    tau_psc: float
+    t: float
+    u: float
+    y: float
+    z: float
+
+
+class Clock(Record):
+    """Where the engine is."""
+
+    slot: int
+    """The window at work, counted from time 0."""
+    width: float
+    """Of a window: a power of two, at most the shortest delay."""
+    free: int
+    n_free: int
+    """Head and length of the list of free events."""
+    n_ready: int
+    n_spikes: int
+    failed: int
+    """The neuron whose integration broke down."""
+
+
+class Work(Record):
+    """Room for intermediate results."""
+
+    stages: Annotated[Array, (7, 4)]
+    """Slopes at the stages of an integration step."""
+    y: Annotated[Array, (4,)]
+    """State at a stage."""
+    g_e: Annotated[Array, (7,)]
+    g_i: Annotated[Array, (7,)]
+    """Conductances at the stages."""
+    function: Annotated[Array, (10,)]
+    zeros: Annotated[Array, (8,)]
+    """Coefficients and zeros in the search for a threshold crossing."""
+
+
+class Engine(NamedTuple):
+    """Everything the compiled code reads and writes.
+
+    Args:
+        cells: ``Cell``, the neurons that are not sources.
+        row_of: row in ``cells`` by global id, -1 for sources.
+        first, target, weight, delay, dynamics: the synapses of neuron ``i`` are those from
+            ``first[i]`` to ``first[i + 1]``; ``dynamics`` is a row of ``short_term`` or -1, and
+            empty where no synapse has one.
+        short_term: ``ShortTerm``.
+        clock: ``Clock``, shape ``(1,)``.
+        events: ``Event``, a pool; those on their way and the free ones form linked lists.
+        event_slots, cell_slots: first event and first cell to wake in each window of the calendar;
+            the last entry holds what lies beyond its horizon.
+        ready: rows of the cells that have something to do in the window at work.
+        spikes: ``Spike``, those not yet taken.
+        work: ``Work``, shape ``(1,)``.
+    """
+
+    cells: Array
+    row_of: Array
+    first: Array
+    target: Array
+    weight: Array
+    delay: Array
+    dynamics: Array
+    short_term: Array
+    clock: Array
+    events: Array
+    event_slots: Array
+    cell_slots: Array
+    ready: Array
+    spikes: Array
+    work: Array
+
+
+CONSTANT: Final = frozenset({"row_of", "first", "target", "weight", "delay", "dynamics"})
+"""The parts of the engine that never change."""

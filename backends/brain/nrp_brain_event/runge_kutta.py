@@ -1,0 +1,185 @@
+"""Adaptive integration of one neuron: the method of Dormand & Prince (1980), order 5(4), dense output.
+
+A step is taken as far as the tolerance allows, without regard to what may arrive meanwhile, and kept as
+a polynomial (Hairer, Norsett & Wanner 1993, Solving Ordinary Differential Equations I, II.6). An
+arriving spike cuts it at its exact time; reading the voltage evaluates it. So the course of a neuron
+depends on its events alone, never on how the run is divided.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Final
+
+import numpy as np
+from nrp_core.jit import jit
+
+from nrp_brain_event.membranes import slopes
+from nrp_brain_event.records import CONDUCTANCE, STATE_VARIABLES, STEP, Record
+from nrp_brain_event.rise import POLYNOMIAL, first_rise
+from nrp_brain_event.synapses import excitation, inhibition, silent
+
+_STAGES: Final = 7
+_START: Final = np.int64(0)  # a plain integer would have the slopes compiled twice
+_NODES: Final = np.array([0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1])
+_WEIGHTS: Final = np.array(
+    [
+        [0, 0, 0, 0, 0, 0],
+        [1 / 5, 0, 0, 0, 0, 0],
+        [3 / 40, 9 / 40, 0, 0, 0, 0],
+        [44 / 45, -56 / 15, 32 / 9, 0, 0, 0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0],
+        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    ]
+)
+_ERROR: Final = np.array(
+    [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]
+)  # fmt: skip
+_BEND: Final = np.array(
+    [
+        -12715105075 / 11282082432, 0, 87487479700 / 32700410799, -10690763975 / 1880347072,
+        701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423,
+    ]
+)  # fmt: skip
+"""Weights of the stages in the fourth-order part of the dense output."""
+_VARIABLES: Final = np.array(STATE_VARIABLES)
+
+_SAFETY: Final = 0.9
+_SHRINK: Final = 0.2
+_GROW: Final = 5.0
+_AT_REST: Final = 1e-12
+"""Change, in mV per ms, below which a neuron without input stays as it is."""
+_SHORTEST: Final = 1e-25
+"""A step this short (ms) means that the equations have no solution in numbers."""
+
+
+@jit
+def state_at(cell: Record, variable: int, t: float) -> float:
+    """Return a state variable at a time within the present step."""
+    c = cell.path
+    x = (t - cell.t) / cell.step
+    return c[variable, 0] + x * (
+        c[variable, 1] + x * (c[variable, 2] + x * (c[variable, 3] + x * c[variable, 4]))
+    )
+
+
+@jit
+def stand_at(cell: Record, t: float) -> None:
+    """Cut the present step at t: the state there becomes the start of what follows."""
+    for variable in range(_VARIABLES[cell.membrane]):
+        cell.path[variable, 0] = state_at(cell, variable, t)
+        for power in range(1, 5):
+            cell.path[variable, power] = 0.0
+    cell.step = inf
+
+
+@jit
+def take_step(cell: Record, work: Record) -> bool:
+    """Take one step from the neuron's time; the neuron wakes at its end, or never if it is at rest.
+
+    Returns:
+        False where no step is short enough.
+    """
+    cell.on_wake, cell.wake, cell.step = STEP, inf, inf
+    longest = cell.free_at - cell.t if cell.t < cell.free_at else inf
+    if longest < inf and cell.membrane == CONDUCTANCE:  # all there is is held
+        cell.wake = cell.free_at
+        return True
+    n = _VARIABLES[cell.membrane]
+    for variable in range(n):
+        work.y[variable] = cell.path[variable, 0]
+    slopes(cell, cell.x_e, cell.x_i, work, _START)
+    if longest == inf and silent(cell) and _at_rest(cell, work, n):
+        return True
+    step = min(min(cell.next_step, cell.longest_step), longest)
+    while True:
+        error = _try_step(cell, work, n, step)
+        if error <= 1.0:
+            break
+        step *= max(_SHRINK, _SAFETY * error**-0.2) if error < inf else _SHRINK
+        if step < _SHORTEST:
+            return False
+    _keep(cell, work, n, step)
+    cell.step = step
+    cell.wake = cell.free_at if step == longest else cell.t + step
+    if step < longest:
+        cell.next_step = step * min(_GROW, _SAFETY * max(error, 1e-10) ** -0.2)
+    return True
+
+
+@jit
+def rise_within_step(cell: Record, work: Record) -> float:
+    """Return the time within the present step at which the voltage rises to the threshold, or infinity."""
+    c, threshold = cell.path, cell.threshold
+    # the largest of the Bernstein coefficients is a bound on the polynomial
+    bound = max(c[0, 0] + c[0, 1] / 4, c[0, 0] + c[0, 1] / 2 + c[0, 2] / 6)
+    bound = max(bound, c[0, 0] + 3 * c[0, 1] / 4 + c[0, 2] / 2 + c[0, 3] / 4)
+    bound = max(bound, c[0, 0] + c[0, 1] + c[0, 2] + c[0, 3] + c[0, 4])
+    if bound < threshold:
+        return inf
+    work.function[0] = c[0, 0] - threshold
+    for power in range(1, 5):
+        work.function[power] = c[0, power]
+    return cell.t + cell.step * first_rise(POLYNOMIAL, work, 1.0)
+
+
+@jit
+def _try_step(cell: Record, work: Record, n: int, step: float) -> float:
+    """Compute the slopes at the stages of a step after the first; return its error, 1 is tolerable."""
+    for s in range(1, _STAGES - 1):
+        work.g_e[s] = excitation(cell, _NODES[s] * step)
+        work.g_i[s] = inhibition(cell, _NODES[s] * step)
+    work.g_e[6], work.g_i[6] = work.g_e[5], work.g_i[5]
+    for s in range(1, _STAGES):
+        for variable in range(n):
+            change = 0.0
+            for j in range(s):
+                change += _WEIGHTS[s, j] * work.stages[j, variable]
+            work.y[variable] = cell.path[variable, 0] + step * change
+        slopes(cell, work.g_e[s], work.g_i[s], work, s)
+    return _error(cell, work, n, step)
+
+
+@jit
+def _error(cell: Record, work: Record, n: int, step: float) -> float:
+    """Return the largest local error among the state variables, in units of what is tolerated."""
+    largest = 0.0
+    allowed = cell.tolerance
+    for variable in range(n):
+        error = 0.0
+        for s in range(_STAGES):
+            error += _ERROR[s] * work.stages[s, variable]
+        error = abs(step * error) / allowed
+        if not error <= largest:  # so that what is not a number counts as too large
+            largest = error if error < inf else inf
+        allowed = cell.tolerance * cell.scale
+    return largest
+
+
+@jit
+def _keep(cell: Record, work: Record, n: int, step: float) -> None:
+    """Store the step as a polynomial in its fraction."""
+    for variable in range(n):
+        change = bend = 0.0
+        for s in range(_STAGES):
+            bend += _BEND[s] * work.stages[s, variable]
+        for s in range(_STAGES - 1):
+            change += _WEIGHTS[6, s] * work.stages[s, variable]
+        start = work.stages[0, variable] - change
+        end = change - work.stages[6, variable] - start
+        cell.path[variable, 1] = step * (change + start)
+        cell.path[variable, 2] = step * (end - start + bend)
+        cell.path[variable, 3] = -step * (end + 2.0 * bend)
+        cell.path[variable, 4] = step * bend
+
+
+@jit
+def _at_rest(cell: Record, work: Record, n: int) -> bool:
+    """Return whether nothing changes any more; on entry the slopes stand in stage 0."""
+    allowed = _AT_REST
+    for variable in range(n):
+        if not abs(work.stages[0, variable]) < allowed:
+            return False
+        allowed = _AT_REST * cell.scale
+    return True

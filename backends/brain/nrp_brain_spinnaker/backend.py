@@ -1,0 +1,37 @@
+"""The entry point; what it imports is light, the engine is loaded when a brain is opened."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from nrp_brain_spinnaker.models import STATE_VARIABLES, cell_models
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network
+from nrp_core.simulation import Determinism
+
+
+class SpinnakerBackend(BrainBackend):
+    """A SpiNNaker machine in software: fixed-point arithmetic, a time step, 16-bit weights."""
+
+    options: ClassVar[type[BrainOptions]] = SpinnakerOptions
+
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        assert isinstance(options, SpinnakerOptions)
+        models = cell_models(options.semantics)
+        return BrainCapabilities(
+            cells=frozenset(models),
+            synapses=frozenset({STATIC, STDP, TSODYKS_MARKRAM}),
+            extensions=frozenset({TSODYKS_MARKRAM, *(name for name, m in models.items() if m.extension)}),
+            resolution_ns=options.timestep,
+            determinism=Determinism.BITWISE,
+            state_variables=STATE_VARIABLES,
+            snapshot=True,
+            releases_gil=True,
+        )
+
+    def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
+        from nrp_brain_spinnaker.brain import SpinnakerBrain
+
+        assert isinstance(options, SpinnakerOptions)
+        return SpinnakerBrain(network, seed=seed, capabilities=self.capabilities(options), options=options)

@@ -1,0 +1,169 @@
+"""The machine as a brain of the platform.
+
+Time and ticks: tick ``k`` begins at ``k`` time steps. Input that arrives at or before that moment, and after
+the one before, acts in its update. A threshold crossed in that update lies within the time step, so the
+spike is reported at its end; the machine's own label is the beginning, one step earlier. Between
+neurons a delay is counted from the label, as on the machine: what a neuron sends at the reported time
+``t`` over ``d`` steps acts from ``t + (d - 1)`` steps on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from nrp_brain_spinnaker.conversion import to_accum
+from nrp_brain_spinnaker.device_input import DeviceInput
+from nrp_brain_spinnaker.engine import Engine
+from nrp_brain_spinnaker.generator import kiss_state
+from nrp_brain_spinnaker.loader import load
+from nrp_brain_spinnaker.models import cell_models
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_brain_spinnaker.poisson import Sources, draw, load_sources
+from nrp_brain_spinnaker.readout import read
+from nrp_core.brain.interface import Brain, BrainCapabilities
+from nrp_core.brain.network import FloatArray, IntArray, Network, Population
+from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.errors import CapabilityError, TimestepError
+
+
+class SpinnakerBrain(Brain):
+    """A network on the emulated machine.
+
+    Args:
+        network: what is simulated.
+        seed: the experiment's seed for the brain; on the machine only Poisson sources use it.
+        capabilities: what the backend has.
+        options: the user's.
+
+    Raises:
+        CapabilityError, NetworkError: the network does not fit the machine.
+    """
+
+    def __init__(
+        self, network: Network, *, seed: int, capabilities: BrainCapabilities, options: SpinnakerOptions
+    ) -> None:
+        self._options = options
+        identity = f"spinnaker:{options.model_dump_json()}"
+        super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
+        loaded = load(network, options)
+        self.warnings += loaded.warnings
+        self._engine = Engine(loaded.machine)
+        self._cells, self._grid = loaded.machine.cells, loaded.grid
+        self._simulated = [p for p in network.populations.values() if not p.is_source]
+        models = [cell_models(options.semantics)[p.cell_type] for p in self._simulated]
+        self._devices_in = DeviceInput(self._cells, models, loaded.grid, network.size)
+        sizes = [population.size for population in self._simulated]
+        self._current_scale = np.repeat([model.current_scale for model in models], sizes)
+        self._poisson = self._load_poisson()
+        self._spikes: list[Spikes] = []
+        self._injected: list[SynapticEvents] = []
+        self._initial = self._engine.save()
+
+    @property
+    def saturations(self) -> Mapping[str, tuple[int, int]]:
+        """How often ring-buffer entries of each population lost input, excitatory and inhibitory."""
+        lost = self._engine.machine.ring.saturated.reshape(2, -1)
+        ranges = zip(self._simulated, self._cells.populations[:, :2].tolist(), strict=True)
+        sums = {p.label: lost[:, first:last].sum(axis=1).tolist() for p, (first, last) in ranges}
+        return {label: (excitatory, inhibitory) for label, (excitatory, inhibitory) in sums.items()}
+
+    def _do_run_until(self, t_ns: int) -> None:
+        until, rest = divmod(t_ns, self._options.timestep)
+        if rest:
+            raise TimestepError(
+                f"the machine runs in time steps of {milliseconds(self._options.timestep):g} ms and cannot "
+                f"stop at {milliseconds(t_ns):g} ms"
+            )
+        self._take_injected()
+        self._draw_until(until)
+        self._spikes.append(self._reported(self._engine.run(until)))
+        if self._engine.machine.ring.saturated.any():
+            lossy = [f"'{label}'" for label, counts in self.saturations.items() if any(counts)]
+            self._warn(f"input beyond the 16 bits of a ring buffer was lost: population {', '.join(lossy)}")
+
+    def _reported(self, spikes: IntArray) -> Spikes:
+        ticks, ids = spikes
+        return Spikes(ids, (ticks + 1) * self._options.timestep / NS_PER_MS)
+
+    def _do_take_spikes(self) -> Spikes:
+        spikes, self._spikes = Spikes.merged(self._spikes), []
+        return spikes
+
+    # -- input
+
+    def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        self._engine.source_spikes.add(np.stack([self._grid.first_tick_at(times_ms), neurons]))
+
+    def _do_inject(self, events: SynapticEvents) -> None:
+        self._injected.append(events)
+
+    def _take_injected(self) -> None:
+        """Give the engine what devices sent, all of it at once."""
+        if self._injected:
+            self._engine.device_input.add(self._devices_in.convert(self._injected))
+            self._injected = []
+        if self._devices_in.lost:
+            self._warn("a device's weight is below the machine's resolution and was lost")
+
+    def _draw_until(self, until: int) -> None:
+        """Give the engine what the machine's own sources send."""
+        drawn = draw(self._poisson, self._engine.tick, until)
+        if drawn.size:
+            self._engine.source_spikes.add(drawn)
+            self._spikes.append(self._reported(drawn))
+
+    def _do_set_current(self, currents_na: FloatArray) -> None:
+        currents = currents_na[self._cells.ids] * self._current_scale
+        self._cells.current[:] = to_accum(currents, "an injected current in nA")
+
+    # -- sources that the machine draws itself
+
+    def _emits(self, population: Population) -> bool:
+        return self._options.poisson == "machine" and population.cell_type == "SpikeSourcePoisson"
+
+    def _load_poisson(self) -> Sources:
+        own = [p for p in self.network.populations.values() if p.is_source and self._emits(p)]
+        populations = [(population, self.network.ids_of(population.label)) for population in own]
+        return load_sources(
+            populations, self._options.step_us, partial(kiss_state, self._seeds.child("machine"))
+        )
+
+    # -- state
+
+    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
+        values = np.empty(self.network.size)
+        for label in {self.network.label_of(int(neuron))[0] for neuron in neurons}:
+            known = cell_models(self._options.semantics).get(self.network.populations[label].cell_type)
+            if known is None or variable not in known.state_variables:
+                raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+            index = [population.label for population in self._simulated].index(label)
+            values[self.network.ids_of(label)] = read(self._cells, index, known, variable)
+        return values[neurons]
+
+    def _do_reset(self, seed: int) -> None:
+        self._engine.restore(self._initial)
+        self._poisson = self._load_poisson()
+        self._spikes, self._injected = [], []
+
+    def _do_save(self) -> object:
+        self._take_injected()
+        sources = self._poisson.countdown.copy(), self._poisson.generators.copy()
+        return self._engine.save(), sources
+
+    def _do_restore(self, saved: Any) -> None:
+        engine, (countdown, generators) = saved
+        self._engine.restore(engine)
+        self._poisson.countdown[:], self._poisson.generators[:] = countdown, generators
+        self._spikes, self._injected = [], []
+
+    def _do_close(self) -> None:
+        """Nothing is held but memory."""
+
+    def _warn(self, text: str) -> None:
+        if text not in self.warnings:
+            self.warnings.append(text)

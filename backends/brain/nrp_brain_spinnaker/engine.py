@@ -1,0 +1,102 @@
+"""The machine in motion: ticks are run, input waits for its tick, spikes come out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_brain_spinnaker import kinds
+from nrp_brain_spinnaker.tick import Machine, Window, advance
+from nrp_core.brain.network import IntArray
+
+_ROOM = 1024
+
+
+class Waiting:
+    """Entries that wait for their tick.
+
+    Args:
+        width: columns of an entry: its tick, then what it is.
+    """
+
+    def __init__(self, width: int) -> None:
+        self._entries = np.empty((width, 0), np.int64)
+
+    def add(self, entries: IntArray) -> None:
+        """Let entries wait, shape ``(width, n)``; those of one tick are taken by their second column."""
+        merged = np.concatenate([self._entries, entries], axis=1)
+        self._entries = merged[:, np.lexsort((merged[1], merged[0]))]
+
+    def entries(self) -> IntArray:
+        """Return all entries in the order in which they are taken."""
+        return self._entries
+
+    def drop(self, n: int) -> None:
+        """Forget the first entries."""
+        self._entries = self._entries[:, n:]
+
+    def replace(self, entries: IntArray) -> None:
+        """Wait with these entries and no others."""
+        self._entries = entries
+
+
+class Engine:
+    """A machine at a tick.
+
+    Args:
+        machine: its arrays, which the engine changes in place.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self.tick = 0
+        self.source_spikes = Waiting(2)
+        """Ticks and global ids."""
+        self.device_input = Waiting(3)
+        """Ticks, lines and s16.15 values."""
+        table = machine.cells.populations
+        most_spikes = int(((table[:, kinds.LAST] - table[:, kinds.FIRST]) * table[:, kinds.SUBSTEPS]).sum())
+        self._fired = np.zeros(most_spikes, np.int64)
+
+    def run(self, until: int) -> IntArray:
+        """Run all ticks before ``until``; return ticks and global ids of the spikes, shape ``(2, n)``."""
+        parts = []
+        while self.tick < until:
+            window = self._window()
+            self.tick = advance(self.machine, window, self.tick, until)
+            n_sources, n_devices, n_spikes = window.taken.tolist()
+            self.source_spikes.drop(n_sources)
+            self.device_input.drop(n_devices)
+            parts.append(window.spikes[:, :n_spikes])
+        return parts[0] if len(parts) == 1 else np.concatenate([np.empty((2, 0), np.int64), *parts], axis=1)
+
+    def _window(self) -> Window:
+        room = max(_ROOM, 2 * self._fired.size)
+        return Window(
+            self.source_spikes.entries(), self.device_input.entries(), fired=self._fired,
+            spikes=np.empty((2, room), np.int64), taken=np.zeros(3, np.int64),
+        )  # fmt: skip
+
+    def save(self) -> object:
+        """Return the state between two ticks."""
+        arrays = [array.copy() for array in self._changing()]
+        return self.tick, arrays, self.source_spikes.entries(), self.device_input.entries()
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+        self.tick, arrays, source_spikes, device_input = saved
+        for array, values in zip(self._changing(), arrays, strict=True):
+            array[...] = values
+        self.source_spikes.replace(source_spikes)
+        self.device_input.replace(device_input)
+
+    def _changing(self) -> list[npt.NDArray[Any]]:
+        """Return the arrays that running changes."""
+        cells, ring, _, dynamic, plastic = self.machine
+        return [
+            cells.state, cells.synapse_state, cells.current, ring.slots, ring.saturated, dynamic.state,
+            plastic.weight, plastic.last_tick, plastic.trace,
+            plastic.history_count, plastic.history_tick, plastic.history_trace,
+        ]  # fmt: skip

@@ -1,0 +1,61 @@
+"""The arithmetic of the machine: s16.15 numbers as integers, products that floor, sums that wrap.
+
+State and input are s16.15, decays u0.32. Every function takes and returns raw bits as plain integers, and
+no intermediate leaves 64 bits, so the same lines are exact as Python and compiled. The operations are
+those that a compiler makes of fixed-point C (ISO/IEC TR 18037) for the machine's ARM cores: no rounding to
+nearest, no saturation (Mikaitis 2020, arXiv:2001.01496).
+"""
+
+from __future__ import annotations
+
+from nrp_core.jit import jit
+
+ONE = 1 << 15
+"""1.0 in s16.15."""
+HALF = 1 << 14
+"""0.5 in s16.15."""
+LARGEST = (1 << 31) - 1
+"""The largest s16.15 number, 65535.99997."""
+SMALLEST = -(1 << 31)
+"""The smallest s16.15 number, -65536."""
+FRACTION_LARGEST = (1 << 32) - 1
+"""The largest u0.32 number; 1.0 itself is not one."""
+
+
+@jit
+def wrap(value: int) -> int:
+    """Keep the low 32 bits as a signed number."""
+    return ((value + 0x80000000) & 0xFFFFFFFF) - 0x80000000
+
+
+@jit
+def mul(a: int, b: int) -> int:
+    """Multiply two s16.15 numbers, toward minus infinity."""
+    return wrap((a * b) >> 15)
+
+
+@jit
+def scale(a: int, fraction: int) -> int:
+    """Multiply an s16.15 number by a u0.32 fraction, toward minus infinity."""
+    return (a * fraction) >> 32
+
+
+@jit
+def div(a: int, b: int) -> int:
+    """Divide two s16.15 numbers, ``a >= 0`` and ``b > 0``, truncating.
+
+    The machine divides unsigned; negative operands give nonsense there, so they are kept out.
+    """
+    return wrap((a << 15) // b)
+
+
+@jit
+def ceiling(a: int) -> int:
+    """Round an s16.15 number up to an integer."""
+    return -(-a >> 15)
+
+
+@jit
+def clamp(value: int) -> int:
+    """Return the nearest s16.15 number (used only where the machine itself has no rule)."""
+    return min(max(value, SMALLEST), LARGEST)

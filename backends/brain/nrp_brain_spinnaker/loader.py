@@ -1,0 +1,73 @@
+"""From a network to the arrays of the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrp_brain_spinnaker import kinds
+from nrp_brain_spinnaker.cells import Grid, load_cells, tau_syn_of_lines
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_brain_spinnaker.plastic_rows import load_plastic
+from nrp_brain_spinnaker.ring import Ring
+from nrp_brain_spinnaker.rows import load_dynamic, load_static
+from nrp_brain_spinnaker.tick import Machine
+from nrp_brain_spinnaker.wiring import Wires, longest_ticks, wire
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A network on the machine.
+
+    Args:
+        machine: its arrays.
+        grid: the time step.
+        wires: the projections as the machine has them.
+        warnings: what was not taken over as given.
+    """
+
+    machine: Machine
+    grid: Grid
+    wires: list[Wires]
+    warnings: list[str]
+
+
+def load(network: Network, options: SpinnakerOptions) -> Loaded:
+    """Put a network on the machine.
+
+    Raises:
+        NetworkError: a parameter, weight or delay does not fit the machine.
+        CapabilityError: a plasticity rule that it does not have.
+    """
+    grid = Grid(options.step_us, options.substeps)
+    populations = [population for population in network.populations.values() if not population.is_source]
+    labels = [population.label for population in populations]
+    ids = np.concatenate([np.empty(0, np.int64), *(network.ids_of(label) for label in labels)])
+    cells = load_cells(populations, ids, grid, options.semantics)
+    wires, warnings = wire(network, labels, cells, options)
+    for part in wires:
+        cells.populations[part.population, kinds.SHIFT_EXC + part.receptor] = part.shift
+    static, dynamic, plastic = (_of_type(wires, kind) for kind in (STATIC, TSODYKS_MARKRAM, STDP))
+    n = ids.size
+    machine = Machine(
+        cells=cells,
+        ring=_ring(n, longest_ticks(wires)),
+        static=load_static(static, network.size, n),
+        dynamic=load_dynamic(dynamic, network.size, tau_syn_of_lines(populations, options.semantics), grid),
+        plastic=load_plastic(plastic, network.size, n, grid.step_us, options.semantics),
+    )
+    return Loaded(machine, grid, wires, warnings)
+
+
+def _of_type(wires: Sequence[Wires], synapse_type: str) -> list[Wires]:
+    return [part for part in wires if part.projection.synapse_type == synapse_type]
+
+
+def _ring(n: int, longest: int) -> Ring:
+    """Return an empty ring that reaches as far as the longest delay in ticks."""
+    slots = 1 << max(1, (longest - 1).bit_length())
+    lines: IntArray = np.zeros((2, 2 * n), np.int64)
+    return Ring(np.zeros((slots, 2 * n), np.uint16), device=lines[0], saturated=lines[1])

@@ -1,0 +1,54 @@
+"""What a user can choose about the emulated machine."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from nrp_brain_spinnaker.models import Semantics
+from nrp_core.brain.interface import BrainOptions
+from nrp_core.quantities import DurationNs, RateHz
+
+NS_PER_US = 1000
+
+
+def _whole_microseconds(t_ns: int) -> int:
+    if t_ns % NS_PER_US:
+        raise ValueError(f"the machine's timer counts whole microseconds, so {t_ns} ns is no time step")
+    return t_ns
+
+
+class SpinnakerOptions(BrainOptions):
+    """Options of the ``spinnaker`` backend."""
+
+    timestep: Annotated[DurationNs, AfterValidator(_whole_microseconds)] = Field(
+        default=1_000_000, description="the grid; 1 ms is what the machine is made for, 0.1 ms is possible"
+    )
+    substeps: int = Field(default=1, ge=1, description="updates of every neuron in a time step")
+    semantics: Semantics = Field(
+        default="pynn",
+        description="what cell types and weights mean: as PyNN defines them, or as sPyNNaker 7.4.1 has them",
+    )
+    weights: Literal["machine", "host"] = Field(
+        default="machine",
+        description="machine: connectors that sPyNNaker expands on the cores round weights to s16.15 first; "
+        "host: all weights are converted in full precision",
+    )
+    poisson: Literal["core", "machine"] = Field(
+        default="core",
+        description="who draws SpikeSourcePoisson populations: the core, so that all backends get the same "
+        "spikes, or the machine's own generator",
+    )
+    neurons_per_core: int = Field(default=256, ge=1, le=256, description="decides how long delays can be")
+    spikes_per_second: RateHz = Field(
+        default=30.0, description="rate of every neuron, as expected when shifts are chosen"
+    )
+    ring_buffer_sigma: float = Field(
+        default=5.0, ge=0, description="standard deviations of summed input that fit, where delays differ"
+    )
+
+    @property
+    def step_us(self) -> int:
+        """Microseconds a tick."""
+        return self.timestep // NS_PER_US

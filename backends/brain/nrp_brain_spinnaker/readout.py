@@ -1,0 +1,28 @@
+"""State of neurons in users' units, as it is between two ticks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nrp_brain_spinnaker import kinds
+from nrp_brain_spinnaker.conversion import from_accum
+from nrp_brain_spinnaker.hodgkin_huxley import OPEN
+from nrp_brain_spinnaker.initial_state import GATES, ROWS, state_scale
+from nrp_brain_spinnaker.kinds import Cells
+from nrp_brain_spinnaker.models import GSYN, ISYN, CellModel
+from nrp_brain_spinnaker.synapse_kernels import read_values
+from nrp_core.brain.network import FloatArray
+
+
+def read(cells: Cells, population: int, model: CellModel, variable: str) -> FloatArray:
+    """Return a state variable of a population whose cells have it."""
+    own = slice(*cells.populations[population, [kinds.FIRST, kinds.LAST]].tolist())
+    if variable in GATES:
+        return np.asarray(cells.state[GATES[variable], own] / OPEN)
+    if variable not in (*GSYN, *ISYN):
+        return from_accum(cells.state[ROWS[variable], own]) / state_scale(model, variable)
+    read_values(cells, population)
+    raw = cells.value[int(variable.endswith("inh")), own]
+    if model.input == kinds.CONDUCTANCE:  # the machine uses and records it without the last ten bits
+        return from_accum(raw >> 10)
+    return from_accum(raw) / model.weight_scale

@@ -1,0 +1,180 @@
+"""A scene as a MuJoCo model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import degrees, isfinite
+from typing import Any
+
+from nrp_core.clock import seconds
+from nrp_core.errors import SceneError
+from nrp_core.world.physics.bodies import Body, bodies_of
+from nrp_core.world.physics.optics import CameraPath, Optics, looking
+from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
+from nrp_core.world.scene.model import Camera, Joint, Link, Model, Scene
+from nrp_core.world.scene.pose import Pose
+from nrp_world_mujoco.engine import mujoco
+from nrp_world_mujoco.gl import GlRenderer
+from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
+
+FAR_AWAY = 1e9
+AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """A compiled scene and where its things are in the engine.
+
+    Args:
+        model: the compiled model.
+        bodies: of each model, with the id of each (0 for what does not move).
+        joints: ids of the movable joints of each model, in the order of its file.
+        drives: the servo of each drive, by model and drive, and the ids of its actuators: of the servo's
+            points, then of the wheels.
+        visuals: the geom of each visual, by its path.
+        cameras: ids.
+    """
+
+    model: Any
+    bodies: Mapping[str, list[tuple[Body, int]]]
+    joints: Mapping[str, dict[str, int]]
+    drives: Mapping[tuple[str, str], tuple[PlanarServo, list[int]]]
+    visuals: Mapping[str, int]
+    cameras: Mapping[CameraPath, int]
+
+
+def build(scene: Scene, *, timestep_ns: int, optics: Mapping[CameraPath, Optics]) -> Built:
+    """Compile a scene.
+
+    Raises:
+        SceneError: MuJoCo refuses it, or it contradicts itself.
+    """
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.option.timestep = seconds(timestep_ns)
+    spec.option.gravity = scene.gravity
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST  # stable for servos of any gain
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # friction alike in all directions
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # to diverge is an error
+    GlRenderer.prepare(spec, optics.values())
+    builder = _Builder(scene, spec, optics)
+    try:
+        return builder.built()
+    except ValueError as error:
+        if isinstance(error, SceneError):
+            raise
+        raise SceneError(f"MuJoCo cannot build the scene: {error}") from error
+
+
+class _Builder:
+    """Writes a specification, whose elements know their ids once it is compiled."""
+
+    def __init__(self, scene: Scene, spec: Any, optics: Mapping[CameraPath, Optics]) -> None:
+        self._scene, self._spec, self._optics = scene, spec, optics
+        self._shapes = Shapes(spec)
+        self._bodies: dict[str, list[tuple[Body, Any]]] = {}
+        self._joints: dict[str, dict[str, Any]] = {}
+        self._drives: dict[tuple[str, str], tuple[PlanarServo, list[Any]]] = {}
+        self._visuals: dict[str, Any] = {}
+        self._cameras: dict[CameraPath, Any] = {}
+
+    def built(self) -> Built:
+        for model in self._scene.models:
+            self._add_model(model)
+        compiled = self._spec.compile()
+        return Built(
+            compiled,
+            {name: [(body, element.id) for body, element in each] for name, each in self._bodies.items()},
+            {name: {joint: e.id for joint, e in each.items()} for name, each in self._joints.items()},
+            {path: (servo, [e.id for e in each]) for path, (servo, each) in self._drives.items()},
+            {path: element.id for path, element in self._visuals.items()},
+            {path: element.id for path, element in self._cameras.items()},
+        )
+
+    def _add_model(self, model: Model) -> None:
+        bodies = without_wheel_friction(model, bodies_of(model))
+        elements: list[Any] = []
+        joints: dict[str, Any] = {}
+        for body in bodies:
+            elements.append(self._add_body(model.name, body, bodies, elements))
+            if body.joint is not None:
+                joints[body.joint.name] = _add_joint(elements[-1], model.name, body.joint)
+        self._separate(elements)
+        self._bodies[model.name] = list(zip(bodies, elements, strict=True))
+        self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
+        for drive in model.drives:
+            servo = servo_of(model, drive, bodies, self._scene.gravity)
+            actuators = self._add_servo(f"{model.name}/{drive.name}", servo, elements[servo.body], joints)
+            self._drives[model.name, drive.name] = servo, actuators
+
+    def _add_body(self, model: str, body: Body, bodies: Sequence[Body], elements: Sequence[Any]) -> Any:
+        if body.fixed and len(bodies) == 1:
+            element, frame = self._spec.worldbody, body.pose  # no body is cheaper than the world's own
+        else:
+            parent = self._spec.worldbody if body.parent is None else elements[body.parent]
+            element, frame = parent.add_body(name=f"{model}/{body.name}", **placed(body.pose)), Pose()
+        if body.inertial is not None:
+            element.explicitinertial = True
+            element.mass = body.inertial.mass
+            element.inertia = body.inertial.inertia[:3]
+            element.ipos = body.inertial.pose.position
+            element.iquat = scalar_first(body.inertial.pose.orientation)
+        if body.joint is None and not body.fixed:
+            element.add_freejoint()
+        for link in body.links:
+            self._add_link(model, element, link, frame @ link.pose)
+        return element
+
+    def _add_link(self, model: str, element: Any, link: Link, place: Pose) -> None:
+        for visual in link.visuals:
+            path = f"{model}/{link.name}/{visual.name}"
+            self._visuals[path] = self._shapes.add_visual(element, visual, place)
+        for collision in link.collisions:
+            self._shapes.add_collision(element, collision, place)
+        for sensor in link.sensors:
+            if isinstance(sensor, Camera):
+                camera = (model, link.name, sensor.name)
+                fovy = degrees(self._optics[camera].vertical_fov)
+                self._cameras[camera] = element.add_camera(fovy=fovy, **placed(looking(place @ sensor.pose)))
+
+    def _add_servo(self, path: str, servo: PlanarServo, body: Any, joints: Mapping[str, Any]) -> list[Any]:
+        kinds = mujoco.mjtTrn
+        actuators = []
+        for number, (point, gear) in enumerate(zip(servo.points, (AHEAD, AHEAD, ASIDE, ASIDE), strict=True)):
+            site = body.add_site(name=f"{path}/{number}", pos=point)
+            actuator = self._spec.add_actuator(target=site.name, trntype=kinds.mjTRN_SITE, gear=gear)
+            _set_velocity_servo(actuator, servo.gain, servo.limit)
+            actuators.append(actuator)
+        for wheel in servo.wheels:
+            actuator = self._spec.add_actuator(target=joints[wheel.joint].name, trntype=kinds.mjTRN_JOINT)
+            _set_velocity_servo(actuator, wheel.gain, wheel.limit)
+            actuators.append(actuator)
+        return actuators
+
+    def _separate(self, elements: Sequence[Any]) -> None:
+        """Let the parts of one model pass through each other."""
+        names = [element.name for element in elements if element is not self._spec.worldbody]
+        for one, other in combinations(names, 2):
+            self._spec.add_exclude(bodyname1=one, bodyname2=other)
+
+
+def _add_joint(element: Any, model: str, joint: Joint) -> Any:
+    kinds = mujoco.mjtJoint
+    limited = joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper))
+    return element.add_joint(
+        name=f"{model}/{joint.name}",
+        type=kinds.mjJNT_SLIDE if joint.kind == "prismatic" else kinds.mjJNT_HINGE,
+        axis=joint.axis,
+        limited=limited,
+        range=[max(joint.lower, -FAR_AWAY), min(joint.upper, FAR_AWAY)] if limited else [0, 0],
+        damping=[joint.damping, 0, 0],
+    )
+
+
+def _set_velocity_servo(actuator: Any, gain: float, limit: float) -> None:
+    actuator.set_to_velocity(kv=gain)
+    if isfinite(limit):
+        actuator.forcelimited = True
+        actuator.forcerange = [-limit, limit]

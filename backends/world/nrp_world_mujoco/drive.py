@@ -1,0 +1,43 @@
+"""Wheel drives: MuJoCo's own actuators do the servoing, once a physics step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nrp_core.world.parts.base import BodyVelocity
+from nrp_core.world.physics.servo import PlanarServo
+from nrp_world_mujoco.motion import Floating
+
+
+class Drive:
+    """One drive.
+
+    Args:
+        data: MuJoCo's state.
+        servo: its layout.
+        base: the body that it drives.
+        actuators: their ids: of the servo's points, then of the wheels.
+        step_s: the physics step.
+    """
+
+    def __init__(
+        self, data: Any, servo: PlanarServo, base: Floating, actuators: list[int], step_s: float
+    ) -> None:
+        self._servo, self._base, self._step_s = servo, base, step_s
+        self._controls = data.ctrl
+        self._actuators = np.array(actuators)
+        self._command: BodyVelocity | None = BodyVelocity()
+
+    def aim(self, velocity: BodyVelocity) -> None:
+        """Aim at a velocity of the body from now on."""
+        if self._command not in (None, velocity):
+            self._base.set_velocity(self._servo.changed(self._base(), self._command, velocity))
+        self._command = velocity
+        aims = self._servo.aims(velocity, self._step_s)
+        self._controls[self._actuators] = [*aims, *self._servo.spins(velocity)]
+
+    def forget(self) -> None:
+        """Take the next command as one that was in force already."""
+        self._command = None

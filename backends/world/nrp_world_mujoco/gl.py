@@ -1,0 +1,87 @@
+"""Pictures drawn by OpenGL."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from nrp_core.world.interface import ImageArray
+from nrp_core.world.physics.optics import SKY, Optics
+from nrp_world_mujoco.engine import VISUALS, mujoco
+
+
+_MIRROR = np.diag([1.0, 1.0, -1.0]).ravel()
+
+
+class GlRenderer:
+    """Draws any camera of a model; to be used in the thread that made it.
+
+    Args:
+        model: a compiled MuJoCo model, from a specification that was prepared.
+        library: ``egl`` or ``osmesa``.
+    """
+
+    def __init__(self, model: Any, library: str) -> None:
+        self._model = model
+        width, height = int(model.vis.global_.offwidth), int(model.vis.global_.offheight)
+        # the context's class is taken from its own module: mujoco.Renderer's depends on what MUJOCO_GL was
+        # when somebody first imported MuJoCo
+        self._window = import_module(f"mujoco.{library}").GLContext(width, height)
+        self._window.make_current()
+        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + 100)
+        for flag in ("SHADOW", "REFLECTION", "SKYBOX", "FOG", "HAZE"):
+            self._scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{flag}")] = False
+        self._shown = mujoco.MjvOption()
+        self._shown.geomgroup[:] = 0
+        self._shown.geomgroup[VISUALS] = 1
+        self._shown.sitegroup[:] = 0
+        self._eye = mujoco.MjvCamera()
+        self._eye.type = mujoco.mjtCamera.mjCAMERA_FIXED
+
+    @staticmethod
+    def prepare(spec: Any, optics: Iterable[Optics]) -> None:
+        """Set what has to be set before a model is compiled: flat light and the size of the buffer."""
+        sizes = [(1, 1), *((each.width, each.height) for each in optics)]
+        visual = spec.visual
+        visual.global_.offwidth = max(width for width, _ in sizes)
+        visual.global_.offheight = max(height for _, height in sizes)
+        visual.quality.offsamples = 0
+        visual.quality.shadowsize = 0
+        visual.headlight.ambient = [1, 1, 1]
+        visual.headlight.diffuse = [0, 0, 0]
+        visual.headlight.specular = [0, 0, 0]
+        spec.stat.extent = 1.0  # clip distances are given in this unit
+
+    def picture(self, data: Any, camera: int, optics: Optics) -> ImageArray:
+        """Return what a camera sees, shape ``(height, width, 3)``, RGB; positions must be up to date."""
+        self._model.vis.map.znear = optics.near
+        self._model.vis.map.zfar = optics.far
+        self._eye.fixedcamid = camera
+        self._window.make_current()
+        everything = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(self._model, data, self._shown, None, self._eye, everything, self._scene)
+        self._add_sky(optics)
+        frame = mujoco.MjrRect(0, 0, optics.width, optics.height)
+        mujoco.mjr_render(frame, self._scene, self._context)
+        picture = np.empty((optics.height, optics.width, 3), np.uint8)
+        mujoco.mjr_readPixels(picture, None, frame, self._context)
+        return np.ascontiguousarray(picture[::-1])  # OpenGL counts rows from below
+
+    def _add_sky(self, optics: Optics) -> None:
+        """Put the camera into a box that is mirrored, so that its faces look inwards; a skybox takes longer."""
+        sky, place = self._scene.geoms[self._scene.ngeom], self._scene.camera[0].pos
+        size = np.full(3, optics.far / 2)
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        mujoco.mjv_initGeom(sky, box, size, np.array(place, float), _MIRROR, np.array(SKY, np.float32))
+        self._scene.ngeom += 1
+
+    def close(self) -> None:
+        """Free the context."""
+        self._window.make_current()
+        self._context.free()
+        self._window.free()

@@ -1,0 +1,103 @@
+"""Where models are, how they move, and how their joints stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nrp_core.world.parts.base import JointStates, ModelMotion
+from nrp_core.world.physics.bodies import Body
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.pose import Pose
+from nrp_world_mujoco.engine import mujoco
+
+MotionOf = Callable[[], ModelMotion]
+
+
+def motion_of(
+    model: Model, body: Body, ident: int, engine: Any, data: Any, refresh: Callable[[], None]
+) -> MotionOf:
+    """Return what reads the motion of a model's frame from its base.
+
+    Args:
+        model: the model.
+        body: the body with the model's first link.
+        ident: the body's id.
+        engine: the compiled model.
+        data: MuJoCo's state.
+        refresh: brings the positions of bodies up to date.
+    """
+    if body.fixed:
+        still = ModelMotion(model.pose)
+        return lambda: still
+    if body.joint is None:
+        return Floating(engine, data, ident)
+    return _Jointed(engine, data, ident, body.in_model.inverse(), refresh)
+
+
+class Floating:
+    """A base that floats freely: its frame is the model's."""
+
+    def __init__(self, engine: Any, data: Any, ident: int) -> None:
+        joint = engine.body_jntadr[ident]
+        position, velocity = engine.jnt_qposadr[joint], engine.jnt_dofadr[joint]
+        self._position = data.qpos[position : position + 7]
+        self._velocity = data.qvel[velocity : velocity + 6]
+
+    def __call__(self) -> ModelMotion:
+        x, y, z, qw, qx, qy, qz = self._position.tolist()
+        vx, vy, vz, wx, wy, wz = self._velocity.tolist()
+        pose = Pose((x, y, z), (qx, qy, qz, qw))
+        return ModelMotion(pose, (vx, vy, vz), pose.rotate((wx, wy, wz)))  # MuJoCo's turn rate is the body's
+
+    def set_velocity(self, motion: ModelMotion) -> None:
+        """Let the base move as a motion says, from where it is."""
+        self._velocity[:3] = motion.linear
+        self._velocity[3:] = motion.pose.inverse().rotate(motion.angular)
+
+
+class _Jointed:
+    """A base that hangs on the world by a joint."""
+
+    def __init__(
+        self, engine: Any, data: Any, ident: int, to_model: Pose, refresh: Callable[[], None]
+    ) -> None:
+        self._engine, self._data, self._id = engine, data, ident
+        self._to_model, self._refresh = to_model, refresh
+        self._velocity = np.empty(6)
+
+    def __call__(self) -> ModelMotion:
+        self._refresh()
+        x, y, z = self._data.xpos[self._id].tolist()
+        qw, qx, qy, qz = self._data.xquat[self._id].tolist()
+        mujoco.mj_comPos(self._engine, self._data)
+        mujoco.mj_comVel(self._engine, self._data)
+        body = mujoco.mjtObj.mjOBJ_XBODY
+        mujoco.mj_objectVelocity(self._engine, self._data, body, self._id, self._velocity, 0)
+        wx, wy, wz, vx, vy, vz = self._velocity.tolist()
+        here = ModelMotion(Pose((x, y, z), (qx, qy, qz, qw)), (vx, vy, vz), (wx, wy, wz))
+        return here.at(self._to_model)
+
+
+class JointReader:
+    """Reads the movable joints of one model.
+
+    Args:
+        engine: the compiled model.
+        data: MuJoCo's state.
+        joints: ids of the joints by name, in the order of the file.
+    """
+
+    def __init__(self, engine: Any, data: Any, joints: dict[str, int]) -> None:
+        ids = np.array(list(joints.values()), dtype=int)
+        self._names = tuple(joints)
+        self._data = data
+        self._positions = engine.jnt_qposadr[ids]
+        self._velocities = engine.jnt_dofadr[ids]
+
+    def states(self) -> JointStates:
+        """Return positions, velocities and efforts; the efforts are those of the last physics step."""
+        data, dofs = self._data, self._velocities
+        return JointStates(self._names, data.qpos[self._positions], data.qvel[dofs], data.qfrc_actuator[dofs])

@@ -1,0 +1,29 @@
+"""``python -m nrp_world_mujoco.try_gl egl`` tries a library; in a process of its own, which some abort."""
+
+from __future__ import annotations
+
+import sys
+
+from nrp_core.world.physics.optics import Optics
+from nrp_world_mujoco.engine import VISUALS, mujoco
+from nrp_world_mujoco.gl import GlRenderer
+
+
+def draws(library: str) -> bool:
+    """Draw a red sphere and tell whether it is red."""
+    optics = Optics(16, 12, vertical_fov=0.5, near=0.1, far=10.0)
+    spec = mujoco.MjSpec()
+    spec.worldbody.add_camera()
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1, 0, 0], pos=[0, 0, -3], rgba=[1, 0, 0, 1], group=VISUALS
+    )
+    GlRenderer.prepare(spec, [optics])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    picture = GlRenderer(model, library).picture(data, 0, optics)
+    return bool((picture[6, 8] == (255, 0, 0)).all())
+
+
+if __name__ == "__main__":
+    sys.exit(0 if draws(sys.argv[1]) else 1)

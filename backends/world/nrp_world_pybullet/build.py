@@ -1,0 +1,196 @@
+"""A scene as PyBullet bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+from math import isfinite
+
+from nrp_core.clock import seconds
+from nrp_core.errors import SceneError
+from nrp_core.world.physics.bodies import Body, bodies_of
+from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
+from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
+from nrp_core.world.scene.pose import Pose
+from nrp_world_pybullet.engine import bullet, quiet
+from nrp_world_pybullet.shapes import Shapes, add_collisions, add_visuals, shapes_of
+
+BASE = -1
+UNLIMITED_SPEED = 1e6
+FAR_AWAY = 1e9
+MASSLESS = Inertial(0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a body is in PyBullet: its multi-body and the link there, -1 for the base."""
+
+    multibody: int
+    link: int
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """A loaded scene and where its things are in the engine.
+
+    Args:
+        bodies: of each model, with their places.
+        joints: places of the movable joints of each model, in the order of its file.
+        drives: the servo of each drive, by model and drive.
+        visuals: place and number there of each visual, by its path.
+    """
+
+    bodies: Mapping[str, list[tuple[Body, Place]]]
+    joints: Mapping[str, dict[str, Place]]
+    drives: Mapping[tuple[str, str], PlanarServo]
+    visuals: Mapping[str, tuple[Place, int]]
+
+
+def build(scene: Scene, *, timestep_ns: int, client: int) -> Built:
+    """Load a scene.
+
+    Raises:
+        SceneError: PyBullet refuses it, or it contradicts itself.
+    """
+    bullet.setGravity(*scene.gravity, physicsClientId=client)
+    bullet.setPhysicsEngineParameter(
+        fixedTimeStep=seconds(timestep_ns), deterministicOverlappingPairs=1, physicsClientId=client
+    )
+    try:
+        with quiet():
+            return _Builder(scene, client).built()
+    except bullet.error as error:
+        raise SceneError(f"PyBullet cannot build the scene: {error}") from error
+
+
+@dataclass(frozen=True, slots=True)
+class _Link:
+    """A link of a multi-body; the base is one, too.
+
+    Args:
+        parent: number of the parent among all links, the base being 0; None for the base.
+        pose: in the parent's frame; a base's in the world.
+        shapes: what it touches and looks like.
+        inertial: its mass; 0 for what does not move and for mere shapes of the parent's.
+        joint: None where it is held.
+    """
+
+    parent: int | None
+    pose: Pose
+    shapes: Shapes
+    inertial: Inertial = MASSLESS
+    joint: Joint | None = None
+
+
+class _Builder:
+    """Loads a scene into a client."""
+
+    def __init__(self, scene: Scene, client: int) -> None:
+        self._scene, self._client = scene, client
+        self._bodies: dict[str, list[tuple[Body, Place]]] = {}
+        self._joints: dict[str, dict[str, Place]] = {}
+        self._drives: dict[tuple[str, str], PlanarServo] = {}
+        self._visuals: dict[str, tuple[Place, int]] = {}
+
+    def built(self) -> Built:
+        for model in self._scene.models:
+            self._add_model(model)
+        return Built(self._bodies, self._joints, self._drives, self._visuals)
+
+    def _add_model(self, model: Model) -> None:
+        bodies = without_wheel_friction(model, bodies_of(model))
+        places: dict[int, Place] = {}
+        for root, body in enumerate(bodies):
+            if body.parent is None:
+                self._add_tree(model.name, root, bodies, places)
+        self._separate({place.multibody for place in places.values()})
+        self._bodies[model.name] = [(body, places[index]) for index, body in enumerate(bodies)]
+        joints = {body.joint.name: places[i] for i, body in enumerate(bodies) if body.joint is not None}
+        self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
+        for drive in model.drives:
+            self._drives[model.name, drive.name] = servo_of(model, drive, bodies, self._scene.gravity)
+
+    def _add_tree(self, model: str, root: int, bodies: Sequence[Body], places: dict[int, Place]) -> None:
+        """Add a root and all that hangs on it as one multi-body."""
+        links: list[_Link] = []
+        numbers: dict[int, int] = {}
+        for index, body in enumerate(bodies):  # parents come before children
+            if index == root or body.parent in numbers:
+                numbers[index] = len(links)
+                parent = None if body.parent is None else numbers[body.parent]
+                shapes, *more = shapes_of(model, body)
+                links.append(_Link(parent, body.pose, shapes, body.inertial or MASSLESS, body.joint))
+                links.extend(_Link(numbers[index], Pose(), shapes) for shapes in more)
+        multibody = self._create(links)
+        places.update({index: Place(multibody, number - 1) for index, number in numbers.items()})
+        for number, link in enumerate(links):
+            place = Place(multibody, number - 1)
+            self._set_dynamics(place, link)
+            for shape, (path, _) in enumerate(link.shapes.visuals):
+                self._visuals[path] = place, shape
+
+    def _create(self, links: Sequence[_Link]) -> int:
+        base, *others = links
+        collisions = [add_collisions(link.shapes.collisions, self._client) for link in links]
+        visuals = [add_visuals(link.shapes.visuals, self._client) for link in links]
+        multibody = bullet.createMultiBody(
+            baseMass=base.inertial.mass,
+            baseCollisionShapeIndex=collisions[0],
+            baseVisualShapeIndex=visuals[0],
+            basePosition=base.pose.position,
+            baseOrientation=base.pose.orientation,
+            baseInertialFramePosition=base.inertial.pose.position,
+            baseInertialFrameOrientation=base.inertial.pose.orientation,
+            linkMasses=[link.inertial.mass for link in others],
+            linkCollisionShapeIndices=collisions[1:],
+            linkVisualShapeIndices=visuals[1:],
+            linkPositions=[link.pose.position for link in others],
+            linkOrientations=[link.pose.orientation for link in others],
+            linkInertialFramePositions=[link.inertial.pose.position for link in others],
+            linkInertialFrameOrientations=[link.inertial.pose.orientation for link in others],
+            linkParentIndices=[link.parent for link in others],
+            linkJointTypes=[_joint_type(link.joint) for link in others],
+            linkJointAxis=[(0, 0, 1) if link.joint is None else link.joint.axis for link in others],
+            physicsClientId=self._client,
+        )
+        return int(multibody)
+
+    def _set_dynamics(self, place: Place, link: _Link) -> None:
+        where, client = (place.multibody, place.link), self._client
+        bullet.changeDynamics(*where, linearDamping=0, angularDamping=0, physicsClientId=client)
+        bullet.changeDynamics(*where, maxJointVelocity=UNLIMITED_SPEED, physicsClientId=client)
+        if link.shapes.collisions:
+            friction = link.shapes.collisions[0].friction
+            bullet.changeDynamics(*where, lateralFriction=friction, physicsClientId=client)
+        if link.inertial.mass:
+            moments = link.inertial.inertia[:3]
+            bullet.changeDynamics(*where, localInertiaDiagonal=moments, physicsClientId=client)
+        if link.joint is not None:
+            self._set_joint(place, link.joint)
+
+    def _set_joint(self, place: Place, joint: Joint) -> None:
+        where, client = (place.multibody, place.link), self._client
+        bullet.changeDynamics(*where, jointDamping=joint.damping, physicsClientId=client)
+        # a new joint has a motor that brakes it
+        bullet.setJointMotorControl2(*where, bullet.VELOCITY_CONTROL, force=0, physicsClientId=client)
+        if joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper)):
+            bullet.changeDynamics(  # together with other arguments the limits would be ignored
+                *where,
+                jointLowerLimit=max(joint.lower, -FAR_AWAY),
+                jointUpperLimit=min(joint.upper, FAR_AWAY),
+                physicsClientId=client,
+            )
+
+    def _separate(self, multibodies: set[int]) -> None:
+        """Let the parts of one model pass through each other."""
+        for pair in combinations(sorted(multibodies), 2):
+            links = [range(BASE, bullet.getNumJoints(each, physicsClientId=self._client)) for each in pair]
+            for one, other in product(*links):
+                bullet.setCollisionFilterPair(*pair, one, other, 0, physicsClientId=self._client)
+
+
+def _joint_type(joint: Joint | None) -> int:
+    if joint is None:
+        return int(bullet.JOINT_FIXED)
+    return int(bullet.JOINT_PRISMATIC if joint.kind == "prismatic" else bullet.JOINT_REVOLUTE)

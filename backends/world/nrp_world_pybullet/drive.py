@@ -1,0 +1,107 @@
+"""Wheel drives: forces are set before each physics step, joint motors spin the wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from nrp_core.world.parts.base import BodyVelocity
+from nrp_core.world.physics.bodies import Body
+from nrp_core.world.physics.servo import PlanarServo, ServoedWheel
+from nrp_core.world.scene.pose import Pose, Vector
+from nrp_world_pybullet.build import BASE, Place
+from nrp_world_pybullet.engine import bullet
+from nrp_world_pybullet.motion import Moving
+
+_STRONG = 1e9
+
+
+class Drive:
+    """One drive.
+
+    Args:
+        client: the physics client.
+        servo: its layout.
+        body: the body it drives, the base of a multi-body.
+        wheels: places of the wheels, in the servo's order.
+        step_s: the physics step.
+    """
+
+    def __init__(
+        self, client: int, servo: PlanarServo, body: Body, wheels: Sequence[Place], step_s: float
+    ) -> None:
+        assert body.inertial is not None
+        self._client, self._servo = client, servo
+        in_engine = body.inertial.pose.inverse()  # PyBullet's base frame is that of the inertia
+        self._base = Moving(Place(wheels[0].multibody, BASE), in_engine, client)
+        self._multibody = wheels[0].multibody
+        self._wheels = [wheel.link for wheel in wheels]
+        self._forces = [min(wheel.limit, _STRONG) for wheel in servo.wheels]
+        self._shares = [ServoedWheel.share_in(step_s)] * len(wheels)
+        self._step_s = step_s
+        self._gain, self._limit = servo.explicit_gain(step_s), servo.limit
+        self._ahead, self._aside = in_engine.rotate((1.0, 0.0, 0.0)), in_engine.rotate((0.0, 1.0, 0.0))
+        self._up = in_engine.rotate((0.0, 0.0, 1.0))
+        self._centre = (in_engine @ Pose(servo.centre)).position
+        self._left, self._right = ((in_engine @ Pose(point)).position for point in servo.points[:2])
+        self._command: BodyVelocity | None = None
+        self.aim(BodyVelocity())
+
+    def aim(self, velocity: BodyVelocity) -> None:
+        """Aim at a velocity of the body from now on."""
+        if self._command not in (None, velocity):
+            self._base.set_velocity(self._servo.changed(self._base(), self._command, velocity))
+        self._command = velocity
+        self._aims = self._servo.aims(velocity, self._step_s)
+        bullet.setJointMotorControlArray(
+            self._multibody,
+            self._wheels,
+            bullet.VELOCITY_CONTROL,
+            targetVelocities=self._servo.spins(velocity),
+            forces=self._forces,
+            velocityGains=self._shares,
+            physicsClientId=self._client,
+        )
+
+    def forget(self) -> None:
+        """Take the next command as one that was in force already."""
+        self._command = None
+
+    def push(self) -> None:
+        """Set the forces of the next physics step, in the base's frame."""
+        body, client = self._multibody, self._client
+        ahead, side, turn = self._velocities()
+        left, right, front, rear = self._aims
+        gain, limit, swing = self._gain, self._limit, self._servo.lever * turn
+        left = max(-limit, min(limit, gain * (left - ahead + swing)))
+        right = max(-limit, min(limit, gain * (right - ahead - swing)))
+        front = max(-limit, min(limit, gain * (front - side - swing)))
+        rear = max(-limit, min(limit, gain * (rear - side + swing)))
+        # two calls do: the left and right point take the forces and the moment of the front and rear one, too
+        twist, across = (front - rear) / 2, (front + rear) / 2
+        (ax, ay, az), (bx, by, bz) = self._ahead, self._aside
+        bx, by, bz = across * bx, across * by, across * bz
+        for force, point in ((left - twist, self._left), (right + twist, self._right)):
+            pull = (force * ax + bx, force * ay + by, force * az + bz)
+            bullet.applyExternalForce(body, BASE, pull, point, bullet.LINK_FRAME, client)
+
+    def _velocities(self) -> Vector:
+        """Return the velocities of the centre ahead and to the left and the turn rate."""
+        _, (x, y, z, w) = bullet.getBasePositionAndOrientation(self._multibody, self._client)
+        (vx, vy, vz), (wx, wy, wz) = bullet.getBaseVelocity(self._multibody, self._client)
+        # the rows of the matrix from the base to the world
+        rxx, rxy, rxz = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+        ryx, ryy, ryz = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+        rzx, rzy, rzz = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+        wx, wy, wz = (
+            rxx * wx + ryx * wy + rzx * wz,
+            rxy * wx + ryy * wy + rzy * wz,
+            rxz * wx + ryz * wy + rzz * wz,
+        )
+        cx, cy, cz = self._centre
+        vx, vy, vz = (
+            rxx * vx + ryx * vy + rzx * vz + wy * cz - wz * cy,
+            rxy * vx + ryy * vy + rzy * vz + wz * cx - wx * cz,
+            rxz * vx + ryz * vy + rzz * vz + wx * cy - wy * cx,
+        )
+        (ax, ay, az), (bx, by, bz), (ux, uy, uz) = self._ahead, self._aside, self._up
+        return ax * vx + ay * vy + az * vz, bx * vx + by * vy + bz * vz, ux * wx + uy * wy + uz * wz

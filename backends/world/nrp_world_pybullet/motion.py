@@ -1,0 +1,93 @@
+"""Where models are, how they move, and how their joints stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+
+import numpy as np
+
+from nrp_core.world.parts.base import JointStates, ModelMotion
+from nrp_core.world.physics.bodies import Body
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.pose import Pose
+from nrp_world_pybullet.build import BASE, Place
+from nrp_world_pybullet.engine import bullet
+
+MotionOf = Callable[[], ModelMotion]
+
+
+def motion_of(model: Model, body: Body, place: Place, client: int) -> MotionOf:
+    """Return what reads the motion of a model's frame from its base.
+
+    Args:
+        model: the model.
+        body: the body with the model's first link.
+        place: where that is in the engine.
+        client: the physics client.
+    """
+    if body.fixed:
+        still = ModelMotion(model.pose)
+        return lambda: still
+    assert body.inertial is not None
+    return Moving(place, body.inertial.pose.inverse() @ body.in_model.inverse(), client)
+
+
+def pose_of(body: Body, place: Place, client: int) -> Pose:
+    """Return where a body's frame is in the world."""
+    if body.fixed:
+        return body.pose
+    assert body.inertial is not None
+    return Moving(place, body.inertial.pose.inverse(), client)().pose
+
+
+class Moving:
+    """A frame that is held at an offset to a body's inertial frame, which is what PyBullet knows.
+
+    Args:
+        place: of the body.
+        offset: the frame in the inertial frame.
+        client: the physics client.
+    """
+
+    def __init__(self, place: Place, offset: Pose, client: int) -> None:
+        self._place, self._offset, self._client = place, offset, client
+
+    def __call__(self) -> ModelMotion:
+        body, link = self._place.multibody, self._place.link
+        if link == BASE:
+            position, orientation = bullet.getBasePositionAndOrientation(body, self._client)
+            linear, angular = bullet.getBaseVelocity(body, self._client)
+        else:
+            state = bullet.getLinkState(body, link, 1, 1, self._client)
+            position, orientation, linear, angular = state[0], state[1], state[6], state[7]
+        return ModelMotion(Pose(position, orientation), linear, angular).at(self._offset)
+
+    def set_velocity(self, motion: ModelMotion) -> None:
+        """Let a base move as a motion of the frame says, from where it is."""
+        there = motion.at(self._offset.inverse())
+        bullet.resetBaseVelocity(self._place.multibody, there.linear, there.angular, self._client)
+
+
+class JointReader:
+    """Reads the movable joints of one model.
+
+    Args:
+        joints: places of the joints by name, in the order of the file.
+        client: the physics client.
+    """
+
+    def __init__(self, joints: Mapping[str, Place], client: int) -> None:
+        self._names, self._places, self._client = tuple(joints), tuple(joints.values()), client
+
+    def finite(self) -> bool:
+        """Tell whether all positions are finite numbers."""
+        client = self._client
+        return all(isfinite(bullet.getJointState(p.multibody, p.link, client)[0]) for p in self._places)
+
+    def states(self) -> JointStates:
+        """Return positions, velocities and efforts; the efforts are those of the last physics step."""
+        states = [bullet.getJointState(place.multibody, place.link, self._client) for place in self._places]
+        rows = np.array([(position, velocity, effort) for position, velocity, _, effort in states])
+        positions, velocities, efforts = rows.reshape(-1, 3).T
+        return JointStates(self._names, positions, velocities, efforts)

@@ -1,0 +1,266 @@
+"""What a 20 ms step of a world costs beside the same physics, servo, reads and pictures in a raw loop.
+
+The room and the robot are those of the Braitenberg experiment; every step brings a new command and reads
+the poses of all models, and a camera takes 30 pictures a second. CPU time, best of several rounds in which
+raw loop and world take turns.
+
+    python benchmarks/world_step.py
+    python benchmarks/world_step.py --steps 500 --rounds 5 --json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.resources import files
+from math import degrees, pi
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from nrp_core.registry import worlds
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.physics.optics import Optics, optics_of
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+STEP_NS, SUBSTEP_NS, SUBSTEPS = 20_000_000, 2_000_000, 10
+PICTURES_HZ = 30
+CAMERA = ("husky", "eye_vision_camera", "camera")
+
+Step = Callable[[int], None]
+
+
+class Case(NamedTuple):
+    """What is measured: an engine, and a renderer with a scale of the 320x240 picture, or no camera."""
+
+    engine: str
+    renderer: str | None = None
+    scale: float = 1.0
+
+    @property
+    def picture(self) -> str:
+        size = f"{320 * self.scale:.0f}x{240 * self.scale:.0f}"
+        return "no camera" if self.renderer is None else f"{self.renderer} {size}"
+
+
+CASES = (
+    Case("mujoco"),
+    Case("mujoco", "gl", 0.2),
+    Case("mujoco", "gl"),
+    Case("mujoco", "rays", 0.2),
+    Case("pybullet"),
+    Case("pybullet", "tiny", 0.2),
+    Case("pybullet", "tiny"),
+)
+
+
+def shipped_scene() -> Scene:
+    folder = Path(str(files("nrp_experiments.braitenberg_husky")))
+    robot = read_model(folder / "husky.sdf", name="husky", pose=Pose.from_rpy((0, 0, 0.15), 0, 0, pi))
+    return read_scene(folder / "room.sdf").with_model(robot)
+
+
+def command(k: int) -> tuple[float, float]:
+    """Return forward velocity and turn rate of step ``k``; never the same twice in a row."""
+    return 0.1 + 0.05 * (k % 3), 0.5 + 0.1 * (k % 7)
+
+
+def picture_is_due(k: int) -> bool:
+    before, now = ((k + i) * STEP_NS * PICTURES_HZ // 1_000_000_000 for i in (0, 1))
+    return now > before
+
+
+@contextmanager
+def world_loop(case: Case, scene: Scene) -> Iterator[Step]:
+    backend = worlds().load(case.engine)
+    renderer = {"renderer": case.renderer} if case.renderer else {}
+    options = backend.options(image_scale=case.scale, **renderer)
+    with backend.open(scene, seed=1, options=options) as world:
+        commands, states = world.advertise("/husky/cmd_vel"), world.subscribe("/gazebo/model_states")
+        if case.renderer is not None:
+            world.subscribe("/husky/camera")
+
+        def step(k: int) -> None:
+            forward, turn = command(k)
+            commands.publish(Twist(Vector3(forward), Vector3(0.0, 0.0, turn)))
+            world.run_until(world.now_ns + STEP_NS)
+            assert states.latest is not None
+
+        yield step
+
+
+@contextmanager
+def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
+    """MuJoCo's own calls on the same model; the servo is made of its actuators."""
+    from nrp_world_mujoco.build import build
+    from nrp_world_mujoco.cameras import RayCameras
+    from nrp_world_mujoco.engine import mujoco
+    from nrp_world_mujoco.gl import GlRenderer
+    from nrp_world_mujoco.headless import library
+
+    optics = optics_of(scene, case.scale)
+    built = build(scene, timestep_ns=SUBSTEP_NS, optics=optics)
+    model, data = built.model, mujoco.MjData(built.model)
+    servo, actuators = next(iter(built.drives.values()))
+    mujoco.mj_forward(model, data)
+    draw: Callable[[], Any] = lambda: None  # noqa: E731
+    if case.renderer == "gl":
+        renderer, camera = GlRenderer(model, library() or "egl"), built.cameras[CAMERA]
+        draw = lambda: renderer.picture(data, camera, optics[CAMERA])  # noqa: E731
+    elif case.renderer == "rays":
+        rays = RayCameras(built, data, optics)
+        draw = lambda: rays.picture(CAMERA)  # noqa: E731
+
+    def step(k: int) -> None:
+        forward, turn = command(k)
+        swing = servo.lever * turn
+        spin, difference = 5.6 * forward, 1.6 * turn
+        left, right = spin - difference, spin + difference
+        data.ctrl[actuators] = (forward - swing, forward + swing, swing, -swing, left, left, right, right)
+        mujoco.mj_step(model, data, SUBSTEPS)
+        data.qpos[:7].tolist(), data.qvel[:6].tolist()
+        if case.renderer is not None and picture_is_due(k):
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_camlight(model, data)
+            draw()
+
+    yield step
+    if case.renderer == "gl":
+        renderer.close()
+
+
+@contextmanager
+def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
+    """PyBullet's own calls on the same bodies, with the servo written out."""
+    from nrp_world_pybullet.build import build
+    from nrp_world_pybullet.engine import bullet
+
+    client = bullet.connect(bullet.DIRECT)
+    built = build(scene, timestep_ns=SUBSTEP_NS, client=client)
+    servo = next(iter(built.drives.values()))
+    body, place = built.bodies["husky"][servo.body]
+    mast = next(link for link in body.links if link.name == CAMERA[1])
+    eye = body.inertial.pose.inverse() @ mast.pose @ mast.sensors[0].pose
+    wheels = [built.joints["husky"][wheel.joint].link for wheel in servo.wheels]
+    optics = optics_of(scene, case.scale)[CAMERA]
+    push = raw_servo(place.multibody, servo.explicit_gain(SUBSTEP_NS / 1e9), servo.limit, servo.lever, client)
+
+    def step(k: int) -> None:
+        forward, turn = command(k)
+        spin, difference = 5.6 * forward, 1.6 * turn
+        speeds = [spin - difference] * 2 + [spin + difference] * 2
+        bullet.setJointMotorControlArray(
+            place.multibody, wheels, bullet.VELOCITY_CONTROL, targetVelocities=speeds, forces=[35.0] * 4,
+            physicsClientId=client,
+        )  # fmt: skip
+        for _ in range(SUBSTEPS):
+            push(forward, turn)
+            bullet.stepSimulation(client)
+        bullet.getBasePositionAndOrientation(place.multibody, client)
+        bullet.getBaseVelocity(place.multibody, client)
+        if case.renderer is not None and picture_is_due(k):
+            raw_picture(place.multibody, eye, optics, client)
+
+    yield step
+    bullet.disconnect(client)
+
+
+def raw_servo(
+    body: int, gain: float, limit: float, lever: float, client: int
+) -> Callable[[float, float], None]:
+    """Return a planar servo with the base's own axes and centre, as short as it can be written."""
+    from nrp_world_pybullet.engine import bullet
+
+    def push(forward: float, turn: float) -> None:
+        _, (x, y, z, w) = bullet.getBasePositionAndOrientation(body, client)
+        (vx, vy, vz), (wx, wy, wz) = bullet.getBaseVelocity(body, client)
+        ax, ay, az = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
+        bx, by, bz = 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
+        ux, uy, uz = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
+        ahead, side = ax * vx + ay * vy + az * vz, bx * vx + by * vy + bz * vz
+        swing = lever * (turn - ux * wx - uy * wy - uz * wz)
+        left = max(-limit, min(limit, gain * (forward - ahead - swing)))
+        right = max(-limit, min(limit, gain * (forward - ahead + swing)))
+        front = max(-limit, min(limit, gain * (swing - side)))
+        rear = max(-limit, min(limit, gain * (-swing - side)))
+        twist, across = (front - rear) / 2, (front + rear) / 2
+        frame = bullet.LINK_FRAME
+        bullet.applyExternalForce(body, -1, (left - twist, across, 0), (0, lever, 0), frame, client)
+        bullet.applyExternalForce(body, -1, (right + twist, across, 0), (0, -lever, 0), frame, client)
+
+    return push
+
+
+def raw_picture(body: int, eye: Pose, optics: Optics, client: int) -> Any:
+    """Take a picture from a pose in the frame that PyBullet has for a base."""
+    from nrp_world_pybullet.engine import bullet
+
+    place = bullet.getBasePositionAndOrientation(body, client)
+    at = bullet.multiplyTransforms(*place, eye.position, eye.orientation)[0]
+    ahead = bullet.multiplyTransforms(*place, (eye @ Pose((1.0, 0.0, 0.0))).position, (0, 0, 0, 1))[0]
+    aspect = optics.width / optics.height
+    lens = bullet.computeProjectionMatrixFOV(degrees(optics.vertical_fov), aspect, optics.near, optics.far)
+    picture = bullet.getCameraImage(
+        optics.width, optics.height, bullet.computeViewMatrix(at, ahead, (0, 0, 1)), lens,
+        shadow=0, lightAmbientCoeff=1, lightDiffuseCoeff=0, lightSpecularCoeff=0,
+        renderer=bullet.ER_TINY_RENDERER, physicsClientId=client,
+    )  # fmt: skip
+    return picture[2][:, :, :3].copy()
+
+
+RAW = {"mujoco": raw_mujoco, "pybullet": raw_pybullet}
+
+
+def measure(step: Step, start: int, steps: int) -> float:
+    """Return CPU microseconds for a step."""
+    began = time.process_time()
+    for k in range(start, start + steps):
+        step(k)
+    return (time.process_time() - began) / steps * 1e6
+
+
+def compare(case: Case, scene: Scene, steps: int, rounds: int) -> dict[str, Any]:
+    """Return the cost of a step of the raw loop and of the world."""
+    with RAW[case.engine](case, scene) as raw, world_loop(case, scene) as ours:
+        costs = [
+            [measure(step, number * steps, steps) for step in (raw, ours)] for number in range(rounds + 1)
+        ]
+        raw_us, world_us = (min(column) for column in zip(*costs[1:], strict=True))  # the first warms up
+    added = world_us - raw_us
+    return {
+        "engine": case.engine,
+        "camera": case.picture,
+        "raw_us": round(raw_us, 1),
+        "world_us": round(world_us, 1),
+        "added_us": round(added, 1),
+        "added_percent": round(100 * added / raw_us, 1),
+        "real_time_factor": round(STEP_NS / 1e3 / world_us, 1),
+    }
+
+
+def works(case: Case) -> bool:
+    backend = worlds().load(case.engine)
+    return case.renderer is None or case.renderer in backend.capabilities(backend.options()).renderers
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--steps", type=int, default=200)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    scene = shipped_scene()
+    rows = [compare(case, scene, arguments.steps, arguments.rounds) for case in CASES if works(case)]
+    if arguments.json:
+        print(json.dumps(rows, indent=2))
+        return
+    for row in (dict(zip(rows[0], rows[0], strict=True)), *rows):
+        print("  ".join(f"{value!s:>{max(len(key), 12)}}" for key, value in row.items()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,116 @@
+"""Which numbers cells and synapses can have; one check for networks from any source."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.errors import NetworkError
+
+_POSITIVE = frozenset({"cm", "tau_m", "tau_syn_E", "tau_syn_I", "tau_w", "tau_rec", "tau_plus", "tau_minus"})
+_NOT_NEGATIVE = frozenset(
+    {"tau_refrac", "delta_T", "g_leak", "gbar_Na", "gbar_K", "rate", "duration", "tau_facil"}
+)
+_FRACTIONS = frozenset({"U", "dendritic_delay_fraction"})
+
+Values = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int32]
+
+
+def check_values(
+    owner: str, values: Mapping[str, Values], item: Callable[[int], str] = "cell {}".format
+) -> None:
+    """Check that values are numbers, and of a sign and size that physics allows.
+
+    Args:
+        owner: whose they are, for the message, e.g. ``population 'exc'``.
+        values: by PyNN's parameter name, in PyNN's units, one-dimensional.
+        item: describes the owner of the value at an index.
+
+    Raises:
+        NetworkError: a value is impossible; the message names owner, item, parameter and value.
+    """
+    for name, array in values.items():
+        allowed, rule = _allowed(name, distinct(array))
+        _require(allowed, owner, item, name, array, rule)
+
+
+def check_synapses(
+    owner: str, pre: Indices, post: Indices, values: Mapping[str, Values],
+    *, receptor: str, conductance_based: bool, signed: bool,
+) -> None:  # fmt: skip
+    """Check the values of synapses as :func:`check_values` does, and the sign of their weights.
+
+    A conductance is never negative, the receptor says what it does; a current is positive on the
+    excitatory receptor and negative on the inhibitory one.
+
+    Args:
+        owner: whose they are, for the message.
+        pre: indices of the presynaptic cells, for the message.
+        post: indices of the postsynaptic cells, likewise.
+        values: ``weight`` and other parameters, shape ``(n_synapses,)``.
+        receptor: ``excitatory`` or ``inhibitory``.
+        conductance_based: whether weights are conductances.
+        signed: whether to check the sign.
+
+    Raises:
+        NetworkError: a value is impossible or has the wrong sign.
+    """
+
+    def item(synapse: int) -> str:
+        return f"synapse {synapse} ({pre[synapse]} -> {post[synapse]})"
+
+    check_values(owner, values, item)
+    if signed:
+        weight = distinct(values["weight"])
+        negative = receptor == "inhibitory" and not conductance_based
+        kind = "conductance-based" if conductance_based else "current-based"
+        rule = f"0 or {'less' if negative else 'more'} on the {receptor} receptor of {kind} cells"
+        _require(weight <= 0 if negative else weight >= 0, owner, item, "weight", weight, rule)
+
+
+def check_spike_times(owner: str, trains: Sequence[Values]) -> None:
+    """Check that spike trains (ms, one a cell) ascend from 0 on.
+
+    Raises:
+        NetworkError: one does not.
+    """
+    for cell, times in enumerate(trains):
+        if len(times) and not (times[0] >= 0 and times[-1] < np.inf and (np.diff(times) >= 0).all()):
+            raise NetworkError(
+                f"{owner}: the spike times of cell {cell} must ascend from 0 ms or later, not {times}"
+            )
+
+
+def distinct(array: Values) -> Values:
+    """Return an array without the repetitions of one that was broadcast from a single value."""
+    return array[:1] if array.strides == (0,) else array
+
+
+def _require(
+    allowed: npt.NDArray[np.bool_],
+    owner: str,
+    item: Callable[[int], str],
+    name: str,
+    array: Values,
+    rule: str,
+) -> None:
+    if not allowed.all():
+        first = int(np.argmin(allowed))
+        raise NetworkError(f"{owner}: {name} of {item(first)} is {array[first]:g}; it must be {rule}")
+
+
+def _allowed(name: str, array: Values) -> tuple[npt.NDArray[np.bool_], str]:
+    if name in _POSITIVE:
+        return array > 0, "more than 0"
+    if name in _NOT_NEGATIVE:
+        return array >= 0, "0 or more"
+    if name in _FRACTIONS:
+        return (array >= 0) & (array <= 1), "between 0 and 1"
+    if name == "delay":
+        return (array >= 0) & (array < np.inf), "0 ms or more, and finite"
+    if name == "weight":
+        return np.isfinite(array), "finite"
+    return ~np.isnan(array), "a number"

@@ -1,0 +1,153 @@
+"""PyNN's whole programming interface as a module that belongs to one network under construction."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+from collections.abc import Callable, Mapping
+from types import ModuleType
+from typing import Any, NoReturn
+
+from pyNN import common, connectors, errors, random, space
+from pyNN.network import Network as Components
+from pyNN.standardmodels import StandardCellType
+
+from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
+from nrp_core.brain.pynn.connectors import connector_types
+from nrp_core.brain.pynn.export import network_of
+from nrp_core.brain.pynn.recording import Recorder
+from nrp_core.brain.pynn.simulator import Simulator
+from nrp_core.errors import NetworkError, did_you_mean
+
+NAME = "nrp_core.pynn"
+SIMULATOR_NAME = "nrp"
+"""What a script that asks for the name of its simulator is told."""
+
+_BOUND = (
+    populations.Population, populations.PopulationView, populations.Assembly, projections.Projection,
+    synapses.StaticSynapse, synapses.TsodyksMarkramSynapse, synapses.STDPMechanism,
+    electrodes.DCSource, electrodes.ACSource, electrodes.StepCurrentSource, electrodes.NoisyCurrentSource,
+    rng.NumpyRNG, rng.NativeRNG, rng.RandomDistribution,
+)  # fmt: skip
+_UNBOUND = (
+    models.AdditiveWeightDependence, models.MultiplicativeWeightDependence, models.SpikePairRule,
+    space.Space, space.Line, space.Grid2D, space.Grid3D, space.RandomStructure, space.Cuboid, space.Sphere,
+    Components, StandardCellType, random.GSLRNG,
+)  # fmt: skip
+_SYNAPSES = ("StaticSynapse", "TsodyksMarkramSynapse", "STDPMechanism")
+
+
+def programming_interface(simulator: Simulator, recorder: type = Recorder) -> ModuleType:
+    """Return a module with every name that a PyNN simulator has.
+
+    Beyond PyNN, ``network()`` returns what was built as a :class:`~nrp_core.brain.network.Network`.
+
+    Args:
+        simulator: whose it is.
+        recorder: the class that keeps what populations record.
+    """
+    api = ModuleType(NAME, "A PyNN simulator that builds a network as data.")
+    simulator.bind(recorder, "Recorder")
+    names: dict[str, Any] = {
+        **models.cell_types(),
+        **models.unavailable_models(),
+        **{unbound.__name__: unbound for unbound in _UNBOUND},
+        **{base.__name__: simulator.bind(base) for base in (*_BOUND, *connector_types())},
+        **_control(simulator),
+        **_procedures(simulator),
+        "native_cell_type": models.native_model("cell type", models.CELLS),
+        "native_synapse_type": models.native_model("synapse type", _SYNAPSES),
+        "list_standard_models": lambda: list(models.CELLS),
+        "network": lambda: network_of(simulator.state),
+        "get_simulator": lambda *arguments: (api, _defaults(arguments)),
+        "get_script_args": _script_arguments,
+        "simulator": simulator,
+        "state": simulator.state,
+        "errors": errors,
+    }
+    modules = {module.__name__.rpartition(".")[2]: module for module in (random, space, connectors)}
+    names.update({name: overlaid(module, names) for name, module in modules.items()})
+    api.__dict__.update(names, __getattr__=_unknown(names))
+    return api
+
+
+def overlaid(module: ModuleType, names: Mapping[str, Any]) -> ModuleType:
+    """Return a copy of one of PyNN's modules in which what it shares with ``names`` is theirs."""
+    copy = ModuleType(module.__name__, module.__doc__)
+    own = {name: value for name, value in vars(module).items() if not name.startswith("__")}
+    copy.__dict__.update({name: names.get(name, value) for name, value in own.items()})
+    return copy
+
+
+def _control(simulator: Simulator) -> dict[str, Any]:
+    state = simulator.state
+
+    def setup(
+        timestep: float = common.control.DEFAULT_TIMESTEP, min_delay: float | str = "auto", **extra: Any
+    ) -> int:
+        """Forget what was built and start anew; times in ms."""
+        if not timestep > 0:
+            raise NetworkError(f"setup: the time step must be more than 0 ms, not {timestep}")
+        common.setup(timestep, min_delay, **extra)
+        state.clear()
+        state.configure(timestep, min_delay, extra.get("max_delay", "auto"))
+        return state.mpi_rank
+
+    def end(compatible_output: bool = True) -> None:
+        """Nothing to clean up: there are no data before the network runs."""
+
+    run, run_until = common.build_run(simulator)
+    queries = ("get_current_time", "get_time_step", "get_min_delay", "get_max_delay", "num_processes", "rank")
+    return {
+        "setup": setup,
+        "end": end,
+        "run": run,
+        "run_for": run,
+        "run_until": run_until,
+        "reset": common.build_reset(simulator),
+        **dict(zip(queries, common.build_state_queries(simulator), strict=True)),
+    }
+
+
+def _procedures(simulator: Simulator) -> dict[str, Any]:
+    types = simulator.types
+    record = common.build_record(simulator)
+    return {
+        "create": common.build_create(types["Population"]),
+        "connect": common.build_connect(
+            types["Projection"], types["FixedProbabilityConnector"], types["StaticSynapse"]
+        ),
+        "set": common.set,
+        "initialize": common.initialize,
+        "record": record,
+        "record_v": lambda source, filename: record(["v"], source, filename),
+        "record_gsyn": lambda source, filename: record(["gsyn_exc", "gsyn_inh"], source, filename),
+    }
+
+
+class _NoArguments(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise NetworkError(f"a brain script gets no command line: {message}")
+
+
+def _defaults(arguments: tuple[Any, ...]) -> argparse.Namespace:
+    """Return what PyNN's ``get_simulator`` finds on a command line with nothing but a simulator."""
+    parser = _NoArguments()
+    parser.add_argument("simulator")
+    for name, text, *options in arguments:
+        parser.add_argument(name, help=text, **(options[0] if options else {}))
+    return parser.parse_args([SIMULATOR_NAME])
+
+
+def _script_arguments(n_args: int, usage: str = "") -> list[str]:
+    if n_args > 1:
+        raise NetworkError(f"a brain script gets no command line; it asks for {n_args} arguments {usage}")
+    return [SIMULATOR_NAME][:n_args]
+
+
+def _unknown(names: Mapping[str, Any]) -> Callable[[str], NoReturn]:
+    def attribute(name: str) -> NoReturn:
+        close = difflib.get_close_matches(name, names, 1)
+        raise AttributeError(f"PyNN has no '{name}'{did_you_mean(name, close) if close else ''}")
+
+    return attribute

@@ -1,0 +1,300 @@
+"""PyNN's connectors: its own, and array versions of those that walk from synapse to synapse.
+
+PyNN's own build a projection column by column, which is fast with arrays. Replaced are those that
+loop over synapses or fill a dense matrix; from the same generator they draw the same synapses.
+"""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from copy import deepcopy
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from pyNN import connectors
+from pyNN.parameters import LazyArray
+
+from nrp_core.brain.pynn.invalid import InvalidSynapseError
+from nrp_core.brain.pynn.random_pairs import random_pairs
+from nrp_core.brain.pynn.rng import name_streams, named
+from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+
+if TYPE_CHECKING:
+    from nrp_core.brain.pynn.simulator import Simulator
+
+Indices = npt.NDArray[np.integer[Any]]
+
+
+class Connector(connectors.Connector):
+    """What every connector gains: named random streams, and masks that are not dense matrices."""
+
+    _simulator: Simulator
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        given = inspect.signature(super().__init__).bind(*args, **options).arguments
+        if hasattr(self, "rng") and given.get("rng") is None:
+            self.rng = self._simulator.types["NumpyRNG"]()
+
+    def connect(self, projection: Any) -> None:
+        """Add this connector's synapses to a projection."""
+        owner = f"projection/{projection.label}"
+        if hasattr(self, "rng"):
+            self.rng = named(self.rng, self._simulator, f"{owner}/connector")
+        name_streams({"n": getattr(self, "n", None)}, self._simulator, owner)
+        self._connect(projection)
+
+    def _connect(self, projection: Any) -> None:
+        super().connect(projection)
+
+    def _connect_pairs(self, projection: Any, pre: Indices, post: Indices) -> None:
+        """Connect cells pairwise; those of one target in the order given."""
+        order = np.argsort(post, kind="stable")
+        pre, post = pre[order], post[order]
+        bounds = np.searchsorted(post, np.arange(projection.post.size + 1))
+
+        def sources(_: Any = None) -> Iterator[Indices]:
+            return (pre[start:stop] for start, stop in pairwise(bounds))
+
+        self._standard_connect(projection, sources)
+
+    def _standard_connect(self, projection: Any, columns: Any, distance_map: Any = None) -> None:
+        def arrays(*mask: Any) -> Iterator[Any]:
+            # PyNN means True as all, and a column of a single cell is a scalar to it, which it cannot use
+            return (column if column is True else np.atleast_1d(column) for column in columns(*mask))
+
+        super()._standard_connect(projection, arrays, distance_map)
+
+    def _parameters_from_synapse_type(self, projection: Any, distance_map: Any = None) -> Any:
+        space = super()._parameters_from_synapse_type(projection, distance_map)
+        name_streams(space, self._simulator, f"projection/{projection.label}")
+        return space
+
+    def _rng_uniform_int_exclude(self, n: int, size: int, exclude: int) -> Indices:
+        drawn: Indices = self.rng.next(n, "uniform_int", {"low": 0, "high": size}, mask=None)
+        _avoid(self.rng, drawn, exclude, size)
+        return drawn
+
+    def _get_connection_map_no_self_connections(self, projection: Any) -> LazyArray:
+        pre, post = _ids(projection.pre), _ids(projection.post)
+        return LazyArray(lambda i, j: pre[i] != post[j], shape=projection.shape)
+
+
+class FixedNumberPostConnector(Connector, connectors.FixedNumberPostConnector):
+    """Each presynaptic cell connects to ``n`` cells drawn at random."""
+
+    def _connect(self, projection: Any) -> None:
+        targets = [self._targets(projection, source) for source in range(projection.pre.size)]
+        sources = np.arange(projection.pre.size, dtype=np.int32)
+        pre = np.repeat(sources, [len(part) for part in targets])
+        self._connect_pairs(projection, pre, np.concatenate(targets))
+
+    def _targets(self, projection: Any, source: int) -> Indices:
+        n, n_post = int(self._get_num_post()), projection.post.size
+        any_cell = self.allow_self_connections or projection.pre != projection.post
+        if self.with_replacement:
+            if any_cell:
+                drawn = self.rng.next(n, "uniform_int", {"low": 0, "high": n_post}, mask=None)
+            else:
+                drawn = self._rng_uniform_int_exclude(n, n_post, source)
+            return np.asarray(drawn, dtype=np.int32)
+        cells = np.arange(n_post, dtype=np.int32)
+        cells = cells if any_cell else cells[cells != source]
+        full_sets, rest = divmod(n, cells.size)
+        drawn = self.rng.permutation(cells)[:rest] if rest else cells[:0]
+        return np.concatenate([*[cells] * full_sets, drawn])
+
+
+class FixedTotalNumberConnector(Connector, connectors.FixedTotalNumberConnector):
+    """``n`` synapses between cells drawn at random, with replacement."""
+
+    def _connect(self, projection: Any) -> None:
+        if not self.with_replacement:
+            raise CapabilityError("FixedTotalNumberConnector draws with replacement only")
+        total = self.n if isinstance(self.n, int) else int(self.n.next())
+        # PyNN draws how many fall to each of its processes, of which there is one
+        n = int(self.rng.next(1, "binomial", {"n": total, "p": 1.0})[0])
+        pre, post = random_pairs(self.rng, projection.pre.size, projection.post.size, n)
+        if not self.allow_self_connections:
+            _avoid(self.rng, post, _itself(projection, pre), projection.post.size)
+        self._connect_pairs(projection, pre, post)
+
+
+class CloneConnector(Connector, connectors.CloneConnector):
+    """The pairs of cells that another projection connects."""
+
+    def _connect(self, projection: Any) -> None:
+        original = self.reference_projection
+        if projection.pre != original.pre or projection.post != original.post:
+            raise InvalidSynapseError(
+                f"projection '{projection.label}' cannot clone '{original.label}': it does not connect "
+                "the same populations"
+            )
+        cells = np.int64(projection.pre.size)
+        pairs = np.unique(original.post_index * cells + original.pre_index)
+        self._connect_pairs(projection, pairs % cells, pairs // cells)
+
+
+class SmallWorldConnector(Connector, connectors.SmallWorldConnector, connectors.MapConnector):
+    """Synapses to all cells nearer than ``degree``, each rewired at random with probability ``rewiring``.
+
+    Args:
+        degree: distance within which cells connect.
+        rewiring: probability with which a synapse gets another target, drawn from all cells.
+        allow_self_connections: whether a cell may connect to itself.
+        n_connections: if given, how many of its synapses each presynaptic cell keeps.
+        options: as in PyNN.
+    """
+
+    def __init__(
+        self, degree: float, rewiring: float, allow_self_connections: bool = True,
+        n_connections: int | None = None, **options: Any,
+    ) -> None:  # fmt: skip
+        super().__init__(degree, rewiring, allow_self_connections, n_connections, **options)
+        self.degree = degree
+
+    def _connect(self, projection: Any) -> None:
+        distances = self._generate_distance_map(projection)
+        columns = [np.flatnonzero(column < self.degree) for column in distances.by_column()]
+        pre = np.concatenate(columns)
+        post = np.repeat(np.arange(len(columns)), [len(column) for column in columns])
+        rewired = np.flatnonzero(self.rng.next(len(pre)) < self.rewiring)
+        everywhere = {"low": 0, "high": projection.post.size}
+        post[rewired] = self.rng.next(len(rewired), "uniform_int", everywhere)
+        if not self.allow_self_connections:
+            _avoid(self.rng, post, _itself(projection, pre), projection.post.size)
+        if self.n_connections is not None:
+            kept = _some_of_each(self.rng, pre, self.n_connections)
+            pre, post = pre[kept], post[kept]
+        self._connect_pairs(projection, pre, post)
+
+
+class TableConnector(Connector):
+    """Connectors that are given their synapses one by one."""
+
+    def _connect_table(self, projection: Any) -> None:
+        """Connect by the table ``conn_list``: pre, post, and ``column_names``."""
+        table, names = self.conn_list, self.column_names
+        if table.size == 0:
+            return
+        self._check_table(projection)
+        given = dict(zip(names, table[:, 2:].T, strict=True))
+        values = deepcopy(projection.synapse_type.parameter_space)
+        values.shape = (len(table),)
+        rest = {name: value for name, value in values.items() if name not in given}
+        if not all(value.is_homogeneous for value in rest.values()):
+            connectors.FromListConnector.connect(self, projection)  # draws the rest target by target
+            return
+        order = np.argsort(table[:, 1], kind="stable")
+        columns = {name: column[order] for name, column in given.items()}
+        columns |= {name: value.evaluate(simplify=True) for name, value in rest.items()}
+        pre, post = table[order, :2].T.astype(np.int32)
+        projection.add_synapses(pre, post, columns, self.location_selector)
+
+    def _check_table(self, projection: Any) -> None:
+        owner = f"projection '{projection.label}'"
+        table, names = self.conn_list, self.column_names
+        if table.shape[1] != 2 + len(names):
+            raise InvalidSynapseError(
+                f"{owner}: rows of the list of synapses have {table.shape[1]} numbers, not 2 indices and "
+                f"{len(names)} parameters ({', '.join(names)})"
+            )
+        known = projection.synapse_type.get_parameter_names()
+        for name in set(names) - set(known):
+            raise InvalidSynapseError(f"{owner}: its synapses have no '{name}'{did_you_mean(name, known)}")
+        for end, column in zip(("pre", "post"), table[:, :2].T, strict=True):
+            cells = getattr(projection, end)
+            wrong = ~((column >= 0) & (column < cells.size) & (column == np.floor(column)))
+            if wrong.any():
+                raise InvalidSynapseError(
+                    f"{owner}: {end}synaptic index {column[np.argmax(wrong)]:g} in its list of synapses; "
+                    f"'{cells.label}' has cells 0..{cells.size - 1}"
+                )
+
+
+class FromListConnector(TableConnector, connectors.FromListConnector):
+    """Synapses from a list of tuples: pre, post, and parameters."""
+
+    def _connect(self, projection: Any) -> None:
+        self._connect_table(projection)
+
+
+class FromFileConnector(TableConnector, connectors.FromFileConnector):
+    """Synapses from a text file; a header ``# columns = [...]`` names its parameters."""
+
+    def _connect(self, projection: Any) -> None:
+        if self.distributed:
+            self.file.rename(f"{self.file.name}.{self._simulator.state.mpi_rank}")
+        columns = self.file.get_metadata().get("columns", ("weight", "delay"))
+        self.column_names = tuple(name for name in columns if name not in ("i", "j"))
+        self.conn_list = np.atleast_2d(self.file.read())
+        self._connect_table(projection)
+
+
+class CSAConnector(TableConnector, connectors.CSAConnector):
+    """Synapses from a connection set; needs the package ``csa``."""
+
+    def _connect(self, projection: Any) -> None:
+        csa = connectors.csa
+        everywhere = csa.cross((0, projection.pre.size - 1), (0, projection.post.size - 1))
+        self.conn_list = np.array(list(everywhere * self.cset), dtype=float)
+        if csa.arity(self.cset) == 2:
+            self.column_names = ("weight", "delay")
+            self._connect_table(projection)
+        else:
+            pre, post = self.conn_list.reshape(-1, 2).T.astype(np.int32)
+            self._connect_pairs(projection, pre, post)
+
+
+REPLACED = (
+    FixedNumberPostConnector, FixedTotalNumberConnector, CloneConnector, SmallWorldConnector,
+    FromListConnector, FromFileConnector, CSAConnector,
+)  # fmt: skip
+
+
+def connector_types() -> list[type]:
+    """Return every connector of the installed PyNN, to be bound to a simulator."""
+    replaced = {connector.__name__ for connector in REPLACED}
+    own = [
+        type(name, (Connector, base), {"__doc__": base.__doc__})
+        for name, base in vars(connectors).items()
+        if inspect.isclass(base) and issubclass(base, connectors.Connector) and name not in replaced
+    ]
+    return [*own, *REPLACED]
+
+
+def _ids(cells: Any) -> npt.NDArray[np.int64]:
+    return np.asarray(cells.all_cells, dtype=np.int64)
+
+
+def _itself(projection: Any, pre: Indices) -> Indices:
+    """Return which postsynaptic cell each presynaptic one is, or -1."""
+    places = np.full(projection.pre._simulator.state.n_cells, -1)
+    places[_ids(projection.post)] = np.arange(projection.post.size)
+    return places[_ids(projection.pre)[pre]]
+
+
+def _avoid(rng: Any, drawn: Indices, forbidden: Any, high: int) -> None:
+    """Draw again below ``high``, in place, where a number is the forbidden one (-1: none is).
+
+    Raises:
+        NetworkError: there is no other.
+    """
+    if high == 1 and (drawn == forbidden).any():
+        raise NetworkError("a cell that may not connect to itself has no other to connect to")
+    while len(wrong := np.flatnonzero(drawn == forbidden)):
+        drawn[wrong] = rng.next(len(wrong), "uniform_int", {"low": 0, "high": high}, mask=None)
+
+
+def _some_of_each(rng: Any, owners: Indices, n: int) -> Indices:
+    """Return, in random order, indices that hold at most ``n`` of each value in ``owners``."""
+    shuffled = np.asarray(rng.permutation(np.arange(len(owners))))
+    grouped = shuffled[np.argsort(owners[shuffled], kind="stable")]
+    starts = np.searchsorted(owners[grouped], owners[grouped])
+    chosen: Indices = grouped[np.arange(len(grouped)) - starts < n]
+    return chosen

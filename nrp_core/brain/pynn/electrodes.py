@@ -1,0 +1,116 @@
+"""PyNN's current sources; a network can hold a constant current, which adds to the cells' offset."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pyNN.parameters import ParameterSpace
+from pyNN.standardmodels import StandardCurrentSource, electrodes
+
+from nrp_core.brain.network import FloatArray
+from nrp_core.brain.pynn.invalid import InvalidValueError
+from nrp_core.brain.pynn.models import untranslated
+from nrp_core.errors import CapabilityError
+
+if TYPE_CHECKING:
+    from nrp_core.brain.pynn.simulator import Simulator
+
+_FOREVER_MS = 1e12
+_HINT = "for currents that change, use a device in a transfer function"
+
+
+class CurrentSource(StandardCurrentSource):
+    """What all current sources share: parameters as attributes, under PyNN's names."""
+
+    _simulator: Simulator
+    default_parameters: dict[str, Any]
+
+    def __init__(self, **parameters: Any) -> None:
+        values = ParameterSpace(self.default_parameters, self.get_schema(), shape=(1,))
+        values.update(**parameters)
+        self.set_native_parameters(values)
+
+    def set_native_parameters(self, parameters: ParameterSpace) -> None:
+        """Take values, one for each parameter."""
+        parameters.evaluate(simplify=True)
+        for name, value in parameters.as_dict().items():
+            object.__setattr__(self, name, value)  # PyNN's own would come back here
+
+    def get_native_parameters(self) -> ParameterSpace:
+        """Return all values."""
+        values = {name: getattr(self, name) for name in self.default_parameters}
+        return ParameterSpace(values, self.get_schema(), shape=(1,))
+
+    def inject_into(self, cells: Iterable[Any]) -> None:
+        """Let the current flow into cells: a population, view, assembly or list of cells."""
+        targets = list(cells)
+        if not all(cell.celltype.injectable for cell in targets):
+            raise TypeError("Can't inject current into a spike source.")
+        self._simulator.state.inject(self, np.array(targets, dtype=np.int64))
+
+    def record(self) -> None:
+        """Ask for the current to be recorded, which it is in any case."""
+
+    def _get_data(self) -> tuple[FloatArray, FloatArray]:
+        times_ms, amplitudes_na = self._simulator.state.current_data(self)
+        return times_ms, amplitudes_na
+
+    def constant_na(self) -> float:
+        """Return the current, nA, of a source that is always on.
+
+        Raises:
+            CapabilityError: it changes with time.
+        """
+        raise CapabilityError(
+            f"{type(self).__name__} cannot be part of a network; the nearest that can is a DCSource that "
+            f"is on from 0 ms for ever; {_HINT}"
+        )
+
+
+class DCSource(CurrentSource, electrodes.DCSource):
+    """A constant current of ``amplitude`` nA."""
+
+    translations = untranslated(electrodes.DCSource.default_parameters)
+
+    def constant_na(self) -> float:
+        if self.start > 0 or self.stop < _FOREVER_MS:
+            raise CapabilityError(
+                f"DCSource: in a network it is on from 0 ms for ever, not from {self.start:g} to "
+                f"{self.stop:g} ms; {_HINT}"
+            )
+        return float(self.amplitude)
+
+
+class ACSource(CurrentSource, electrodes.ACSource):
+    """A sinusoidal current."""
+
+    translations = untranslated(electrodes.ACSource.default_parameters)
+
+
+class StepCurrentSource(CurrentSource, electrodes.StepCurrentSource):
+    """A current that changes in steps, at the time steps nearest to ``times``."""
+
+    translations = untranslated(electrodes.StepCurrentSource.default_parameters)
+
+    def set_native_parameters(self, parameters: ParameterSpace) -> None:
+        super().set_native_parameters(parameters)
+        times, amplitudes = (np.asarray(getattr(values, "value", values), dtype=float)
+                             for values in (self.times, self.amplitudes))  # fmt: skip
+        if len(times) != len(amplitudes) or (len(times) and times[0] < 0) or (np.diff(times) <= 0).any():
+            raise InvalidValueError(
+                f"StepCurrentSource: as many times as amplitudes, ascending from 0 ms, not {times}"
+            )
+        rounded = self._round_timestamp(times, self._simulator.state.dt)
+        last = np.diff(rounded, append=np.inf) > 0
+        object.__setattr__(self, "times", rounded[last])
+        object.__setattr__(self, "amplitudes", amplitudes[last])
+
+
+class NoisyCurrentSource(CurrentSource, electrodes.NoisyCurrentSource):
+    """A current of Gaussian noise."""
+
+    translations = untranslated(electrodes.NoisyCurrentSource.default_parameters)

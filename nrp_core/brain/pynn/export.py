@@ -1,0 +1,140 @@
+"""What a script has built, as a network: the same numbers in the same units, nothing drawn again."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import count, product, repeat
+from typing import Any
+
+import numpy as np
+from pyNN.common import Assembly
+from pyNN.random import RandomDistribution
+
+from nrp_core.brain import network as data
+from nrp_core.brain.network import FloatArray, IntArray, Network, Origin
+from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population
+from nrp_core.brain.pynn.projections import Projection
+from nrp_core.brain.pynn.simulator import State
+from nrp_core.brain.pynn.synapse_columns import taken
+
+
+def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Network:
+    """Return everything built so far as a network.
+
+    Labels that a script uses twice get a number.
+
+    Args:
+        state: what was built.
+        views: named neurons, as global ids.
+
+    Raises:
+        NetworkError: it contradicts itself.
+    """
+    labels = dict(zip(state.populations, unique(p.label for p in state.populations), strict=True))
+    currents = _injected(state)
+    populations = {label: _population(p, label, currents[_ids(p)]) for p, label in labels.items()}
+    names = unique(projection.label for projection in state.projections)
+    parts = map(_parts, state.projections, names, repeat(labels))
+    projections = tuple(part for several in parts for part in several)
+    return Network(populations, projections, dict(views or {}), timestep_ms=state.dt)
+
+
+def unique(names: Iterable[str]) -> list[str]:
+    """Return names with a number added to those that came before: ``a``, ``a 2``, ``a 3``."""
+    taken_names: list[str] = []
+    for name in names:
+        candidates = (name if i == 1 else f"{name} {i}" for i in count(1))
+        taken_names.append(next(candidate for candidate in candidates if candidate not in taken_names))
+    return taken_names
+
+
+def _ids(cells: Any) -> IntArray:
+    return np.asarray(cells.all_cells, dtype=np.int64)
+
+
+def _injected(state: State) -> FloatArray:
+    """Return the constant current that sources send into each cell, nA."""
+    currents = np.zeros(state.n_cells)
+    for injection in state.injections:
+        np.add.at(currents, injection.cells, injection.source.constant_na())
+    return currents
+
+
+def _population(population: Population, label: str, current_na: FloatArray) -> data.Population:
+    parameters = {name: array.copy() for name, array in population.parameter_arrays.items()}
+    trains = parameters.pop(SPIKE_TIMES, ())
+    if current_na.any():
+        parameters["i_offset"] += current_na
+    return data.Population(
+        label=label,
+        size=population.size,
+        cell_type=type(population.celltype).__name__,
+        parameters=parameters,
+        initial_values={name: array.copy() for name, array in population.initial_arrays.items()},
+        spike_times_ms=tuple(np.asarray(train.value, dtype=float) for train in trains),
+        positions_um=np.ascontiguousarray(population.positions.T) if population.has_space else None,
+    )
+
+
+def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) -> Iterator[data.Projection]:
+    """Return a projection as one between each pair of populations that its two ends cover."""
+    sources, targets = _members(projection.pre), _members(projection.post)
+    several = len(sources) > 1 or len(targets) > 1
+    for (pre, from_cells), (post, to_cells) in product(sources, targets):
+        chosen: Any = slice(None)
+        if several:
+            chosen = (from_cells[projection.pre_index] >= 0) & (to_cells[projection.post_index] >= 0)
+        values = {key: _part(column, chosen, several) for key, column in projection.values.items()}
+        yield data.Projection(
+            label=f"{name} ({labels[pre]}→{labels[post]})" if several else name,
+            pre=labels[pre],
+            post=labels[post],
+            receptor=projection.receptor_type,
+            pre_index=from_cells[projection.pre_index[chosen]],
+            post_index=to_cells[projection.post_index[chosen]],
+            weight=values.pop("weight"),
+            delay_ms=values.pop("delay"),
+            synapse_type=projection.synapse_type.kind,
+            synapse_parameters=values,
+            plasticity=projection.synapse_type.plasticity,
+            origin=_origin(projection),
+        )
+
+
+def _part(column: FloatArray, chosen: Any, several: bool) -> FloatArray:
+    return taken(column, chosen) if several else column
+
+
+def _members(cells: Any) -> list[tuple[Population, data.IndexArray]]:
+    """Return each population that cells belong to, with the index in it of every cell, or -1."""
+    populations = cells.populations if isinstance(cells, Assembly) else [cells]
+    owners = dict.fromkeys(part._owner() for part in populations)
+    ids = _ids(cells)
+    members = []
+    for owner in owners:
+        first = int(owner.first_id)
+        inside = (ids >= first) & (ids < first + owner.size)
+        members.append((owner, np.where(inside, ids - first, -1).astype(np.int32)))
+    return members
+
+
+def _origin(projection: Projection) -> Origin:
+    connector = projection.connector
+    parameters = {key: described(value) for key, value in connector.get_parameters().items()}
+    weight, delay = (described(projection.given[key]) for key in ("weight", "delay"))
+    return Origin(type(connector).__name__, parameters, weight, delay)
+
+
+def described(value: Any) -> Any:
+    """Return a parameter as a number, a flag or a text that is the same in every run; arrays as None."""
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, RandomDistribution):
+        return f"{value.name}({', '.join(f'{key}={number}' for key, number in value.parameters.items())})"
+    if value is None or isinstance(value, (list, tuple, np.ndarray)):
+        return None
+    return getattr(value, "label", None) or getattr(value, "__name__", type(value).__name__)

@@ -1,0 +1,211 @@
+"""PyNN's populations, views and assemblies over arrays; an ID is the neuron's global id."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from pyNN import common, errors
+from pyNN.parameters import LazyArray, ParameterSpace, simplify
+
+from nrp_core.brain.limits import check_spike_times, check_values
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.pynn.invalid import InvalidValueError, raising
+from nrp_core.brain.pynn.rng import name_streams, named
+from nrp_core.errors import NetworkError, did_you_mean
+
+if TYPE_CHECKING:
+    from nrp_core.brain.pynn.simulator import Simulator
+
+SPIKE_TIMES = "spike_times"
+
+
+class ID(int, common.IDMixin):
+    """A cell, which is also its global id."""
+
+
+class _Cells(common.BasePopulation):
+    """What populations and views share: access to arrays that a population keeps."""
+
+    _simulator: Simulator
+    size: int
+
+    @property
+    def _assembly_class(self) -> type:
+        bound: type = self._simulator.types["Assembly"]
+        return bound
+
+    def _owner(self) -> Population:
+        """Return the population that keeps the arrays."""
+        raise NotImplementedError
+
+    def _indices(self) -> IntArray | slice:
+        """Return which of the population's cells these are."""
+        raise NotImplementedError
+
+    def _get_view(self, selector: Any, label: str | None = None) -> PopulationView:
+        view: PopulationView = self._simulator.types["PopulationView"](self, selector, label)
+        return view
+
+    def sample(self, n: int, rng: Any = None) -> PopulationView:
+        """Return a view of ``n`` cells drawn at random."""
+        view: PopulationView = super().sample(n, rng or self._simulator.types["NumpyRNG"]())
+        return view
+
+    def _get_parameters(self, *names: str) -> ParameterSpace:
+        arrays = self._owner().parameter_arrays
+        for name in names:
+            if name not in arrays:
+                celltype = type(self._owner().celltype).__name__
+                raise errors.NonExistentParameterError(name, celltype, list(arrays))
+        values = {name: simplify(arrays[name][self._indices()]) for name in names}
+        return ParameterSpace(values, self._owner().celltype.get_schema(), shape=(self.size,))
+
+    def _set_parameters(self, parameter_space: ParameterSpace) -> None:
+        self._owner().store_parameters(parameter_space, self._indices())
+
+    def _set_initial_value_array(self, variable: str, initial_values: LazyArray) -> None:
+        self._owner().store_initial_values(variable, initial_values, self._indices())
+
+
+class Population(_Cells, common.Population):
+    """A group of cells of one type.
+
+    Attributes:
+        parameter_arrays: every parameter, PyNN's units, shape ``(size,)``.
+        initial_arrays: every state variable at time 0, likewise.
+        has_space: whether the script placed the cells, or used where they are.
+    """
+
+    def __init__(
+        self, size: Any, cellclass: Any, cellparams: Mapping[str, Any] | None = None, structure: Any = None,
+        initial_values: Mapping[str, Any] | None = None, label: str | None = None,
+    ) -> None:  # fmt: skip
+        self._placed = structure is not None or isinstance(size, tuple)
+        self.initial_arrays: dict[str, FloatArray] = {}
+        if isinstance(cellclass, type) and cellparams is None:
+            cellparams = {}
+        label = label or f"population{len(self._simulator.state.populations)}"
+        super().__init__(size, cellclass, cellparams, structure, dict(initial_values or {}), label)
+        self._simulator.state.populations.append(self)
+
+    @property
+    def _recorder_class(self) -> type:
+        bound: type = self._simulator.types["Recorder"]
+        return bound
+
+    @property
+    def has_space(self) -> bool:
+        return self._placed or self._positions is not None
+
+    def _owner(self) -> Population:
+        return self
+
+    def _indices(self) -> slice:
+        return slice(None)
+
+    def _create_cells(self) -> None:
+        if self.size < 1:
+            raise NetworkError(f"population '{self.label}' has no cells: its size is {self.size}")
+        first = self._simulator.state.n_cells
+        self.all_cells = np.array([ID(first + i) for i in range(self.size)], dtype=object)
+        for cell in self.all_cells:
+            cell.parent = self
+        self._mask_local = np.ones(self.size, bool)
+        parameters = self.celltype.native_parameters
+        parameters.shape = (self.size,)
+        self.parameter_arrays: dict[str, npt.NDArray[Any]] = {}
+        self.store_parameters(parameters, slice(None))
+
+    def store_parameters(self, space: ParameterSpace, where: IntArray | slice) -> None:
+        """Evaluate parameters and keep them for the cells at ``where``.
+
+        Raises:
+            NetworkError: a value is impossible.
+        """
+        self._simulator.state.before_change()
+        name_streams(space, self._simulator, f"population/{self.label}")
+        # without a mask, lazy arrays of length one would become scalars
+        space.evaluate(mask=np.ones(space.shape, bool), simplify=False)
+        for name, values in space.as_dict().items():
+            dtype = object if name == SPIKE_TIMES else float
+            self.parameter_arrays.setdefault(name, np.empty(self.size, dtype))[where] = values
+        owner = f"population '{self.label}'"
+        trains = self.parameter_arrays.get(SPIKE_TIMES)
+        with raising(InvalidValueError):
+            if trains is None:
+                check_values(owner, self.parameter_arrays)
+            else:
+                check_spike_times(owner, [np.asarray(train.value, float) for train in trains])
+
+    def store_initial_values(self, variable: str, values: LazyArray, where: IntArray | slice) -> None:
+        """Evaluate the initial values of a state variable and keep them for the cells at ``where``.
+
+        Raises:
+            NetworkError: the cells have no such variable, or a value is not a number.
+        """
+        self._simulator.state.before_change()
+        known = self.celltype.default_initial_values
+        if variable not in known:
+            cell = type(self.celltype).__name__
+            hint = did_you_mean(variable, known)
+            raise NetworkError(f"population '{self.label}': {cell} has no state variable '{variable}'{hint}")
+        name_streams({variable: values}, self._simulator, f"population/{self.label}/initial")
+        kept = self.initial_arrays.setdefault(variable, np.empty(self.size))
+        kept[where] = values.evaluate(simplify=True)
+        with raising(InvalidValueError):
+            check_values(f"population '{self.label}'", {variable: kept})
+
+    def _get_cell_initial_value(self, id: ID, variable: str) -> float:  # noqa: A002
+        return float(self.initial_arrays[variable][self.id_to_index(id)])
+
+    def _set_cell_initial_value(self, id: ID, variable: str, value: float) -> None:  # noqa: A002
+        self._simulator.state.before_change()
+        self.initial_arrays[variable][self.id_to_index(id)] = value
+
+    def _get_positions(self) -> FloatArray:
+        structure = self._structure
+        if self._positions is None and hasattr(structure, "rng"):
+            name = f"population/{self.label}/positions"
+            structure.rng = named(structure.rng, self._simulator, name)
+        positions: FloatArray = super()._get_positions()
+        return positions
+
+    positions = property(_get_positions, common.Population._set_positions)
+
+
+class PopulationView(_Cells, common.PopulationView):
+    """Some cells of a population."""
+
+    def _owner(self) -> Population:
+        owner: Population = self.grandparent
+        return owner
+
+    def _indices(self) -> IntArray:
+        indices: IntArray = self.all_cells.astype(np.int64) - int(self._owner().first_id)
+        return indices
+
+    def initialize(self, **initial_values: Any) -> None:
+        """Set initial values of state variables."""
+        for variable, value in initial_values.items():
+            values = LazyArray(value, shape=(self.size,), dtype=float)
+            self._set_initial_value_array(variable, values)
+
+
+class Assembly(common.Assembly):
+    """Populations and views as one."""
+
+    _simulator: Simulator
+
+    def __init__(self, *populations: Any, label: str | None = None) -> None:
+        label = label or " + ".join(str(getattr(part, "label", part)) for part in populations)
+        super().__init__(*populations, label=label)
+
+    def sample(self, n: int, rng: Any = None) -> Assembly:
+        """Return an assembly of ``n`` cells drawn at random."""
+        sampled: Assembly = super().sample(n, rng or self._simulator.types["NumpyRNG"]())
+        return sampled

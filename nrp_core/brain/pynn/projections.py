@@ -1,0 +1,195 @@
+"""PyNN's projections over flat arrays of synapses."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pyNN import common, errors
+from pyNN.parameters import ParameterSpace
+from pyNN.space import Space
+
+from nrp_core.brain.limits import check_synapses
+from nrp_core.brain.network import FloatArray, IndexArray
+from nrp_core.brain.pynn.invalid import InvalidSynapseError, raising
+from nrp_core.brain.pynn.synapse_columns import SynapseColumns, evaluated
+from nrp_core.errors import CapabilityError, NetworkError
+
+if TYPE_CHECKING:
+    from nrp_core.brain.pynn.simulator import Simulator
+
+_OPERATIONS = {"sum": (np.add, 0.0), "min": (np.minimum, np.inf), "max": (np.maximum, -np.inf)}
+
+
+class Projection(common.Projection):
+    """Synapses between two groups of cells.
+
+    Attributes:
+        pre_index, post_index: cells within the two groups, shape ``(n_synapses,)``.
+        values: weight, delay and all other parameters, PyNN's units, shape ``(n_synapses,)``.
+        given: the weight and delay as the script gave them; None where it gave single synapses their own.
+    """
+
+    _simulator: Simulator
+    pre_index: IndexArray
+    post_index: IndexArray
+
+    def __init__(
+        self, presynaptic_population: Any, postsynaptic_population: Any, connector: Any,
+        synapse_type: Any = None, source: str | None = None, receptor_type: str | None = None,
+        space: Space | None = None, label: str | None = None,
+    ) -> None:  # fmt: skip
+        if not getattr(postsynaptic_population, "receptor_types", True):
+            name = postsynaptic_population.label
+            raise NetworkError(f"a projection ends on '{name}', whose cells only emit spikes")
+        super().__init__(
+            presynaptic_population, postsynaptic_population, connector, synapse_type, source,
+            receptor_type, space or Space(), label,
+        )  # fmt: skip
+        self._simulator.state.before_change()
+        self.values: dict[str, FloatArray] = {}
+        self._columns = SynapseColumns()
+        connector.connect(self)
+        self.pre_index, self.post_index, values = self._columns.joined()
+        for name in self.synapse_type.get_parameter_names():
+            self.values[name] = values.get(name, np.empty(0))
+        listed = getattr(connector, "column_names", ())
+        self.given = {name: None if name in listed else v for name, v in self.synapse_type.given.items()}
+        self._check()
+        self._simulator.state.projections.append(self)
+
+    @property
+    def connector(self) -> Any:
+        """The connector that made the synapses."""
+        return self._connector
+
+    def _static_synapse_class(self) -> Any:
+        return self._simulator.types["StaticSynapse"]()
+
+    def __len__(self) -> int:
+        return len(self.pre_index)
+
+    @property
+    def connections(self) -> list[Connection]:
+        """Every synapse as an object."""
+        return list(self)
+
+    def __getitem__(self, index: Any) -> Any:
+        chosen = np.arange(len(self))[index]
+        return Connection(self, int(chosen)) if np.ndim(chosen) == 0 else [self[i] for i in chosen]
+
+    # -- what connectors call
+
+    def _convergent_connect(
+        self, presynaptic_indices: Any, postsynaptic_index: int, location_selector: Any = None, **values: Any
+    ) -> None:
+        self.add_synapses(presynaptic_indices, postsynaptic_index, values, location_selector)
+
+    def add_synapses(self, pre: Any, post: Any, values: Mapping[str, Any], location: Any = None) -> None:
+        """Add synapses from cells ``pre`` to the cell, or the cells, ``post``; both are indices."""
+        if location is not None:
+            raise CapabilityError(f"{self._name}: cells are points; leave out the location_selector")
+        self._columns.add(pre, post, values)
+
+    # -- reading and changing synapses
+
+    def set(self, **attributes: Any) -> None:
+        """Set parameters of all synapses.
+
+        Args:
+            attributes: a number, distribution, function of the distance, matrix, or one number a
+                synapse (in the order of a matrix, row by row).
+        """
+        self._simulator.state.before_change()
+        known = self.synapse_type.get_parameter_names()
+        for name, value in attributes.items():
+            if name not in known:
+                raise errors.NonExistentParameterError(name, type(self.synapse_type).__name__, known)
+            self.values[name] = self._evaluated(name, value)
+        self.given.update(attributes)
+        self._check()
+
+    def set_one(self, name: str, synapse: int, value: float) -> None:
+        """Set a parameter of the synapse at an index."""
+        self._simulator.state.before_change()
+        values = self.values[name].copy()
+        values[synapse] = value
+        self.values[name] = values
+        self.given[name] = None
+        self._check()
+
+    def initialize(self, **initial_values: Any) -> None:
+        """Refuse: a network holds no state of synapses at time 0."""
+        names = ", ".join(initial_values)
+        raise CapabilityError(f"{self._name}: the initial state of synapses cannot be set ({names})")
+
+    def _evaluated(self, name: str, value: Any) -> FloatArray:
+        if isinstance(value, (list, np.ndarray)) and np.ndim(value) == 1:
+            values = np.empty(len(self))
+            values[np.lexsort((self.post_index, self.pre_index))] = value
+            return values
+        space = ParameterSpace({name: value}, self.synapse_type.get_schema(), self.shape)
+        lazy = self._handle_distance_expressions(space)[name]
+        return evaluated(lazy, self.pre_index, self.post_index)
+
+    def column(self, name: str) -> Any:
+        """Return an index or a parameter of all synapses, shape ``(n_synapses,)``."""
+        if name == "presynaptic_index":
+            return self.pre_index
+        return self.post_index if name == "postsynaptic_index" else self.values[name]
+
+    def _get_attributes_as_list(self, names: Sequence[str]) -> list[tuple[float, ...]]:
+        return list(zip(*(self.column(name).tolist() for name in names), strict=True))
+
+    def _get_attributes_as_arrays(
+        self, names: Sequence[str], multiple_synapses: str = "sum"
+    ) -> list[FloatArray]:
+        return [self._matrix(self.column(name), multiple_synapses) for name in names]
+
+    def _matrix(self, column: FloatArray, multiple_synapses: str) -> FloatArray:
+        """Return a column as a matrix with NaN where there is no synapse."""
+        matrix = np.full(self.shape, np.nan)
+        if multiple_synapses in _OPERATIONS:
+            operation, start = _OPERATIONS[multiple_synapses]
+            matrix[self.pre_index, self.post_index] = start
+            operation.at(matrix, (self.pre_index, self.post_index), column)
+        else:
+            order = np.arange(len(self))  # of several values for one element the last one stays
+            order = order if multiple_synapses == "last" else order[::-1].copy()
+            matrix[self.pre_index[order], self.post_index[order]] = column[order]
+        return matrix
+
+    @property
+    def _name(self) -> str:
+        return f"projection '{self.label}'"
+
+    def _check(self) -> None:
+        conductance_based = self.post.conductance_based
+        with raising(InvalidSynapseError):
+            check_synapses(
+                self._name, self.pre_index, self.post_index, self.values, receptor=self.receptor_type,
+                conductance_based=conductance_based, signed=conductance_based or self.connector.safe,
+            )  # fmt: skip
+
+
+class Connection(common.Connection):
+    """One synapse; its parameters are attributes that can be read and set."""
+
+    def __init__(self, projection: Projection, index: int) -> None:
+        self.__dict__.update(_projection=projection, _index=index)
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self._projection.column(name)[self._index].item()
+        except KeyError:
+            raise AttributeError(f"a synapse has no '{name}'") from None
+
+    def __setattr__(self, name: str, value: float) -> None:
+        self._projection.set_one(name, self._index, value)
+
+    def as_tuple(self, *names: str) -> tuple[float, ...]:
+        """Return several attributes."""
+        return tuple(getattr(self, name) for name in names)

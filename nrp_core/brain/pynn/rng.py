@@ -1,0 +1,84 @@
+"""PyNN's random numbers, drawn from named streams where a script does not seed them.
+
+A generator without a seed takes the name of what first uses it (a parameter of a population, the
+connector of a projection), so that adding one thing does not change the numbers of another.
+"""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pyNN import random
+from pyNN.parameters import LazyArray
+
+if TYPE_CHECKING:
+    from nrp_core.brain.pynn.simulator import Simulator
+
+
+class NumpyRNG(random.NumpyRNG):
+    """PyNN's wrapper of NumPy's generators.
+
+    Args:
+        seed: seeds a Mersenne Twister, as in PyNN; without one the numbers come from a named stream.
+        parallel_safe: as in PyNN.
+    """
+
+    _simulator: Simulator
+
+    def __init__(self, seed: int | None = None, parallel_safe: bool = True) -> None:
+        random.WrappedRNG.__init__(self, seed, parallel_safe)
+        self._generator = None if self.seed is None else np.random.RandomState(self.seed)
+
+    @property
+    def rng(self) -> np.random.RandomState:
+        """The generator itself."""
+        if self._generator is None:
+            self._generator = self._simulator.state.stream()
+        return self._generator
+
+    def take_name(self, name: str) -> None:
+        """Draw from the stream of ``name``, unless seeded or named before."""
+        if self._generator is None:
+            self._generator = self._simulator.state.stream(name)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> NumpyRNG:
+        copy = type(self)(self.seed, self.parallel_safe)
+        copy._generator = deepcopy(self._generator, memo)
+        return copy
+
+
+class NativeRNG(NumpyRNG):
+    """The simulator's own generator, which here is that of the core."""
+
+
+class RandomDistribution(random.RandomDistribution):
+    """PyNN's distribution; without a generator its numbers come from a named stream."""
+
+    _simulator: Simulator
+
+    def __init__(
+        self, distribution: str, parameters_pos: Any = None, rng: Any = None, **parameters_named: Any
+    ) -> None:
+        rng = rng or self._simulator.types["NumpyRNG"]()
+        super().__init__(distribution, parameters_pos, rng, **parameters_named)
+
+
+def named(rng: Any, simulator: Simulator, name: str) -> Any:
+    """Return a generator for what is called ``name``: the given one if it has a seed."""
+    if rng is None or (type(rng) is random.NumpyRNG and rng.seed is None):
+        rng = simulator.types["NumpyRNG"]()
+    if isinstance(rng, NumpyRNG):
+        rng.take_name(name)
+    return rng
+
+
+def name_streams(values: Any, simulator: Simulator, owner: str) -> None:
+    """Name the generators of all random values among lazy arrays, ``owner/<their key>``."""
+    for key, value in values.items():
+        base = value.base_value if isinstance(value, LazyArray) else value
+        if isinstance(base, random.RandomDistribution):
+            base.rng = named(base.rng, simulator, f"{owner}/{key}")

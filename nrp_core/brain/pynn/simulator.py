@@ -1,0 +1,145 @@
+"""What PyNN's classes take for their simulator: a name, a state, and the classes bound to it.
+
+PyNN keeps one simulator in a module. Here it is an object, so that any number of networks can be
+built side by side in one process.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pyNN.common.control import DEFAULT_TIMESTEP, BaseState
+
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.errors import NetworkError
+from nrp_core.seeds import Seeds
+
+if TYPE_CHECKING:
+    from nrp_core.brain.pynn.electrodes import CurrentSource
+    from nrp_core.brain.pynn.populations import Population
+    from nrp_core.brain.pynn.projections import Projection
+
+
+@dataclass(frozen=True, slots=True)
+class Injection:
+    """A current source at work on cells (global ids)."""
+
+    source: CurrentSource
+    cells: IntArray
+
+
+class State(BaseState):  # type: ignore[misc]
+    """What a script has built so far, and what it passed to ``setup``.
+
+    Args:
+        seeds: the family of all random streams that the script does not seed itself.
+
+    Attributes:
+        dt: the script's time step, ms.
+        default_delay: the delay of synapses to which the script gives none, ms.
+        t: time reached, ms; building takes none.
+    """
+
+    mpi_rank = 0
+    num_processes = 1
+
+    def __init__(self, seeds: Seeds) -> None:
+        super().__init__()
+        self._seeds = seeds
+        self._unnamed_streams = 0
+        self.clear()
+        self.configure(DEFAULT_TIMESTEP, "auto", "auto")
+
+    def clear(self) -> None:
+        """Forget the network."""
+        self.populations: list[Population] = []
+        self.projections: list[Projection] = []
+        self.injections: list[Injection] = []
+        self.recorders: set[Any] = set()
+        self.write_on_end: list[Any] = []
+        self.segment_counter = -1
+        self.reset()
+
+    def configure(self, timestep: float, min_delay: float | str, max_delay: float | str) -> None:
+        """Take the arguments of ``setup``, all in ms; a delay may be ``auto``."""
+        self.dt = float(timestep)
+        self._min_delay = None if isinstance(min_delay, str) else float(min_delay)
+        self.default_delay = self.dt if self._min_delay is None else self._min_delay
+        self.max_delay = np.inf if isinstance(max_delay, str) else float(max_delay)
+
+    def reset(self) -> None:
+        """Go back to time 0."""
+        self.running = False
+        self.t = 0.0
+        self.t_start = 0.0
+        self.segment_counter += 1
+
+    def before_change(self) -> None:
+        """Take note that the network is about to change."""
+
+    def inject(self, source: CurrentSource, cells: IntArray) -> None:
+        """Let a current flow into cells (global ids).
+
+        Raises:
+            CapabilityError: the network cannot hold it.
+        """
+        source.constant_na()
+        self.injections.append(Injection(source, cells))
+
+    def current_data(self, source: CurrentSource) -> tuple[FloatArray, FloatArray]:
+        """Refuse: nothing has run."""
+        raise NetworkError(f"{type(source).__name__} has no data: a brain script builds the network")
+
+    def run_until(self, t_ms: float) -> None:
+        """Refuse: the experiment runs the network, not its script."""
+        raise NetworkError(
+            f"a brain script builds the network, the experiment runs it: take out what runs it to {t_ms:g} ms"
+        )
+
+    @property
+    def min_delay(self) -> float:
+        """The smallest delay, ms: as the script said, else that of its synapses."""
+        if self._min_delay is not None:
+            return self._min_delay
+        delays = [projection.values["delay"].min() for projection in self.projections if len(projection)]
+        return float(min(delays, default=self.dt))
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells so far, which is the global id of the next."""
+        return sum(population.size for population in self.populations)
+
+    def stream(self, name: str | None = None) -> np.random.RandomState:
+        """Return the random numbers of a name; without one, those of the next unnamed use."""
+        if name is None:
+            name = f"unnamed/{self._unnamed_streams}"
+            self._unnamed_streams += 1
+        return np.random.RandomState(self._seeds.stream(name).bit_generator)
+
+
+@dataclass(eq=False)
+class Simulator:
+    """One network under construction.
+
+    Args:
+        state: the network.
+        name: what recorded data say about where they come from.
+        types: PyNN's classes bound to this simulator, by name.
+    """
+
+    state: State
+    name: str = "nrp-core"
+    types: dict[str, Any] = field(default_factory=dict)
+
+    def bind(self, base: type, name: str | None = None) -> type:
+        """Return a subclass of a class whose objects belong to this simulator.
+
+        Args:
+            base: the class.
+            name: under which name it is kept in ``types``; by default its own.
+        """
+        bound = type(base.__name__, (base,), {"_simulator": self, "__doc__": base.__doc__})
+        self.types[name or base.__name__] = bound
+        return bound

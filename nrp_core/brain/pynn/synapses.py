@@ -1,0 +1,79 @@
+"""PyNN's synapse types: static, Tsodyks-Markram, and spike-pair plasticity."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pyNN.standardmodels import StandardSynapseType, synapses
+
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.brain.pynn.models import untranslated
+from nrp_core.errors import CapabilityError, NetworkError
+
+if TYPE_CHECKING:
+    from nrp_core.brain.pynn.simulator import Simulator
+
+
+class SynapseType(StandardSynapseType):
+    """What all synapse types share.
+
+    Attributes:
+        kind: what a network calls it.
+        given: the weight and delay as the script gave them; a missing delay is the smallest.
+    """
+
+    kind: ClassVar[str]
+    # PyNN checks column by column as it connects; here each projection is checked once, as a whole
+    parameter_checks: ClassVar[dict[str, Any]] = {}
+    _simulator: Simulator
+
+    def __init__(self, *args: Any, **parameters: Any) -> None:
+        super().__init__(*args, **parameters)
+        weight, delay = parameters.get("weight"), parameters.get("delay")
+        self.given = {
+            "weight": 0.0 if weight is None else weight,
+            "delay": self._get_minimum_delay() if delay is None else delay,
+        }
+
+    @property
+    def plasticity(self) -> Mapping[str, str]:
+        """PyNN's names of the parts of a plasticity rule."""
+        return {}
+
+    def _get_minimum_delay(self) -> float:
+        return self._simulator.state.default_delay
+
+
+class StaticSynapse(SynapseType, synapses.StaticSynapse):
+    """A weight and a delay (ms) that stay."""
+
+    kind = STATIC
+    translations = untranslated(synapses.StaticSynapse.default_parameters)
+
+
+class TsodyksMarkramSynapse(SynapseType, synapses.TsodyksMarkramSynapse):
+    """A synapse that tires (``U``, ``tau_rec``) and facilitates (``tau_facil``); times in ms."""
+
+    kind = TSODYKS_MARKRAM
+    translations = untranslated(synapses.TsodyksMarkramSynapse.default_parameters)
+
+
+class STDPMechanism(SynapseType, synapses.STDPMechanism):
+    """Plasticity by spike pairs, additive or multiplicative."""
+
+    kind = STDP
+
+    @property
+    def plasticity(self) -> Mapping[str, str]:
+        parts = {"timing_dependence": self.timing_dependence, "weight_dependence": self.weight_dependence}
+        return {name: type(part).__name__ for name, part in parts.items()}
+
+    def _build_translations(self) -> None:
+        if self.voltage_dependence is not None:
+            raise CapabilityError("STDPMechanism: voltage dependence is not supported; leave it out")
+        if self.timing_dependence is None or self.weight_dependence is None:
+            raise NetworkError("STDPMechanism needs a timing_dependence and a weight_dependence")
+        self.translations = untranslated(self.get_parameter_names())

@@ -1,0 +1,97 @@
+"""Load a brain script: an ordinary PyNN script, executed for the network that it builds.
+
+Whatever PyNN simulator the script imports, ``nrp_core.pynn`` included, is the builder of
+:mod:`nrp_core.brain.pynn`. The script and the modules beside it see it so, nobody else does.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeAlias
+
+from nrp_core.brain.network import Network
+from nrp_core.errors import ExperimentError, NetworkError
+from nrp_core.paths import MissingFileError, existing_file
+from nrp_core.scoped_import import Scope
+
+Selection: TypeAlias = str | int | Sequence[int] | Mapping[str, Any] | None
+"""Neurons of a circuit: ``"0:5"``, ``"0:6:2"``, ``5``, ``[0, 2]``, ``{"from": 0, "to": 6, "step": 2}``,
+``{"list": [0, 2]}``, or None for all of them; they mean what they mean to a NumPy array."""
+
+# what of PyNN is not a simulator
+_LIBRARY = frozenset(
+    {
+        "common", "connectors", "core", "descriptions", "errors", "models", "morphology", "multisim",
+        "network", "parameters", "random", "recording", "serialization", "space", "standardmodels", "utility",
+    }
+)  # fmt: skip
+# simulators that the installed PyNN does not have (any longer)
+_OTHER_SIMULATORS = frozenset({"nrp", "brian", "moose", "nemo", "pcsim"})
+
+
+def load_network(
+    path: Path | str, *, populations: Mapping[str, Selection] | None = None, seed: int = 0
+) -> Network:
+    """Execute a brain script and return its network.
+
+    What the script keeps in variables (populations, views, assemblies) becomes a view of that name.
+
+    Args:
+        path: the script.
+        populations: names for neurons of the script's ``circuit``, a population, view or assembly. A
+            ``circuit`` that is a dictionary gives its populations the names of its keys instead.
+        seed: all random numbers that the script does not seed itself follow from it.
+
+    Raises:
+        NetworkError: the script is missing, is not Python, raises, or builds what cannot be; with
+            file and line.
+        NeuronSelectionError: ``populations`` reaches outside the circuit.
+        CapabilityError: the script uses a model that networks cannot hold.
+    """
+    from nrp_core.brain.pynn import builder
+    from nrp_core.brain.pynn.export import network_of
+    from nrp_core.brain.pynn.views import views_of
+
+    try:
+        file = existing_file(path)
+    except MissingFileError as error:
+        raise NetworkError(str(error)) from None
+    sim = builder(seed)
+    scope = scope_of(sim)
+    try:
+        module = scope.run(file)
+    except (Exception, SystemExit) as error:
+        raise scope.located(error, NetworkError, file) from error
+    try:
+        return network_of(sim.state, views_of(vars(module), populations or {}, sim.state))
+    except ExperimentError as error:
+        error.path = error.path or file
+        raise
+
+
+def scope_of(sim: ModuleType) -> Scope:
+    """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses its classes."""
+    from nrp_core.brain.pynn.api import overlaid
+
+    @cache
+    def substitute(name: str) -> ModuleType | None:
+        root, _, rest = name.partition(".")
+        child = rest.partition(".")[0]
+        if name == sim.__name__ or (root == "pyNN" and _is_simulator(child)):
+            return sim
+        if root == "pyNN" and child in _LIBRARY and find_spec(name):
+            return overlaid(importlib.import_module(name), vars(sim))
+        return None
+
+    return Scope(("pyNN", "nrp_core"), substitute)
+
+
+def _is_simulator(name: str) -> bool:
+    if name in _OTHER_SIMULATORS:
+        return True
+    return bool(name) and name not in _LIBRARY and find_spec(f"pyNN.{name}") is not None

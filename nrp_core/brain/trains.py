@@ -1,0 +1,244 @@
+"""Spike trains that the core draws: Poisson and equidistant, at rates that change at any time.
+
+In operational time (the integral of the rate) a train is fixed: its arrivals ``u_k`` come in order from
+one stream. A change of the rate only moves the anchor between real and operational time, so a train
+depends neither on how a run is split nor on writes that change nothing.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from itertools import pairwise
+from math import inf, isfinite
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.ports import NO_EVENTS, Setting, SourcePort, SourceSpec, Value
+from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.seeds import Seeds
+
+_BLOCK: Final = 256
+"""Arrivals drawn at a time."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpikeSourceSpec(SourceSpec):
+    """What spiking sources share.
+
+    Args:
+        rate: spikes a second and neuron: one number, or one for each neuron.
+        weight: PyNN's meaning for the target's cell type.
+        delay: ms from emission to arrival.
+        receptor_type: ``excitatory`` or ``inhibitory``.
+        start, duration: ms; silent outside.
+        n: number of independent generators on each neuron.
+    """
+
+    rate: Value = 0.0
+    weight: float = 0.00015
+    delay: float = 0.1
+    receptor_type: str = "excitatory"
+    start: float = 0.0
+    duration: float = inf
+    n: int = 1
+
+    def __post_init__(self) -> None:
+        if not isfinite(self.weight):
+            raise ValueError(f"weight must be finite, not {self.weight}")
+        if not self.delay >= 0 or not isfinite(self.delay):
+            raise ValueError(f"delay must be 0 ms or more, not {self.delay}")
+        if self.n < 1:
+            raise ValueError(f"n must be 1 or more, not {self.n}")
+        if self.receptor_type not in ("excitatory", "inhibitory"):
+            raise ValueError(f"receptor_type is excitatory or inhibitory, not '{self.receptor_type}'")
+
+
+@dataclass(frozen=True, slots=True)
+class PoissonSource(SpikeSourceSpec):
+    """An independent Poisson train into each neuron."""
+
+    def open(self, neurons: IntArray, seeds: Seeds, name: str) -> PoissonPort:
+        return PoissonPort(self, neurons, seeds, name)
+
+
+@dataclass(frozen=True, slots=True)
+class FixedFrequencySource(SpikeSourceSpec):
+    """Equidistant spikes, the first one period after the rate became positive."""
+
+    def open(self, neurons: IntArray, seeds: Seeds, name: str) -> FixedFrequencyPort:
+        return FixedFrequencyPort(self, neurons, seeds, name)
+
+
+class TrainPort(SourcePort):
+    """Spike trains whose operational time runs at the rate."""
+
+    quantity, unit = "rate", "Hz"
+
+    def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
+        super().__init__(neurons, name)
+        self._spec = spec
+        self._stop_ms = spec.start + spec.duration
+        self._rates = Setting("rate", len(neurons), least=0.0)
+        self._weights = np.full(_BLOCK, spec.weight)
+        self.reset(seeds)
+
+    def reset(self, seeds: Seeds) -> None:
+        self._anchor_ms = self._anchor_u = 0.0
+        self._anchored_rate = 0.0
+        self._reset_train(seeds)
+        self.rate = self._spec.rate
+
+    @property
+    def rate(self) -> float | FloatArray:
+        """Spikes a second, one number where all neurons have the same."""
+        return self._rates.value
+
+    @rate.setter
+    def rate(self, value: Value) -> None:
+        self._rates.set(value)
+        self._rates_changed()
+
+    def events(self, since_ms: float, until_ms: float) -> SynapticEvents:
+        borders = (self._spec.start, self._stop_ms)
+        cuts = [since_ms, *(border for border in borders if since_ms < border < until_ms), until_ms]
+        parts = [self._segment(a, b) for a, b in pairwise(cuts)]
+        times, neurons = parts[0]
+        if len(parts) > 1:
+            times = np.concatenate([part[0] for part in parts])
+            neurons = np.concatenate([part[1] for part in parts])
+        n = len(times)
+        if n == 0:
+            return NO_EVENTS
+        if n > len(self._weights):
+            self._weights = np.full(2 * n, self._spec.weight)
+        return SynapticEvents(neurons, times + self._spec.delay, self._weights[:n], self._spec.receptor_type)
+
+    def _segment(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
+        """Return times and neurons of a stretch of time without a border in it."""
+        on = self.active and self._spec.start <= since_ms < self._stop_ms
+        rate = self._operational_rate if on else 0.0
+        if rate != self._anchored_rate:
+            self._anchor_u += self._anchored_rate * (since_ms - self._anchor_ms) * 1e-3
+            self._anchor_ms, self._anchored_rate = since_ms, rate
+        if rate == 0.0:
+            return NO_EVENTS.times_ms, NO_EVENTS.neurons
+        return self._take(until_ms)
+
+    def _operational(self, t_ms: float) -> float:
+        """Operational time, to rounding, of a real time at the rate in force."""
+        return self._anchor_u + (t_ms - self._anchor_ms) * self._anchored_rate * 1e-3
+
+    def _real_ms(self, u: FloatArray) -> FloatArray:
+        """Real time of operational times at the rate in force."""
+        return self._anchor_ms + (u - self._anchor_u) * (1e3 / self._anchored_rate)
+
+    def save(self) -> object:
+        anchors = (self._anchor_ms, self._anchor_u, self._anchored_rate)
+        return self._rates.value, self.active, anchors, self._save_train()
+
+    def restore(self, saved: Any) -> None:
+        self.rate, self.active, anchors, train = saved
+        self._anchor_ms, self._anchor_u, self._anchored_rate = anchors
+        self._restore_train(train)
+
+    _operational_rate: float
+    """Arrivals a second in the whole train."""
+
+    @abstractmethod
+    def _rates_changed(self) -> None: ...
+
+    @abstractmethod
+    def _reset_train(self, seeds: Seeds) -> None: ...
+
+    @abstractmethod
+    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]: ...
+
+    @abstractmethod
+    def _save_train(self) -> object: ...
+
+    @abstractmethod
+    def _restore_train(self, saved: Any) -> None: ...
+
+
+class PoissonPort(TrainPort):
+    """Poisson trains: one superposition of all, each arrival given to a neuron by an independent draw."""
+
+    def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
+        self._equal_shares = np.arange(1, len(neurons) + 1) / max(1, len(neurons))
+        super().__init__(spec, neurons, seeds, name)
+
+    def _rates_changed(self) -> None:
+        if self._rates.common is not None:
+            total = self._rates.common * len(self.neurons)
+            self._shares = self._equal_shares
+        else:
+            total = float(self._rates.each.sum())
+            self._shares = np.cumsum(self._rates.each) / total
+        self._operational_rate = total * self._spec.n
+
+    def _reset_train(self, seeds: Seeds) -> None:
+        self._rng = seeds.stream(self.name)
+        self._u, self._v = np.empty(0), np.empty(0)
+        self._next = 0
+        self._last_u = 0.0
+
+    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
+        guess = self._operational(until_ms)
+        while self._last_u <= guess or self._real_ms(self._u[-1:])[0] <= until_ms:
+            self._draw()
+        first, last = self._next, int(self._u.searchsorted(guess, "right"))
+        while True:  # the guess is off by rounding, the times decide
+            times = self._real_ms(self._u[first : last + 1])
+            n = int(times.searchsorted(until_ms, "right"))
+            if n < len(times):
+                break
+            last += 1
+        self._next = first + n
+        if len(self.neurons) == 1:
+            return times[:n], self.neurons.repeat(n)
+        share = self._shares.searchsorted(self._v[first : self._next], "right")
+        return times[:n], self.neurons.take(share, mode="clip")
+
+    def _draw(self) -> None:
+        block = self._last_u + self._rng.standard_exponential(_BLOCK).cumsum()
+        self._last_u = float(block[-1])
+        self._u = np.concatenate([self._u[self._next :], block])
+        self._v = np.concatenate([self._v[self._next :], self._rng.random(_BLOCK)])
+        self._next = 0
+
+    def _save_train(self) -> object:
+        rest = slice(self._next, None)
+        return self._rng.bit_generator.state, self._u[rest].copy(), self._v[rest].copy(), self._last_u
+
+    def _restore_train(self, saved: Any) -> None:
+        self._rng.bit_generator.state, self._u, self._v, self._last_u = saved
+        self._next = 0
+
+
+class FixedFrequencyPort(TrainPort):
+    """Equidistant spikes; all neurons fire together, at one common rate."""
+
+    def _rates_changed(self) -> None:
+        if self._rates.common is None:
+            raise ValueError("a fixed-frequency source has one rate; use a device group for several")
+        self._operational_rate = self._rates.common
+
+    def _reset_train(self, seeds: Seeds) -> None:
+        self._next = 1
+
+    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
+        u = np.arange(self._next, int(self._operational(until_ms)) + 2, dtype=float)
+        times = self._real_ms(u)
+        n = int(times.searchsorted(until_ms, "right"))
+        self._next += n
+        repeats = self._spec.n * len(self.neurons)
+        return times[:n].repeat(repeats), np.tile(self.neurons.repeat(self._spec.n), n)
+
+    def _save_train(self) -> object:
+        return self._next
+
+    def _restore_train(self, saved: Any) -> None:
+        self._next = saved

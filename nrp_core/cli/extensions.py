@@ -1,0 +1,66 @@
+"""Commands that other packages add: an entry point in ``nrp_core.commands`` names a function or a Typer app.
+
+For ``nrp --help`` only the metadata is read; a command is imported when it is called.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+from functools import cached_property
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+from typer.main import get_command
+
+GROUP = "nrp_core.commands"
+
+
+class CommandGroup(TyperGroup):
+    """The commands of the core and of all installed packages; the core's cannot be replaced."""
+
+    @cached_property
+    def _added(self) -> dict[str, EntryPoint]:
+        entries = importlib.metadata.entry_points(group=GROUP)
+        return {entry.name: entry for entry in entries if entry.name not in self.commands}
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return all names: the core's in their order, then the others by name."""
+        return [*self.commands, *sorted(self._added)]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command, importing it if it is not the core's.
+
+        Raises:
+            BackendError: the package that adds it is broken, or two packages add it.
+        """
+        if cmd_name in self._added and cmd_name not in self.commands:
+            self.commands[cmd_name] = _load(cmd_name)
+        return super().get_command(ctx, cmd_name)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of commands for the help text."""
+        rows = [(name, command.get_short_help_str(80)) for name, command in self.commands.items()]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+        others = [(name, f"added by {_owner(entry)}") for name, entry in sorted(self._added.items())]
+        if others:
+            with formatter.section("Commands of other packages"):
+                formatter.write_dl(others)
+
+
+def _owner(entry: EntryPoint) -> str:
+    package = entry.value.partition(":")[0].partition(".")[0]
+    return package if entry.dist is None else f"{package} ({entry.dist.name} {entry.dist.version})"
+
+
+def _load(name: str) -> Any:
+    from nrp_core.registry import plugins
+
+    found = plugins(GROUP, "command").load(name)
+    if isinstance(found, typer.Typer):
+        return get_command(found)
+    app = typer.Typer(rich_markup_mode=None, add_completion=False)
+    app.command(name)(found)
+    return get_command(app)

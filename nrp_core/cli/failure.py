@@ -1,0 +1,74 @@
+"""Errors as people and scripts read them, and the exit code that goes with each."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator
+from typing import Any
+
+import typer
+
+from nrp_core.cli.output import document
+from nrp_core.errors import BackendError, CapabilityError, ExperimentError, NrpError, SimulationError
+
+NO, USAGE, INVALID, NO_BACKEND, INTERRUPTED = 1, 2, 3, 4, 130
+"""Exit codes; see :mod:`nrp_core.cli`."""
+
+
+def exit_code(error: BaseException) -> int:
+    """Return the exit code of an error that ended a command."""
+    if isinstance(error, BackendError):
+        return NO_BACKEND
+    return INVALID if isinstance(error, (ExperimentError, CapabilityError)) else NO
+
+
+def report(error: Exception, *, as_json: bool, debug: bool = False) -> int:
+    """Write an error in one readable block, or as ``{"error": {...}}``; return the exit code."""
+    if debug:
+        traceback.print_exception(error)
+    if as_json:
+        document({"error": as_data(error)})
+    else:
+        for line in lines(error):
+            complain(line)
+    return exit_code(error)
+
+
+def report_usage(error: Any, *, as_json: bool) -> int:
+    """Say how the command should have been written."""
+    if as_json:
+        document({"error": {"kind": "UsageError", "message": error.format_message()}})
+    else:
+        error.show()
+    return USAGE
+
+
+def lines(error: Exception) -> Iterator[str]:
+    """Return what is wrong, a line for each finding."""
+    findings = getattr(error, "findings", ())
+    if findings:
+        yield from map(str, findings)
+    elif isinstance(error, (NrpError, OSError)):
+        yield str(error)
+    else:
+        yield (
+            f"{type(error).__name__}: {error}; this is a mistake in the program: "
+            "set NRP_DEBUG=1 to see where, and please report it"
+        )
+
+
+def as_data(error: Exception) -> dict[str, Any]:
+    """Return an error as plain data."""
+    data: dict[str, Any] = {"kind": type(error).__name__, "message": getattr(error, "message", str(error))}
+    if isinstance(error, ExperimentError):
+        data |= {"path": error.path, "line": error.line, "column": error.column}
+        data["findings"] = [finding.to_dict() for finding in getattr(error, "findings", ())]
+    if isinstance(error, SimulationError):
+        data["t_ns"] = error.t_ns
+    return data
+
+
+def complain(message: str, *, label: str = "error", color: str = "red") -> None:
+    """Write a line to standard error that begins with its kind."""
+    typer.secho(f"{label}: ", fg=color, bold=True, err=True, nl=False)
+    typer.echo(message, err=True)

@@ -1,0 +1,58 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Json = Annotated[
+    bool, typer.Option("--json", envvar="NRP_JSON", help="Write one JSON document to standard output.")
+]
+ExperimentName = Annotated[
+    str,
+    typer.Argument(
+        metavar="EXPERIMENT",
+        envvar="NRP_EXPERIMENT",
+        help="The name of an experiment that comes with a package, a YAML file, or a folder with one.",
+    ),
+]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", "-s", metavar="KEY=VALUE", help="Override a value, e.g. -s 'world.options.timestep=1 ms'."
+    ),
+]
+BrainName = Annotated[
+    str | None, typer.Option("--brain", metavar="NAME", envvar="NRP_BRAIN", help="The brain backend to use.")
+]
+WorldName = Annotated[
+    str | None, typer.Option("--world", metavar="NAME", envvar="NRP_WORLD", help="The world backend to use.")
+]
+Seed = Annotated[
+    int | None, typer.Option("--seed", envvar="NRP_SEED", help="What everything random follows from.")
+]
+SocketPath = Annotated[
+    Path,
+    typer.Argument(metavar="SOCKET", envvar="NRP_CONTROL", help="The socket given to nrp run --control."),
+]
+
+
+def overrides_of(
+    given: Sequence[str] | None, *, brain: str | None, world: str | None, **values: object
+) -> list[str]:
+    """Return all overrides in the form of ``--set``; an option of its own wins over ``--set``."""
+    named = {"brain.backend": brain, "world.backend": world, **values}
+    return [*(given or ()), *(f"{key}={value}" for key, value in named.items() if value is not None)]
+
+
+@contextmanager
+def usage_errors(option: str) -> Iterator[None]:
+    """Turn a value that cannot be used into an error about the option that gave it."""
+    try:
+        yield
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint=option) from error

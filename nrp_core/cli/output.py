@@ -1,0 +1,32 @@
+"""What commands write: a JSON document or text for people on standard output, all else on standard error."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import Any, TextIO
+
+_document_stream: TextIO | None = None
+
+
+def reserve_stdout() -> None:
+    """Keep standard output for :func:`document` alone.
+
+    Whatever else prints, engines written in C included, goes to standard error from here on.
+    """
+    global _document_stream
+    sys.stdout.flush()
+    _document_stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    sys.stdout = sys.stderr
+
+
+def document(data: Any) -> None:
+    """Write the one JSON document of a command."""
+    from nrp_core.plain import plain
+
+    stream = _document_stream or sys.stdout
+    json.dump(plain(data), stream, indent=2, allow_nan=False, ensure_ascii=False)
+    stream.write("\n")
+    stream.flush()

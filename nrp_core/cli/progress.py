@@ -1,0 +1,150 @@
+"""What a run shows on standard error while it goes: a bar on a terminal, now and then a line elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from time import monotonic
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from nrp_core.experiment.run import Run
+
+PATIENCE_S = 2.0
+HINT = "the first time on a machine this compiles code, which can take a minute"
+
+_SHORT = {"transfer_functions": "functions", "engine": "loop"}
+
+
+def display() -> Display:
+    """Return what suits standard error."""
+    console = Console(stderr=True, highlight=False)
+    return Bar(console) if console.is_terminal else Lines()
+
+
+def shares_text(shares: Mapping[str, float]) -> str:
+    """Return what takes the time, in words."""
+    return ", ".join(f"{_SHORT.get(name, name)} {share:.0%}" for name, share in shares.items())
+
+
+class Display(ABC):
+    """Shows what is being done, and how far a run is.
+
+    Attributes:
+        interval_s: wall time between two looks at a run.
+    """
+
+    interval_s = 0.2
+
+    def __init__(self) -> None:
+        self._timer: threading.Timer | None = None
+        self._next_s = self._began_s = 0.0
+        self._end_s = 0.0
+
+    def say(self, what: str) -> None:
+        """Show what is being done; if it takes long, also why it may."""
+        self._stop_waiting()
+        self._show_task(what)
+        self._timer = threading.Timer(PATIENCE_S, self._show_delay, (what,))
+        self._timer.daemon = True
+        self._timer.start()
+
+    def watch(self, run: Run, end_s: float) -> None:
+        """Show the progress of a run from now on, to a simulated time."""
+        self.say("taking the first step")
+        self._end_s = end_s
+        run.on_step.append(self._after_step)
+
+    def _after_step(self, run: Run) -> None:
+        now_s = monotonic()
+        if self._timer is not None:
+            self._stop_waiting()
+            self._began_s = now_s
+        if now_s >= self._next_s:
+            self._next_s = now_s + self.interval_s
+            factor = run.now_s / (now_s - self._began_s) if now_s > self._began_s else 0.0
+            self._show_progress(run, factor)
+
+    def _stop_waiting(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stop_waiting()
+
+    @abstractmethod
+    def _show_task(self, what: str) -> None: ...
+
+    @abstractmethod
+    def _show_delay(self, what: str) -> None: ...
+
+    @abstractmethod
+    def _show_progress(self, run: Run, factor: float) -> None: ...
+
+
+class Bar(Display):
+    """A line that is redrawn, and gone at the end."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__()
+        columns = (TextColumn("{task.description}"), BarColumn(24), TextColumn("{task.fields[told]}"))
+        self._progress = Progress(*columns, console=console, transient=True, refresh_per_second=5)
+        self._task = self._progress.add_task("", total=None, told="")
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        super().__exit__(kind, error, trace)
+        self._progress.stop()
+
+    def _show_task(self, what: str) -> None:
+        self._progress.update(self._task, description=what, total=None, told="")
+
+    def _show_delay(self, what: str) -> None:
+        self._progress.update(self._task, told=HINT)
+
+    def _show_progress(self, run: Run, factor: float) -> None:
+        told = (
+            f"{run.now_s:.1f} of {self._end_s:g} s, {factor:.1f} x real time "
+            f"[dim]({shares_text(run.loop.account.shares())})[/dim]"
+        )
+        name = run.experiment.name
+        self._progress.update(self._task, description=name, total=self._end_s, completed=run.now_s, told=told)
+
+
+class Lines(Display):
+    """A line whenever something takes long."""
+
+    interval_s = 10.0
+
+    def _show_task(self, what: str) -> None: ...
+
+    def _show_delay(self, what: str) -> None:
+        self._write(f"{what}; {HINT}")
+
+    def watch(self, run: Run, end_s: float) -> None:
+        super().watch(run, end_s)
+        self._next_s = monotonic() + self.interval_s
+
+    def _show_progress(self, run: Run, factor: float) -> None:
+        shares = shares_text(run.loop.account.shares())
+        self._write(f"{run.now_s:.1f} of {self._end_s:g} s, {factor:.1f} x real time ({shares})")
+
+    def _write(self, line: str) -> None:
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()

@@ -1,0 +1,33 @@
+"""``nrp publish``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from nrp_core.cli.failure import NO, report
+from nrp_core.cli.options import Json, SocketPath
+from nrp_core.cli.output import document
+
+
+def publish(
+    socket: SocketPath,
+    topic: Annotated[str, typer.Argument(metavar="TOPIC", help="A topic of the run, or an alias.")],
+    value: Annotated[str, typer.Argument(metavar="VALUE", help="In YAML: red, 0.5, '{linear: {x: 1}}'.")],
+    json: Json = False,
+) -> None:
+    """Publish a message in a run that was started with --control SOCKET."""
+    from nrp_core.errors import ExperimentError
+    from nrp_core.experiment.control import send_publish
+    from nrp_core.experiment.tree import Place
+    from nrp_core.experiment.yaml_tree import parse_tree
+
+    given = parse_tree(value, Place(override=f"{topic}={value}")).plain()
+    try:
+        send_publish(socket, topic, given)
+    except ExperimentError as error:
+        report(error, as_json=json)
+        raise typer.Exit(NO) from None
+    if json:
+        document({"published": True, "topic": topic, "value": given})

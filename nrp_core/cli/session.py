@@ -1,0 +1,178 @@
+"""One run from the command line: load, open, step, record, draw, sum up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from nrp_core.cli.failure import INTERRUPTED, NO, as_data, complain, lines
+from nrp_core.cli.options import usage_errors
+from nrp_core.cli.output import document
+from nrp_core.cli.progress import Display, display
+from nrp_core.cli.summary import summary
+from nrp_core.clock import milliseconds, seconds
+from nrp_core.errors import NrpError
+from nrp_core.experiment.control import ControlServer
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.result import Result
+from nrp_core.experiment.run import Run
+from nrp_core.quantities import time_ns
+from nrp_core.recording.layout import Pictures, check_folder
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the command line asks for.
+
+    Args:
+        experiment: its name, file or folder.
+        overrides: ``dotted.key=value``.
+        until: a time with its unit, None: to the end.
+        record: a folder to record into.
+        pictures: how camera pictures are recorded.
+        plot: a file to draw a figure into.
+        control: a socket to listen on.
+    """
+
+    experiment: str
+    overrides: Sequence[str]
+    until: str | None = None
+    record: Path | None = None
+    pictures: Pictures = Pictures.JPEG
+    plot: Path | None = None
+    control: Path | None = None
+
+
+class Session:
+    """Carries out one request."""
+
+    def __init__(self, request: Request) -> None:
+        self._request = request
+        self._error: NrpError | None = None
+        self._interrupted = False
+
+    def run(self, *, as_json: bool) -> int:
+        """Do everything and return the exit code.
+
+        Raises:
+            NrpError: it could not begin. What ends a run that has begun is reported with its result.
+        """
+        self._check_options()
+        with ExitStack() as stack:
+            shown = stack.enter_context(display())
+            folder = self._recording_folder(stack)
+            result = self._simulate(shown, folder)
+            if self._request.plot is not None and folder is not None:
+                shown.say("drawing the figure")
+                self._draw(folder, self._request.plot)
+        self._report(result, as_json=as_json)
+        return self._exit_code(result)
+
+    # -- before
+
+    def _check_options(self) -> None:
+        """Refuse what cannot work before anything takes time."""
+        request = self._request
+        if request.until is not None:
+            with usage_errors("--until"):
+                time_ns(request.until)
+        if request.plot is not None:
+            from nrp_core.recording.plot import check_target
+
+            with usage_errors("--plot"):
+                check_target(request.plot)
+        if request.record is not None:
+            with usage_errors("--record"):
+                check_folder(request.record)
+
+    def _recording_folder(self, stack: ExitStack) -> Path | None:
+        """Return where to record; a figure is drawn from a recording, if need be from a passing one."""
+        if self._request.record is None and self._request.plot is not None:
+            return Path(stack.enter_context(TemporaryDirectory())) / "recording"
+        return self._request.record
+
+    def _until_s(self, experiment: Experiment) -> float | None:
+        if self._request.until is None:
+            return None
+        until_ns = time_ns(self._request.until)
+        with usage_errors("--until"):
+            if until_ns % experiment.timestep:
+                step = f"{milliseconds(experiment.timestep):g} ms"
+                raise ValueError(f"{self._request.until} is not a whole number of steps of {step}")
+        return seconds(until_ns)
+
+    # -- the run
+
+    def _simulate(self, shown: Display, folder: Path | None) -> Result:
+        with ExitStack() as stack:
+            files = None
+            if folder is not None:
+                from nrp_core.recording.used_files import FilesRead
+
+                files = stack.enter_context(FilesRead())
+            experiment = load_experiment(self._request.experiment, self._request.overrides)
+            until_s = self._until_s(experiment)
+            simulation = stack.enter_context(Run(experiment, shown.say))
+            shown.watch(simulation, seconds(experiment.duration) if until_s is None else until_s)
+            if self._request.control is not None:
+                stack.enter_context(ControlServer(self._request.control, simulation.publish))
+            warnings = self._step(simulation, until_s, folder, files)
+            result = simulation.result()
+        return replace(result, warnings=[*result.warnings, *warnings])
+
+    def _step(self, simulation: Run, until_s: float | None, folder: Path | None, files: Any) -> list[str]:
+        """Run to the end, recording or not; return what could not be recorded."""
+        if folder is None:
+            self._run_guarded(simulation, until_s)
+            return []
+        from nrp_core.recording.capsule import Capsule
+
+        capsule = Capsule(simulation, folder, pictures=self._request.pictures, files=files)
+        try:
+            self._run_guarded(simulation, until_s)
+        finally:
+            capsule.close("interrupted" if self._interrupted else "failed" if self._error else "finished")
+        return capsule.warnings
+
+    def _run_guarded(self, simulation: Run, until_s: float | None) -> None:
+        try:
+            simulation.run(until_s)
+        except KeyboardInterrupt:
+            self._interrupted = True
+        except NrpError as error:
+            self._error = error
+
+    # -- after
+
+    def _draw(self, folder: Path, target: Path) -> None:
+        from nrp_core.recording import plot
+        from nrp_core.recording.read import Recording
+
+        plot.plot(Recording(folder), target)
+
+    def _report(self, result: Result, *, as_json: bool) -> None:
+        error = self._error
+        if as_json:
+            document({
+                **result.to_dict(),
+                "error": None if error is None else as_data(error),
+                "interrupted": self._interrupted,
+                "recording": self._request.record,
+                "figure": self._request.plot,
+            })  # fmt: skip
+            return
+        for line in lines(error) if error else ():
+            complain(line)
+        summary(
+            result, interrupted=self._interrupted, recording=self._request.record, figure=self._request.plot
+        )
+
+    def _exit_code(self, result: Result) -> int:
+        if self._interrupted:
+            return INTERRUPTED
+        return NO if self._error is not None or result.passed is False else 0

@@ -1,0 +1,43 @@
+"""Any data of ours as data that JSON can hold."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any
+
+from pydantic import BaseModel
+
+
+def plain(data: Any) -> Any:
+    """Return dataclasses and models as objects, sets sorted, NaN and infinity as null, the rest as text."""
+    match data:
+        case Enum():
+            return plain(data.value)
+        case None | bool() | int() | str():
+            return data
+        case float():
+            return data if math.isfinite(data) else None
+        case set() | frozenset():
+            return sorted(map(plain, data))
+        case list() | tuple():
+            return [plain(value) for value in data]
+        case type():
+            return getattr(data, "__msgtype__", data.__qualname__)
+    named = _named(data)
+    if named is not None:
+        return {str(name): plain(value) for name, value in named.items()}
+    return plain(data.tolist()) if hasattr(data, "tolist") else str(data)
+
+
+def _named(data: Any) -> Mapping[Any, Any] | None:
+    """Return the parts of something that has names for them."""
+    if isinstance(data, Mapping):
+        return data
+    if isinstance(data, BaseModel):
+        return {name: getattr(data, name) for name in type(data).model_fields}
+    if dataclasses.is_dataclass(data):
+        return {field.name: getattr(data, field.name) for field in dataclasses.fields(data)}
+    return None

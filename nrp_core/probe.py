@@ -1,0 +1,111 @@
+"""Questions about this machine that are asked in a child process, because asking may kill it.
+
+Some graphics libraries abort the process that tries them. An answer is kept in the user's cache under a key
+that names everything it depends on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+LIBRARIES = Path("/etc/ld.so.cache")
+"""Changes whenever a system library is installed or removed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """How a child process ended.
+
+    Args:
+        exit_code: negative for the signal that killed it; None: it was still running at the time limit.
+        output: what it wrote to standard output.
+        errors: the end of what it wrote to standard error.
+    """
+
+    exit_code: int | None
+    output: str = ""
+    errors: str = ""
+
+
+def ask(module: str, *arguments: str, depends_on: str = "", timeout_s: float = 30.0) -> bool:
+    """Tell whether ``python -m module arguments...`` ends well; as :func:`inquire`."""
+    return inquire(module, *arguments, depends_on=depends_on, timeout_s=timeout_s).exit_code == 0
+
+
+def inquire(
+    module: str, *arguments: str, depends_on: str = "", timeout_s: float = 30.0, anew: bool = False
+) -> Answer:
+    """Run ``python -m module arguments...`` in a child process and return how it ended.
+
+    Args:
+        module: the module that tries the thing.
+        arguments: passed to it.
+        depends_on: names what the answer depends on, such as versions; with another text it is asked anew.
+            The interpreter, the module and the installed system libraries are always part of it.
+        timeout_s: after this time the child, and whatever it started, is ended.
+        anew: do not look for a kept answer.
+    """
+    question = [sys.executable, "-m", module, *arguments]
+    answers = user_cache_path("nrp-core") / "probes"
+    kept = answers / f"{_digest([*question, sys.version, _written(module), _libraries(), depends_on])}.json"
+    if not anew:
+        # nobody may have asked yet, or an older version
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            return Answer(**json.loads(kept.read_text())["answer"])
+    answer = _run(question, timeout_s)
+    _keep(kept, {"question": question[1:], "answer": asdict(answer)})
+    return answer
+
+
+def _run(command: list[str], timeout_s: float) -> Answer:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace",
+        start_new_session=True,
+    ) as child:  # fmt: skip
+        try:
+            output, errors = child.communicate(timeout=timeout_s)
+        except subprocess.TimeoutExpired:
+            os.killpg(child.pid, signal.SIGKILL)
+            child.communicate()
+            return Answer(None)
+        return Answer(child.returncode, output, errors[-2000:])
+
+
+def _keep(path: Path, answer: dict[str, object]) -> None:
+    """Write the answer in one piece; without a writable cache it is asked again next time."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft = path.with_suffix(f".{os.getpid()}")
+        draft.write_text(json.dumps(answer))
+        draft.replace(path)
+    except OSError:
+        pass
+
+
+def _written(module: str) -> str:
+    """Return when the file of a module was written."""
+    spec = find_spec(module)
+    if spec is None or spec.origin is None:
+        return ""
+    return str(Path(spec.origin).stat().st_mtime_ns)
+
+
+def _libraries() -> str:
+    changed_ns = LIBRARIES.stat().st_mtime_ns if LIBRARIES.exists() else 0
+    return f"{changed_ns}:{os.environ.get('LD_LIBRARY_PATH', '')}"
+
+
+def _digest(texts: list[str]) -> str:
+    return hashlib.blake2b("\n".join(texts).encode(), digest_size=16).hexdigest()

@@ -1,0 +1,42 @@
+"""A PyNN simulator: ``import nrp_core.pynn as sim``.
+
+It has all that PyNN asks of a simulator and runs the network in any installed brain backend::
+
+    import nrp_core.pynn as sim
+
+    sim.setup(timestep=0.1, backend="event")
+    cells = sim.Population(10, sim.IF_cond_exp(i_offset=0.6))
+    cells.record(["spikes", "v"])
+    sim.run(100.0)
+    spiketrains = cells.get_data().segments[0].spiketrains
+
+Beyond PyNN, ``setup`` takes ``backend`` (its name), ``options`` (of the backend) and ``seed``, and
+``network()`` returns what was built as a :class:`~nrp_core.brain.network.Network`. In a brain script
+of an experiment the same import gives a simulator that only builds: there the experiment runs the network.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from nrp_core.brain.pynn.api import programming_interface
+from nrp_core.brain.pynn.simulator import Simulator
+from nrp_core.pynn.control import control
+from nrp_core.pynn.recording import Recorder
+from nrp_core.pynn.running import RunningState
+
+
+def new_simulator() -> ModuleType:
+    """Return a further simulator, independent of this module and of all others."""
+    state = RunningState()
+    api = programming_interface(Simulator(state), Recorder)
+    vars(api).update(control(api, state))
+    return api
+
+
+globals().update({name: value for name, value in vars(new_simulator()).items() if not name.startswith("__")})
+
+if TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any: ...

@@ -1,0 +1,49 @@
+"""PyNN's functions around a run, for a simulator that runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import ModuleType
+from typing import Any
+
+from pyNN.common.control import DEFAULT_MIN_DELAY, DEFAULT_TIMESTEP
+from pyNN.recording import get_io
+
+from nrp_core.pynn.running import DEFAULT_BACKEND, RunningState
+
+
+def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
+    """Return ``setup`` and ``end``, which do more than those of a simulator that only builds."""
+    begin = api.setup
+
+    def setup(
+        timestep: float = DEFAULT_TIMESTEP,
+        min_delay: float | str = DEFAULT_MIN_DELAY,
+        *,
+        backend: str = DEFAULT_BACKEND,
+        options: Mapping[str, Any] | None = None,
+        seed: int = 0,
+        **extra: Any,
+    ) -> int:
+        """Forget what was built and start anew.
+
+        Args:
+            timestep: ms; the interval at which state is sampled, and the smallest delay.
+            min_delay: ms, or ``auto``: the time step.
+            backend: name of an installed brain backend.
+            options: of the backend.
+            seed: all random numbers that the script does not seed itself follow from it.
+            extra: ``max_delay``; arguments of other simulators are ignored, as PyNN wants it.
+        """
+        rank: int = begin(timestep, min_delay, **extra)
+        state.use(backend, options or {}, seed)
+        return rank
+
+    def end(**_: Any) -> None:
+        """Write the data that were to be written, and let go of the brain."""
+        for population, variables, filename in state.write_on_end:
+            population.write_data(get_io(filename), variables)
+        state.write_on_end = []
+        state.close()
+
+    return {"setup": setup, "end": end}

@@ -1,0 +1,106 @@
+"""How PyNN's current sources change with time."""
+
+from __future__ import annotations
+
+from math import pi, sin
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.sources import DCSource
+from nrp_core.clock import from_milliseconds, milliseconds
+
+
+class Waveform:
+    """The current of a source, held constant between the times at which it changes.
+
+    Args:
+        source: one of PyNN's current sources.
+        noise: random numbers for a noisy one.
+        dt_ms: how often a sinusoidal current is set anew.
+    """
+
+    def __init__(self, source: Any, noise: np.random.RandomState, dt_ms: float) -> None:
+        self._source, self._noise, self._dt_ms = source, noise, dt_ms
+        self._kind = type(source).__name__
+        self._drawn = np.empty(0)
+
+    def changes_ns(self, since_ns: int, until_ns: int) -> IntArray:
+        """Return the times at which the current changes, ``since < t <= until``."""
+        if self._kind == "StepCurrentSource":
+            times = self._source.times
+        elif self._kind == "DCSource":
+            times = np.array([self._source.start, self._source.stop])
+        else:
+            times = self._grid_ms(milliseconds(since_ns), milliseconds(until_ns))
+        times = times[times < milliseconds(until_ns) + 1.0]  # sources may end at times beyond all integers
+        changes = np.array([from_milliseconds(time) for time in times.tolist()], dtype=np.int64)
+        return np.unique(changes[(changes > since_ns) & (changes <= until_ns)])
+
+    def amplitude_na(self, t_ns: int) -> float:
+        """Return the current from ``t_ns`` on, nA."""
+        t_ms = milliseconds(t_ns)
+        if self._kind == "StepCurrentSource":
+            step = int(np.searchsorted(self._source.times, t_ms, side="right")) - 1
+            return float(self._source.amplitudes[step]) if step >= 0 else 0.0
+        if not self._source.start <= t_ms < self._source.stop:
+            return 0.0
+        if self._kind == "NoisyCurrentSource":
+            return self._noisy(round((t_ms - self._source.start) / self._source.dt))
+        return self._sinusoidal(t_ms) if self._kind == "ACSource" else float(self._source.amplitude)
+
+    def _grid_ms(self, since_ms: float, until_ms: float) -> FloatArray:
+        interval = self._source.dt if self._kind == "NoisyCurrentSource" else self._dt_ms
+        start, stop = self._source.start, self._source.stop
+        first = max(0, int((since_ms - start) / interval))
+        last = int((min(until_ms, stop) - start) / interval) + 1
+        return np.append(start + interval * np.arange(first, max(first, last)), stop)
+
+    def _sinusoidal(self, t_ms: float) -> float:
+        source = self._source
+        cycles = source.frequency * (t_ms - source.start) * 1e-3 + source.phase / 360.0
+        return float(source.offset + source.amplitude * sin(2 * pi * cycles))
+
+    def _noisy(self, k: int) -> float:
+        while k >= len(self._drawn):
+            self._drawn = np.append(self._drawn, self._noise.standard_normal(256))
+        return float(self._source.mean + self._source.stdev * self._drawn[k])
+
+
+class Current:
+    """A current source at work on cells.
+
+    Args:
+        source: one of PyNN's current sources.
+        waveform: how it changes.
+        cells: global ids.
+        name: of its device.
+    """
+
+    def __init__(self, source: Any, waveform: Waveform, cells: IntArray, name: str) -> None:
+        self.source, self.waveform = source, waveform
+        self._cells, self._name = cells, name
+
+    def start(self, brain: Brain) -> None:
+        """Act on the cells of a brain that has just been opened."""
+        self._port: Any = brain.add_source(DCSource(), self._cells, name=self._name)
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew at time 0."""
+        self._changes: list[tuple[int, float]] = []
+
+    def update(self, now_ns: int) -> None:
+        """Let the current be what it is from now on."""
+        amplitude = self.waveform.amplitude_na(now_ns)
+        if not self._changes or amplitude != self._changes[-1][1]:
+            self._port.amplitude = amplitude
+            self._changes.append((now_ns, amplitude))
+
+    def sampled_na(self, times_ms: FloatArray) -> FloatArray:
+        """Return what the current was at ascending times."""
+        changed_ms = [milliseconds(t_ns) for t_ns, _ in self._changes]
+        amplitudes = np.array([0.0, *(amplitude for _, amplitude in self._changes)])
+        return amplitudes[np.searchsorted(changed_ms, times_ms, side="right")]

@@ -1,0 +1,131 @@
+"""A PyNN simulator's state that runs its network in a brain backend."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.pynn.export import network_of
+from nrp_core.brain.pynn.simulator import State
+from nrp_core.clock import from_milliseconds
+from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.pynn.currents import Current, Waveform
+from nrp_core.registry import brains
+from nrp_core.seeds import Seeds
+
+DEFAULT_BACKEND = "event"
+
+
+class RunningState(State):
+    """What a script has built, and the brain in which it runs.
+
+    The brain is opened when the network first runs; until it has run, and after a reset, the
+    network may change.
+
+    Attributes:
+        brain: the network at work, or None while it is not.
+    """
+
+    brain: Brain | None = None
+
+    def __init__(self) -> None:
+        self._currents: list[Current] = []
+        super().__init__(Seeds(0).child("network"))
+        self.use(DEFAULT_BACKEND, {}, 0)
+
+    def use(self, backend: str, options: Mapping[str, Any], seed: int) -> None:
+        """Choose where the network runs.
+
+        Args:
+            backend: name of an installed brain backend.
+            options: its options.
+            seed: all random numbers that the script does not seed itself follow from it.
+        """
+        self._backend, self._options, self._seed = backend, dict(options), seed
+        self._seeds = Seeds(seed).child("network")
+        self._unnamed_streams = 0
+
+    def clear(self) -> None:
+        self.close()
+        self._currents.clear()
+        super().clear()
+
+    def close(self) -> None:
+        """Let go of the brain."""
+        if self.brain is not None:
+            self.brain.close()
+        self.brain = None
+
+    def before_change(self) -> None:
+        if self.brain is None:
+            return
+        if self.t > 0:
+            raise CapabilityError(
+                f"the network cannot change at {self.t:g} ms, while it runs in '{self._backend}'; "
+                "reset() first"
+            )
+        self.close()
+
+    def inject(self, source: Any, cells: IntArray) -> None:
+        name = f"current/{len(self._currents)}"
+        current = Current(source, Waveform(source, self.stream(name), self.dt), cells, name)
+        self._currents.append(current)
+        if self.brain is not None:
+            current.start(self.brain)
+
+    def current_data(self, source: Any) -> tuple[FloatArray, FloatArray]:
+        times_ms: FloatArray = self.dt * np.arange(round(self.t / self.dt) + 1.0)
+        (current,) = (current for current in self._currents if current.source is source)
+        return times_ms, current.sampled_na(times_ms)
+
+    def reset(self) -> None:
+        super().reset()
+        if self.brain is not None:
+            self.brain.reset()
+            for device in (*self.recorders, *self._currents):
+                device.restart()
+
+    def run_until(self, t_ms: float) -> None:
+        """Run the network to ``t_ms``, sampling what is recorded and setting currents on the way."""
+        brain = self.brain or self._open()
+        until_ns = from_milliseconds(t_ms)
+        self._arrive(brain, sampling=not self.running)
+        self.running = True
+        for stop_ns in self._stops(brain.now_ns, until_ns):
+            brain.run_until(int(stop_ns))
+            self._arrive(brain, sampling=True)
+        self.t = t_ms
+
+    def _open(self) -> Brain:
+        backend = brains().load(self._backend)
+        try:
+            options = backend.options.model_validate(self._options)
+        except ValidationError as error:
+            wrong = [f"{'.'.join(map(str, found['loc']))}: {found['msg']}" for found in error.errors()]
+            raise ExperimentError(f"options of brain backend '{self._backend}': {'; '.join(wrong)}") from None
+        self.brain = backend.open(network_of(self), seed=self._seed, options=options)
+        for device in (*self.recorders, *self._currents):
+            device.start(self.brain)
+        return self.brain
+
+    def _stops(self, since_ns: int, until_ns: int) -> IntArray:
+        """Return the times at which there is something to do, the last of them ``until_ns``."""
+        stops = [current.waveform.changes_ns(since_ns, until_ns) for current in self._currents]
+        for interval_ns in {recorder.interval_ns for recorder in self.recorders} - {None}:
+            first = since_ns // interval_ns + 1
+            stops.append(np.arange(first * interval_ns, until_ns + 1, interval_ns))
+        last = [until_ns] if until_ns > since_ns else []
+        return np.unique(np.concatenate([np.array(last, dtype=np.int64), *stops]))
+
+    def _arrive(self, brain: Brain, sampling: bool) -> None:
+        for recorder in self.recorders:
+            interval_ns = recorder.interval_ns
+            if sampling and interval_ns and brain.now_ns % interval_ns == 0:
+                recorder.sample(brain)
+        for current in self._currents:
+            current.update(brain.now_ns)

@@ -1,0 +1,207 @@
+"""The recording of a run as a folder: what ran, the files it used, and every message."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterable, Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from nrp_core import machine
+from nrp_core.brain.network import IntArray, Network
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.run import Run
+from nrp_core.experiment.tree import Tree
+from nrp_core.plain import plain
+from nrp_core.recording.layout import FILES_FOLDER, RUN_NAME, Pictures, check_folder
+from nrp_core.recording.recorder import Recorder
+from nrp_core.recording.used_files import FilesRead
+from nrp_core.world.scene.model import Mesh, Scene
+
+FORMAT = 1
+"""Version of the layout of a recording."""
+
+
+class Capsule:
+    """Records a run into a folder, from now until it is closed.
+
+    Args:
+        run: at time 0.
+        folder: is made; an empty one may be there.
+        pictures: how camera pictures are kept.
+        files: what noticed which files were read; without it only those are kept that the experiment
+            names, and the meshes of its scene.
+
+    Raises:
+        ExperimentError: the folder holds something, or cannot be written.
+    """
+
+    def __init__(
+        self, run: Run, folder: Path, *, pictures: Pictures = Pictures.JPEG, files: FilesRead | None = None
+    ) -> None:
+        self._run, self._folder, self._files = run, folder, files
+        _make(folder)
+        self._root = _copy_files(self._used(), folder)
+        self._about = _about(run, self._root)
+        self._write("running", None)
+        self._recorder = Recorder(
+            run.brain, run.world, folder, period_ns=run.experiment.timestep, pictures=pictures
+        )
+        run.on_step.append(self._after_step)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What could not be recorded."""
+        return self._recorder.warnings
+
+    def close(self, state: str) -> None:
+        """Complete the recording; call it before the run is closed.
+
+        Args:
+            state: how the run ended: ``finished``, ``failed`` or ``interrupted``.
+        """
+        self._run.on_step.remove(self._after_step)
+        try:
+            self._recorder.close()
+        finally:
+            _copy_files(self._used(), self._folder, self._root)
+            self._write(state, self._run.result().to_dict())
+
+    def _after_step(self, run: Run) -> None:
+        self._recorder.step()
+
+    def _used(self) -> list[Path]:
+        named = {path for path in named_files(self._run.experiment) if path.is_file()}
+        folders = {path.parent for path in named}
+        read = self._files.below(folders) if self._files else []
+        return sorted({*named, *_meshes(self._run.world.scene), *read})
+
+    def _write(self, state: str, result: dict[str, Any] | None) -> None:
+        """Write ``run.json`` in one piece, so that a kill leaves the last one."""
+        path = self._folder / RUN_NAME
+        draft = path.with_suffix(".draft")
+        data = {**self._about, "state": state, "result": result}
+        draft.write_text(json.dumps(plain(data), indent=2, ensure_ascii=False) + "\n")
+        draft.replace(path)
+
+
+def named_files(experiment: Experiment) -> Iterator[Path]:
+    """Return the files that an experiment was read from and those that it names."""
+    yield from _places(experiment.source)
+    yield from _paths(experiment)
+
+
+def _places(tree: Tree) -> Iterator[Path]:
+    if tree.place.path is not None:
+        yield tree.place.path
+    children = tree.value.values() if isinstance(tree.value, dict) else tree.value
+    for child in children if isinstance(tree.value, (dict, list)) else ():
+        yield from _places(child)
+
+
+def _paths(value: Any) -> Iterator[Path]:
+    match value:
+        case Path():
+            yield value
+        case BaseModel():
+            for name in type(value).model_fields:
+                yield from _paths(getattr(value, name))
+        case dict():
+            for item in value.values():
+                yield from _paths(item)
+        case list() | tuple():
+            for item in value:
+                yield from _paths(item)
+
+
+def _meshes(scene: Scene) -> Iterator[Path]:
+    for _, link in scene.links():
+        shapes = [visual.geometry for visual in link.visuals]
+        shapes += [collision.geometry for collision in link.collisions]
+        yield from (shape.path for shape in shapes if isinstance(shape, Mesh))
+
+
+def _make(folder: Path) -> None:
+    check_folder(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExperimentError(f"cannot be made: {error.strerror}", path=folder) from error
+
+
+def _copy_files(files: Iterable[Path], folder: Path, root: Path | None = None) -> Path:
+    """Copy files into their places relative to each other.
+
+    Args:
+        files: which ones.
+        folder: the folder of the recording.
+        root: their common folder, if it is known already; files outside it are left out.
+
+    Returns:
+        the common folder.
+    """
+    files = list(files)
+    if root is None:
+        root = Path(os.path.commonpath([file.parent for file in files])) if files else Path.cwd()
+    for file in files:
+        target = folder / FILES_FOLDER / file.relative_to(root) if file.is_relative_to(root) else None
+        if target is not None and not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target)
+    return root
+
+
+def _about(run: Run, root: Path) -> dict[str, Any]:
+    """Return what ``run.json`` says of a run from its start on."""
+    experiment, written = run.experiment, run.experiment.source.place.path
+    return {
+        "format": FORMAT,
+        "experiment": experiment.name,
+        "file": None if written is None else Path(FILES_FOLDER) / written.relative_to(root),
+        "recorded": datetime.now(UTC).isoformat(timespec="seconds"),
+        "seed": run.seed,
+        "brain": {
+            "backend": experiment.brain.backend,
+            "capabilities": run.brain.capabilities,
+            "network": run.brain.network.digest,
+            **_groups(run.brain.network),
+        },
+        "world": {
+            "backend": experiment.world.backend,
+            "capabilities": run.world.capabilities,
+            "scene": run.world.scene.digest,
+        },
+        "aliases": experiment.aliases,
+        "settings": experiment,
+        "machine": machine.describe(),
+        "distributions": machine.distributions(),
+    }
+
+
+def _groups(network: Network) -> dict[str, Any]:
+    """Return the populations, and of each named view the ranges of ids by population."""
+    views: dict[str, dict[str, list[list[int]]]] = {}
+    for name, neurons in network.views.items():
+        for label, first in network.offsets.items():
+            last = first + network.populations[label].size
+            ids = np.unique(neurons[(neurons >= first) & (neurons < last)]) - first
+            if ids.size:
+                views.setdefault(name, {})[label] = _ranges(ids)
+    populations = {
+        label: {"size": population.size, "cell_type": population.cell_type}
+        for label, population in network.populations.items()
+    }
+    return {"populations": populations, "views": views}
+
+
+def _ranges(ids: IntArray) -> list[list[int]]:
+    """Return ascending ids as half-open ranges."""
+    cuts = np.flatnonzero(np.diff(ids) > 1) + 1
+    return [[int(part[0]), int(part[-1]) + 1] for part in np.split(ids, cuts)]

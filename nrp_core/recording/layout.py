@@ -1,0 +1,80 @@
+"""What is where in a recording.
+
+A recording is a folder::
+
+    run.json         what ran: versions, machine, seed, options; at the end the result
+    recording.mcap   every message, in the encoding of ROS 2, stamped with simulated time
+    experiment/      the files that were used, in their places relative to each other
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+
+from nrp_core.errors import ExperimentError
+
+MCAP_NAME = "recording.mcap"
+RUN_NAME = "run.json"
+FILES_FOLDER = "experiment"
+
+SCENE = "/scene"
+"""Topic of what there is to see, as markers: those of a model that moves lie in its own frame."""
+WORLD_FRAME = "world"
+
+
+class Pictures(StrEnum):
+    """How camera pictures are recorded."""
+
+    JPEG = "jpeg"
+    """Compressed with small losses, as ``sensor_msgs/CompressedImage`` on ``<topic>/compressed``."""
+    EXACT = "exact"
+    """As they are: a replay sees every bit, and a minute of 320x240 at 30 Hz takes up to 400 MB."""
+    OFF = "off"
+    """Not at all."""
+
+
+class Role(StrEnum):
+    """What a topic of a recording is; each channel of the file says it in its metadata."""
+
+    SCENE = "scene"
+    """The look of the room and the robots at the start."""
+    MODELS = "models"
+    """Where the moving models are, every step."""
+    SENSOR = "sensor"
+    """What the world gave."""
+    CAMERA = "camera"
+    """Pictures."""
+    PUBLISHED = "published"
+    """What somebody published: transfer functions, events, the user."""
+    SPIKES = "spikes"
+    """The spikes of a population."""
+    SINK = "sink"
+    """The value of a device that listens to neurons, whenever it changed."""
+    SOURCE = "source"
+    """The settings of a device that acts on neurons, whenever they changed."""
+
+
+def spikes_topic(population: str) -> str:
+    """Return the topic of a population's spikes."""
+    return f"/brain/{population}/spikes"
+
+
+def device_topic(device: str, quantity: str) -> str:
+    """Return the topic of a device's value."""
+    return f"/brain/devices/{device}/{quantity}"
+
+
+def compressed_topic(camera: str) -> str:
+    """Return the topic of a camera's compressed pictures, named as ROS names it."""
+    return f"{camera}/compressed"
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse to record where something is already.
+
+    Raises:
+        ExperimentError: the folder is a file, or holds something.
+    """
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise ExperimentError("there is something already; a recording begins in a new folder", path=folder)

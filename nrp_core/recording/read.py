@@ -1,0 +1,162 @@
+"""Read recordings, also such whose writing was cut short."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from mcap.records import Channel, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC
+
+from nrp_core.errors import ExperimentError
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Role
+from nrp_core.recording.writer import McapFile
+from nrp_core.world.messages.cdr import Codec
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic of a recording.
+
+    Args:
+        name: as it was published or subscribed to.
+        type_name: full name of its type.
+        definition: text of its type and of those in it.
+        about: its metadata: ``role``, and ``unit`` where its values have one.
+    """
+
+    name: str
+    type_name: str
+    definition: str
+    about: Mapping[str, str]
+
+    @property
+    def role(self) -> str:
+        """One of :class:`~nrp_core.recording.layout.Role`, or the empty string in a foreign file."""
+        return self.about.get("role", "")
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A message of a recording: topic, simulated time, and the message itself."""
+
+    topic: str
+    t_ns: int
+    message: Any
+
+
+class Recording:
+    """A recording on disk.
+
+    Args:
+        path: the folder of a recording, or an MCAP file by itself.
+
+    Raises:
+        ExperimentError: there is no recording.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        path = Path(path)
+        self.folder = path if path.is_dir() else path.parent
+        self.file = path / MCAP_NAME if path.is_dir() else path
+        if not self.file.is_file():
+            raise ExperimentError(f"there is no recording: {self.file.name} is missing", path=path)
+
+    @cached_property
+    def run(self) -> dict[str, Any]:
+        """What ``run.json`` says: versions, seeds, machine, options, result; empty for a bare file."""
+        path = self.folder / RUN_NAME
+        if not path.is_file():
+            return {}
+        try:
+            return dict(json.loads(path.read_text()))
+        except ValueError as error:
+            raise ExperimentError(f"cannot be read as JSON: {error}", path=path) from error
+
+    @cached_property
+    def complete(self) -> bool:
+        """Whether the file was closed properly; if not, :meth:`messages` gives what is whole."""
+        with self.file.open("rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(0, size - len(MCAP0_MAGIC)))
+            return size > len(MCAP0_MAGIC) and file.read() == MCAP0_MAGIC
+
+    @cached_property
+    def topics(self) -> dict[str, Topic]:
+        """Every topic by its name."""
+        return {topic.name: topic for topic, _ in self._read()}
+
+    def with_role(self, *roles: Role) -> list[Topic]:
+        """Return the topics of these roles."""
+        return [topic for topic in self.topics.values() if topic.role in roles]
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
+        """Return messages in the order of writing, which is that of time.
+
+        Args:
+            topics: only these; all by default.
+        """
+        codec = Codec({})
+        for topic, message in self.raw(topics):
+            codec.define(topic.type_name, topic.definition)
+            yield Recorded(topic.name, message.log_time, codec.decode(message.data, topic.type_name))
+
+    def raw(self, topics: Collection[str] | None = None) -> Iterator[tuple[Topic, Message]]:
+        """Return messages undecoded, as records of the file."""
+        for topic, message in self._read():
+            if message is not None and (topics is None or topic.name in topics):
+                yield topic, message
+
+    def _read(self) -> Iterator[tuple[Topic, Message | None]]:
+        """Return every topic when it opens (without a message), and every message."""
+        schemas: dict[int, Schema] = {}
+        topics: dict[int, Topic] = {}
+        for record in _records(self.file):
+            if isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel) and record.id not in topics and record.schema_id in schemas:
+                schema = schemas[record.schema_id]
+                topic = Topic(record.topic, schema.name, schema.data.decode(), record.metadata)
+                topics[record.id] = topic
+                yield topic, None
+            elif isinstance(record, Message) and record.channel_id in topics:
+                yield topics[record.channel_id], record
+
+
+def recover(path: Path | str, target: Path) -> int:
+    """Write everything that is whole in a cut MCAP file into a proper one.
+
+    Returns:
+        The number of messages.
+    """
+    recovered = McapFile(target, Codec({}))
+    try:
+        for topic, message in Recording(path).raw():
+            if not recovered.knows(topic.name):
+                recovered.codec.define(topic.type_name, topic.definition)
+                recovered.announce(topic.name, topic.type_name, topic.about)
+            recovered.write(topic.name, message.log_time, message.data)
+    finally:
+        recovered.close()
+    return sum(recovered.counts.values())
+
+
+def _records(path: Path) -> Iterator[McapRecord]:
+    """Return the records of an MCAP file up to where it was cut or stops making sense."""
+    with path.open("rb") as file:
+        limit = path.stat().st_size
+        records = StreamReader(file, validate_crcs=True, record_size_limit=limit).records
+        while True:
+            try:
+                record = next(records, None)
+            except Exception:  # noqa: BLE001  a cut shows in as many ways as there are kinds of records
+                return
+            if record is None:
+                return
+            yield record

@@ -1,0 +1,67 @@
+"""The entry point: what it declares, what it costs to import, and that any machine computes the same."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
+from pydantic import ValidationError
+
+from nrp_core.clock import StepPlan
+from nrp_core.errors import TimestepError
+from nrp_core.simulation import Determinism
+
+
+def test_importing_and_asking_loads_no_compiler() -> None:
+    code = (
+        "import sys; from nrp_brain_spinnaker import SpinnakerBackend as B; b = B(); "
+        "b.capabilities(b.options()); sys.exit('numba' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0
+
+
+def test_extensions_are_marked() -> None:
+    has = SpinnakerBackend().capabilities(SpinnakerOptions())
+    assert has.determinism is Determinism.BITWISE
+    assert has.extensions == {
+        "IF_cond_alpha", "EIF_cond_exp_isfa_ista", "EIF_cond_alpha_isfa_ista", "HH_cond_exp", "tsodyks_markram",
+    }  # fmt: skip
+    assert has.extensions <= has.cells | has.synapses
+    assert {"IF_curr_exp", "IZK_cond_exp", "Izhikevich"} <= has.cells - has.extensions
+
+
+def test_the_loop_refuses_a_period_off_the_grid() -> None:
+    has = SpinnakerBackend().capabilities(SpinnakerOptions(timestep="0.3 ms"))
+    with pytest.raises(TimestepError, match=r"brain's step \(0\.3 ms\)"):
+        StepPlan(20_000_000, has.resolution_ns)
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ({"timestep": "0 ms"}, "must be more than 0"),
+        ({"timestep": "1500 ns"}, "whole microseconds"),
+        ({"timestep": 1}, "needs a unit"),
+        ({"semantics": "pyn"}, "'pynn' or 'released'"),
+        ({"weights": "both"}, "'machine' or 'host'"),
+        ({"neurons_per_core": 257}, "less than or equal to 256"),
+        ({"time_step": "1 ms"}, "Extra inputs are not permitted"),
+    ],
+)
+def test_an_impossible_option_is_refused(option: dict, message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        SpinnakerOptions.model_validate(option)
+
+
+def test_without_a_compiler_every_bit_is_the_same() -> None:
+    script = Path(__file__).parent / "every_kernel.py"
+    digests = [
+        subprocess.run(
+            [sys.executable, "-W", "error", script, *blocked],
+            check=True, capture_output=True, text=True, timeout=120,
+        ).stdout
+        for blocked in ([], ["numba"])
+    ]  # fmt: skip
+    assert digests[0] == digests[1]
+    assert "9 cell types fired" in digests[0]

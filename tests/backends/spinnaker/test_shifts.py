@@ -1,0 +1,168 @@
+"""Left shifts and raw weights: what the host of sPyNNaker 7.4.1 chose, and its rules at their edges."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nrp_brain_spinnaker.delays import longest_delay, slots_available, slots_used, stages
+from nrp_brain_spinnaker.distributions import binomial_quantile, parse_distribution, poisson_share_below
+from nrp_brain_spinnaker.loader import load
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_brain_spinnaker.shifts import Expectation, Incoming, largest_input, left_shift
+from nrp_brain_spinnaker.weights import host_raw, machine_raw
+
+from nrp_core.brain.network import Network, Origin, Population, Projection
+
+MAPPING = {
+    network["name"]: {population["label"]: population for population in network["populations"]}
+    for network in json.loads((Path(__file__).parent / "oracles" / "spinnaker_mapping.json").read_text())
+}
+MILLISECOND = Expectation(step_ms=1.0)
+
+
+def all_to_all(n_pre: int, n_post: int) -> list[tuple[int, int]]:
+    return [(i, j) for i in range(n_pre) for j in range(n_post)]
+
+
+def one_to_one(n: int) -> list[tuple[int, int]]:
+    return [(i, i) for i in range(n)]
+
+
+def shifts_of(*parts: Population | Projection) -> dict[str, list[int]]:
+    populations = {part.label: part for part in parts if isinstance(part, Population)}
+    network = Network(populations, tuple(part for part in parts if isinstance(part, Projection)))
+    table = load(network, SpinnakerOptions()).machine.cells.populations
+    labels = [label for label, population in populations.items() if not population.is_source]
+    return dict(zip(labels, table[:, -2:].tolist(), strict=True))
+
+
+Maker = Callable[..., Population]
+
+
+def test_one_strong_weight(cells: Maker, spike_source: Maker, connect: Callable[..., Projection]) -> None:
+    shifts = shifts_of(spike_source("src", []), cells("n", "IF_curr_exp"), connect("src", "n", 5.0))
+    assert shifts["n"] == MAPPING["one_to_one_w5"]["n"]["left_shifts"]
+
+
+def test_equal_delays_count_as_simultaneous(
+    cells: Maker, spike_source: Maker, connect: Callable[..., Projection]
+) -> None:
+    parts = spike_source("src", *[[]] * 100), cells("n", "IF_curr_exp", 100)
+    shifts = shifts_of(*parts, connect("src", "n", 0.05, pairs=all_to_all(100, 100)))
+    assert shifts["n"] == MAPPING["all_to_all_const_delay"]["n"]["left_shifts"]
+
+
+def test_conductances_carry_a_factor_of_1024(
+    cells: Maker, spike_source: Maker, connect: Callable[..., Projection]
+) -> None:
+    pairs = all_to_all(100, 100)
+    shifts = shifts_of(
+        spike_source("src", *[[]] * 100), cells("n", "IF_cond_exp", 100),
+        connect("src", "n", 0.004, pairs=pairs),
+        connect("src", "n", 0.05, 2.0, pairs=pairs, receptor="inhibitory"),
+    )  # fmt: skip
+    assert shifts["n"] == MAPPING["cond_weights"]["n"]["left_shifts"]
+
+
+def test_a_balanced_network_by_its_connection_probabilities(cells: Maker, spike_source: Maker) -> None:
+    def random(pre: str, post: str, weight: float, delay: float) -> Projection:
+        return Projection(
+            f"{pre}-{post}", pre, post, "excitatory" if weight > 0 else "inhibitory",
+            np.zeros(1, np.int32), np.zeros(1, np.int32), np.array([weight]), np.array([delay]),
+            origin=Origin("FixedProbabilityConnector", {"p_connect": 0.1}, weight, delay),
+        )  # fmt: skip
+
+    shifts = shifts_of(
+        cells("exc", "IF_curr_exp", 800), cells("inh", "IF_curr_exp", 200),
+        spike_source("ext", *[[]] * 1000),
+        random("exc", "exc", 0.1, 2.0), random("exc", "inh", 0.1, 2.0),
+        random("inh", "exc", -0.5, 2.0), random("inh", "inh", -0.5, 2.0),
+        random("ext", "exc", 0.1, 1.0),
+    )  # fmt: skip
+    expected = MAPPING["balanced_1000"]
+    assert shifts == {label: expected[label]["left_shifts"] for label in ("exc", "inh")}
+
+
+@pytest.mark.parametrize(("network", "label"), [(n, p) for n, ps in MAPPING.items() for p in ps])
+def test_delay_slots_by_neurons_on_a_core(network: str, label: str) -> None:
+    population = MAPPING[network][label]
+    if "max_delay_slots" in population:
+        on_core = min(population["n_neurons"], 256)
+        assert slots_available(on_core) == population["max_delay_slots"]
+        longest = {2: 1, 128: 100, 32: 100}[population["delay_slots_used"]]
+        assert slots_used(on_core, longest) == population["delay_slots_used"]
+
+
+def test_long_delays_take_the_stages_of_a_delay_extension() -> None:
+    assert MAPPING["long_delays"]["src_delayed"]["n_delay_stages"] == stages(256, 100) == 3
+    assert longest_delay(256) == 288
+
+
+@given(st.floats(0, 60000))
+def test_the_shift_leaves_a_spare_bit_above_the_largest_input(largest: float) -> None:
+    shift = left_shift(largest)
+    assert largest < 2**shift
+    assert shift == 0 or largest >= 2 ** (shift - 1)
+    assert host_raw(np.array([largest]), shift, 1)[0] <= 2**15
+
+
+def test_different_delays_are_bounded_by_statistics_and_never_below_one_weight() -> None:
+    many = Incoming(connections=1000, largest=0.1, mean=0.1, variance=0.0, delay_variance=1.0)
+    rate = 1000 * 0.03
+    assert largest_input([many], 1, MILLISECOND) == pytest.approx(rate * 0.1 + 5 * np.sqrt(rate * 0.01))
+    lone = Incoming(connections=1, largest=3.0, mean=3.0, variance=0.0, delay_variance=1.0)
+    assert largest_input([lone], 1, MILLISECOND) == 3.0
+
+
+def test_unequal_weights_widen_the_bound() -> None:
+    equal = Incoming(1000, 1.0, 0.1, 0.0, 1.0)
+    unequal = Incoming(1000, 1.0, 0.1, 0.05, 1.0)
+    assert largest_input([unequal], 1, MILLISECOND) > largest_input([equal], 1, MILLISECOND)
+
+
+@given(st.floats(0, 0.999))
+def test_machine_weights_pass_through_s1615_and_host_weights_do_not(weight: float) -> None:
+    on_host, on_machine = (
+        int(convert(np.array([weight]), 4, 1024)[0]) for convert in (host_raw, machine_raw)
+    )
+    assert on_host == round(weight * 2**21) % 2**16
+    assert on_machine == round(weight * 2**15) * 2**6 % 2**16
+
+
+def test_a_tiny_conductance_vanishes_on_the_machine_but_not_on_the_host() -> None:
+    assert machine_raw(np.array([1e-5]), 0, 1024)[0] == 0
+    assert host_raw(np.array([1e-5]), 0, 1024)[0] == 336
+
+
+@pytest.mark.parametrize(
+    ("text", "mean", "variance"),
+    [
+        ("uniform(low=1, high=3)", 2.0, 1 / 3),
+        ("normal(mu=0.5, sigma=0.1)", 0.5, 0.01),
+        ("exponential(beta=2.0)", 2.0, 4.0),
+        ("lognormal(mu=0.0, sigma=0.5)", 1.1331, 0.3647),
+        ("normal_clipped(mu=0.0, sigma=1.0, low=0.0, high=100.0)", 0.7979, 0.3634),
+        ("normal_clipped_to_boundary(mu=0.0, sigma=1.0, low=0.0, high=100.0)", 0.3989, 0.3408),
+    ],
+)
+def test_distributions_are_read_with_their_moments(text: str, mean: float, variance: float) -> None:
+    read = parse_distribution(text)
+    assert read is not None
+    assert (read.mean, read.variance) == (pytest.approx(mean, rel=0.01), pytest.approx(variance, rel=0.02))
+    assert read.quantile(0.3) < read.quantile(0.9) <= read.most_probable_extreme(10)
+
+
+@pytest.mark.parametrize("text", [0.5, None, "0.5", "vonmises(mu=0, kappa=1)", "normal(mu=0.5)", "normal(a)"])
+def test_what_is_no_known_distribution_is_left_to_the_drawn_values(text: object) -> None:
+    assert parse_distribution(text) is None
+
+
+def test_counts_of_connections_are_quantiles_of_the_binomial() -> None:
+    assert binomial_quantile(800, 0.1, 1 - 1e-4 / 640000) == 138
+    edges = [(5, 0.0), (5, 1.0), (0, 0.5)]
+    assert [binomial_quantile(n, probability, 0.5) for n, probability in edges] == [0, 5, 0]
+    assert poisson_share_below(1, 0.3) == pytest.approx(np.exp(-0.3))

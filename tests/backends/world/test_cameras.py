@@ -1,0 +1,271 @@
+"""Pictures: flat colours that arrive exactly, left on the left, alike in all renderers."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from math import atan, pi, tan
+
+import cv2
+import numpy as np
+import pytest
+
+from nrp_core.errors import CapabilityError
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.physics.optics import SKY, bytes_of
+from nrp_core.world.scene.model import (
+    Box,
+    Camera,
+    Capsule,
+    Cylinder,
+    Joint,
+    Link,
+    Mesh,
+    Model,
+    Plane,
+    Scene,
+    Sphere,
+    Visual,
+)
+from nrp_core.world.scene.pose import Pose
+
+RED, GREEN, BLUE = (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
+EYE = Pose((-0.16, 0.0, 0.503))  # of the standing robot's camera
+
+
+def ahead(parts, name, x=0.0, y=0.0, z=0.0, *, geometry=None, rgba=RED, turned=None):
+    """Return a thing at a place given in the camera's frame."""
+    pose = EYE @ Pose((x, y, z)) @ (turned or Pose())
+    return parts.thing(name, geometry or Box((0.2, 0.2, 0.2)), pose, rgba=rgba, solid=False)
+
+
+def scene_of(*models):
+    return Scene(models)
+
+
+def where(picture, color):
+    """Return rows and columns of the pixels of a colour, as centres relative to the picture's, in -1..1."""
+    height, width, _ = picture.shape
+    rows, columns = np.nonzero((picture == color).all(axis=2))
+    return (rows + 0.5) * 2 / height - 1, (columns + 0.5) * 2 / width - 1
+
+
+def test_left_is_left_and_up_is_up(look, parts):
+    left, right = ahead(parts, "left", 3, 1, 0, rgba=RED), ahead(parts, "right", 3, -1, 0, rgba=GREEN)
+    up = ahead(parts, "up", 3, 0, 1, rgba=BLUE)
+    picture = look(left, right, up, parts.husky())
+    assert where(picture, (255, 0, 0))[1].mean() < -0.2
+    assert where(picture, (0, 255, 0))[1].mean() > 0.2
+    assert where(picture, (0, 0, 255))[0].mean() < -0.2
+
+
+def test_a_camera_turns_with_its_robot(look, parts):
+    target = ahead(parts, "target", 0.16, 3, 0)  # to the left of the robot
+    assert not where(look(target, parts.husky()), (255, 0, 0))[0].size
+    turned = Pose.from_rpy((0, 0, parts.standing), 0, 0, pi / 2)
+    assert where(look(target, parts.husky(pose=turned)), (255, 0, 0))[0].size
+
+
+def test_the_horizontal_field_of_view_is_that_of_the_file(look, parts):
+    edge = tan(1.0 / 2) * 4  # half the width that 1 rad sees at 4 m
+    sides = [
+        ahead(parts, n, 4, y, 0, geometry=Box((0.01, 0.3, 0.3)))
+        for n, y in (("in", edge - 0.3), ("out", -edge - 0.3))
+    ]
+    _, columns = where(look(*sides, parts.husky(horizontal_fov=1.0, width=320, height=240)), (255, 0, 0))
+    assert columns.size
+    assert columns.max() < 0
+    assert columns.min() == pytest.approx(-1 + 0.15 / edge, abs=0.02)
+
+
+def test_pixels_are_square(look, parts):
+    picture = look(ahead(parts, "ball", 3, geometry=Sphere(0.5)), parts.husky(width=200, height=100))
+    rows, columns = np.nonzero((picture == (255, 0, 0)).all(axis=2))
+    assert np.ptp(rows) == pytest.approx(np.ptp(columns), abs=2)
+
+
+def test_every_level_of_a_colour_arrives_exactly(renderer, parts):
+    backend, name = renderer
+    screen = ahead(parts, "screen", 1, geometry=Box((0.01, 5, 5)))
+    options = backend.options(renderer=name)
+    with backend.open(scene_of(screen, parts.husky(width=16, height=12)), seed=1, options=options) as world:
+        for level in range(256):
+            world.set_color("screen/link/visual", (level / 255, 1 - level / 255, 0.2, 1.0))
+            picture = world.render("husky", "eye", "camera")
+            assert picture[3, 8].tolist() == [level, 255 - level, 51]
+
+
+def test_a_new_colour_is_seen_in_the_next_picture(renderer, parts, advance):
+    backend, name = renderer
+    left, right = (ahead(parts, n, 1, y, geometry=Box((0.01, 2, 5))) for n, y in (("left", 1), ("right", -1)))
+    scene = scene_of(parts.floor(), left, right, parts.husky())
+    with backend.open(scene, seed=1, options=backend.options(renderer=name)) as world:
+        pictures = world.subscribe("/husky/camera")
+        advance(world, 0.04)
+        assert (pictures.latest.message.data[4] == (255, 0, 0)).all()
+        world.advertise("/right/link/visual/color").publish(ColorRGBA(0, 0, 1, 1))
+        picture = world.render("husky", "eye", "camera")
+        assert (picture[4, :32] == (255, 0, 0)).all()
+        assert (picture[4, 32:] == (0, 0, 255)).all()
+        world.reset()
+        assert (world.render("husky", "eye", "camera")[4] == (255, 0, 0)).all()
+
+
+def test_what_nothing_covers_is_sky(look, parts):
+    assert (look(parts.husky())[:10] == bytes_of(SKY)).all()
+
+
+def test_what_is_transparent_is_not_seen(look, parts):
+    ghost = ahead(parts, "ghost", 1, geometry=Box((0.01, 5, 5)), rgba=(1, 0, 0, 0.0))
+    glass = ahead(parts, "glass", 3, geometry=Sphere(0.5), rgba=(0, 0, 1, 0.5))
+    picture = look(ghost, glass, parts.husky())
+    assert not where(picture, (255, 0, 0))[0].size
+    assert where(picture, (0, 0, 255))[0].size
+
+
+def test_visuals_are_seen_and_collisions_are_not(look, parts):
+    base, *links = parts.husky().links
+    bare = replace(parts.husky(), links=(replace(base, visuals=()), *links))
+    yellow = (230, 204, 26)
+    assert where(look(parts.husky()), yellow)[0].min() > 0
+    assert not where(look(bare), yellow)[0].size
+
+
+@pytest.mark.parametrize("size", [0.05, 0.3])
+def test_a_camera_does_not_see_the_housing_around_it(look, parts, size):
+    robot = parts.husky()
+    eye = next(link for link in robot.links if link.name == "eye")
+    housed = replace(eye, visuals=(Visual("housing", Box((size, size, size)), rgba=RED),))
+    links = tuple(housed if link is eye else link for link in robot.links)
+    picture = look(replace(robot, links=links))
+    assert (picture == look(robot)).all()
+
+
+def test_a_camera_does_not_see_what_is_nearer_than_its_clip_distance(look, parts):
+    robot = parts.husky(near=0.5)
+    eye = next(link for link in robot.links if link.name == "eye")
+    lens = Visual("lens", Box((0.1, 0.1, 0.1)), Pose((0.3, 0, 0)), RED)
+    links = tuple(replace(eye, visuals=(lens,)) if link is eye else link for link in robot.links)
+    assert not where(look(replace(robot, links=links)), (255, 0, 0))[0].size
+
+
+def test_a_smaller_image_scale_sees_the_same_with_fewer_pixels(look, parts):
+    screen = ahead(parts, "screen", 3, 0.8, 0.4, geometry=Box((0.1, 1, 1)))
+    full = look(screen, parts.husky(width=320, height=240))
+    small = look(screen, parts.husky(width=320, height=240), image_scale=0.2)
+    assert full.shape == (240, 320, 3)
+    assert small.shape == (48, 64, 3)
+    red = [(picture == (255, 0, 0)).all(axis=2) for picture in (full, small)]
+    assert red[0].mean() == pytest.approx(red[1].mean(), abs=0.01)
+
+
+def test_pictures_are_fresh_and_read_only(renderer, parts):
+    backend, name = renderer
+    with backend.open(scene_of(parts.husky()), seed=1, options=backend.options(renderer=name)) as world:
+        first = world.render("husky", "eye", "camera")
+        world.set_color("husky/base_link/chassis", RED)
+        assert not (first == world.render("husky", "eye", "camera")).all()
+        with pytest.raises(ValueError, match="read-only"):
+            first[0, 0] = 0
+
+
+def test_a_camera_on_a_moving_joint_looks_where_the_joint_stands(renderer, parts, advance):
+    backend, name = renderer
+    neck = Joint("neck", "revolute", "world", "head", Pose((0, 0, 1)), (0, 0, 1), -0.1, 1.2)
+    camera = Camera("camera", "/head/camera", 30, 1.2, 64, 48)
+    moment = (0.1, 0.1, 0.1, 0, 0, 0)
+    inertial = replace(parts.husky().links[0].inertial, mass=1.0, pose=Pose((0, -0.3, 0)), inertia=moment)
+    head = Model("head", (Link("head", Pose((0, 0, 1)), inertial, sensors=(camera,)),), (neck,))
+    target = parts.thing("target", Sphere(0.3), Pose((1.0, 2.6, 1.0)), rgba=RED)  # at about 1.2 rad
+    scene = replace(scene_of(head, target), gravity=(9.8, 0.0, 0.0))  # turns the head left, up to its limit
+    with backend.open(scene, seed=1, options=backend.options(renderer=name)) as world:
+        assert not where(world.render("head", "head", "camera"), (255, 0, 0))[0].size
+        advance(world, 3.0)
+        _, columns = where(world.render("head", "head", "camera"), (255, 0, 0))
+        assert columns.mean() == pytest.approx(tan(1.2 - atan(2.6)) / tan(0.6), abs=0.05)
+
+
+def test_renderers_agree_on_all_shapes(look_with_all, parts, tmp_path):
+    mesh = tmp_path / "pyramid.obj"
+    mesh.write_text(
+        "v 1 1 0\nv -1 1 0\nv -1 -1 0\nv 1 -1 0\nv 0 0 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 4 3 2 1\n"
+    )
+    shapes = [
+        Box((0.3, 0.6, 0.4)), Sphere(0.3), Cylinder(0.2, 0.6), Capsule(0.15, 0.4), Mesh(mesh, (0.3, 0.3, 0.6)),
+        Plane((0.5, 0.8)),
+    ]  # fmt: skip
+    turned = Pose.from_rpy((0, 0, 0), 0.4, -0.8, 0.3)
+    things = [
+        ahead(
+            parts,
+            f"thing{i}",
+            3,
+            1.8 - 0.7 * i,
+            0.3,
+            geometry=shape,
+            rgba=(0.1 + 0.15 * i, 0.5, 0.3, 1),
+            turned=turned,
+        )
+        for i, shape in enumerate(shapes)
+    ]
+    pictures = look_with_all(parts.floor(), *things, parts.husky(width=320, height=240))
+    reference = pictures["rays"]
+    for i in range(len(shapes)):
+        color = bytes_of((0.1 + 0.15 * i, 0.5, 0.3, 1))
+        assert (reference == color).all(axis=2).sum() > 100, f"{shapes[i]} is seen"
+    for name, picture in pictures.items():
+        assert (picture == reference).all(axis=2).mean() > 0.99, name
+
+
+def test_renderers_agree_on_how_much_red_is_left_and_right(look_with_all, parts):
+    screen = ahead(parts, "screen", 2.5, 1.0, 0.6, geometry=Box((0.015, 1.96, 1.1)))
+    models = (parts.floor(), parts.wall(3.0), screen, parts.husky(width=320, height=240))
+    shares = {}
+    for name, picture in look_with_all(*models).items():
+        hsv = cv2.cvtColor(np.ascontiguousarray(picture), cv2.COLOR_RGB2HSV)
+        red = cv2.inRange(hsv, np.array([0, 30, 30]), np.array([0, 255, 255])) > 0
+        shares[name] = (red[:, :160].mean(), red[:, 160:].mean())
+    assert shares["rays"][0] > 0.1
+    for name, share in shares.items():
+        assert share == pytest.approx(shares["rays"], abs=0.0025), name
+
+
+def test_pictures_of_two_worlds_opened_at_once_do_not_mix(renderer, parts):
+    backend, name = renderer
+    options = backend.options(renderer=name)
+    scenes = [
+        scene_of(ahead(parts, "s", 1, geometry=Box((0.01, 5, 5)), rgba=c), parts.husky()) for c in (RED, BLUE)
+    ]
+    with (
+        backend.open(scenes[0], seed=1, options=options) as one,
+        backend.open(scenes[1], seed=1, options=options) as two,
+    ):
+        for world, color in ((one, (255, 0, 0)), (two, (0, 0, 255)), (one, (255, 0, 0))):
+            assert (world.render("husky", "eye", "camera")[4] == color).all()
+
+
+def test_without_graphics_libraries_cameras_are_cast_by_rays():
+    script = """
+from nrp_core.registry import worlds
+backend = worlds().load("mujoco")
+assert backend.capabilities(backend.options()).renderers == ("rays",)
+assert not backend.diagnose()[0].present
+import nrp_world_mujoco.world
+import sys
+assert "OpenGL" not in sys.modules
+"""
+    pytest.importorskip("mujoco")
+    environment = {**os.environ, "MUJOCO_GL": "disable"}
+    subprocess.run([sys.executable, "-c", script], env=environment, check=True, timeout=60)
+
+
+def test_a_forced_renderer_that_does_not_work_is_an_error(parts, monkeypatch):
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    pytest.importorskip("mujoco")
+    from nrp_core.registry import worlds
+
+    backend = worlds().load("mujoco")
+    with pytest.raises(CapabilityError, match="renderer 'gl' does not work on this machine; use 'rays'"):
+        backend.open(scene_of(parts.husky()), seed=1, options=backend.options(renderer="gl"))

@@ -1,0 +1,12 @@
+"""Options of the whole test suite."""
+
+from pathlib import Path
+
+import pytest
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--oracle", action="append", default=[], type=Path, metavar="FILE",
+        help="check this file of references as well (.npz: event, .json: spinnaker); repeatable",
+    )  # fmt: skip
