@@ -1,0 +1,67 @@
+"""Every block of code in the documentation runs.
+
+Blocks of one page run in order, in one fresh folder: ``sh`` as a script, ``python`` as a program; a block whose first line
+is a comment with a file name is written to that file instead. Blocks of language ``text`` show output. A
+block after ``<!-- not run: reason -->`` is skipped.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
+
+BLOCK = re.compile(r"(<!-- not run: .+? -->\n)?^```(\w+)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILE_NAME = re.compile(r"(?:#|<!--) ([\w./-]+\.\w+)(?: -->)?\n")
+RUNS_AS = {"sh": ["bash", "-e"], "python": [sys.executable]}
+
+
+@dataclass(frozen=True)
+class Block:
+    """One block of code."""
+
+    language: str
+    text: str
+    line: int
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    text = page.read_text()
+    for match in BLOCK.finditer(text):
+        if not match[1] and match[2] != "text":
+            yield Block(match[2], match[3], text[: match.start()].count("\n") + 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [p for p in PAGES if any(blocks(p))], ids=lambda p: str(p.relative_to(ROOT)))
+def test_every_block_of_a_page_runs(page: Path, tmp_path: Path) -> None:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    for block in blocks(page):
+        named = FILE_NAME.match(block.text)
+        if named:
+            file = tmp_path / named[1]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block.text)
+            continue
+        assert block.language in RUNS_AS, f"{page}:{block.line}: nothing runs a block of '{block.language}'"
+        done = subprocess.run(
+            RUNS_AS[block.language], input=block.text, cwd=tmp_path, env={**os.environ, "PATH": path},
+            capture_output=True, text=True, timeout=300, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, f"{page}:{block.line}\n{done.stdout}\n{done.stderr}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_every_link_of_a_page_leads_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", BLOCK.sub("", page.read_text())):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{page.name} links to {target}"
