@@ -28,7 +28,8 @@ try:
 except ImportError:
     COMPILED = False
 
-_SHARED_KERNELS = Path(__file__).parent / "brain"
+_SHARED = Path(__file__).parent / "brain" / "filters.py"
+"""Formulas that the kernels of backends are compiled from as well."""
 _logger = logging.getLogger(__name__)
 
 
@@ -48,7 +49,7 @@ def jit(function: F) -> F:
 @cache
 def _cache_directory(package: Path, chosen: str) -> Path:
     """Return where the code of a package goes, by the contents of all files that it is compiled from."""
-    sources = sorted({*package.glob("*.py"), *_SHARED_KERNELS.glob("*.py")})
+    sources = sorted({*package.glob("*.py"), _SHARED})
     digest = hashlib.blake2b(digest_size=8)
     for source in sources:
         digest.update(source.read_bytes())
@@ -59,14 +60,14 @@ def _cache_directory(package: Path, chosen: str) -> Path:
 if COMPILED:
 
     @intrinsic  # type: ignore[untyped-decorator]
-    def borrowed(typing: Any, array: Any) -> Any:
+    def borrowed(_typing: Any, array: Any) -> Any:
         """Return an array without a share in its memory, which the caller keeps alive.
 
         Compiled code counts references atomically in each call that passes an array; in a kernel of many
         short calls that takes most of the time.
         """
 
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
             view = context.make_array(array)(context, builder, arguments[0])
             view.meminfo = view.meminfo.type(None)
             return view._getvalue()

@@ -53,9 +53,31 @@ def existing_file(value: object) -> Path:
     raise MissingFileError(f"no file '{value}' in {folder}{did_you_mean(path.name, alike or beside)}")
 
 
+def existing_folder(value: object) -> Path:
+    """Return the absolute path of a folder.
+
+    Raises:
+        MissingFileError: there is no such folder.
+        ValueError: it is no name of a folder.
+    """
+    if not isinstance(value, (str, Path)):
+        raise ValueError(f"the name of a folder is a text, not {value!r}")
+    path = (value.folder if isinstance(value, TextFrom) else Path.cwd()) / Path(value).expanduser()
+    if not path.is_dir():
+        raise MissingFileError(f"there is no folder {path}")
+    return path.resolve()
+
+
 ExistingFile = Annotated[
     Path,
     BeforeValidator(existing_file),
     WithJsonSchema({"type": "string", "description": "a file, relative to the file that names it"}),
 ]
 """A file that exists, kept as an absolute path."""
+
+ExistingFolder = Annotated[
+    Path,
+    BeforeValidator(existing_folder),
+    WithJsonSchema({"type": "string", "description": "a folder, relative to the file that names it"}),
+]
+"""A folder that exists, kept as an absolute path."""

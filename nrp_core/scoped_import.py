@@ -12,9 +12,10 @@ import importlib
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any
 
 from nrp_core.errors import ExperimentError, NrpError
@@ -37,12 +38,13 @@ class Scope:
         self._files: set[str] = set()
         self._neighbours: dict[Path, ModuleType] = {}
 
-    def run(self, path: Path, module: ModuleType | None = None) -> ModuleType:
+    def run(self, path: Path, module: ModuleType | None = None, code: CodeType | None = None) -> ModuleType:
         """Execute a file and return the module of its names; whatever the file raises comes through.
 
         Args:
             path: the file.
             module: where its names go and what it finds there already; by default a fresh one.
+            code: what the file means, where it is not Python itself.
         """
         module = ModuleType(path.stem, None) if module is None else module
         module.__dict__.update(__file__=str(path), __builtins__=self._builtins)
@@ -51,7 +53,8 @@ class Scope:
         module.__name__ = f"{path.stem}@{id(module):x}"
         sys.modules[module.__name__] = module
         try:
-            exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), module.__dict__)
+            code = code or compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
+            exec(code, module.__dict__)
         finally:
             del sys.modules[module.__name__]
         return module
@@ -75,8 +78,10 @@ class Scope:
         """
         path, line = self.place_of(error) or (file, None)
         if isinstance(error, ExperimentError):
-            error.path, error.line = error.path or path, error.line or line
-            return error
+            placed = copy(error)
+            if error.path is None:
+                placed.path, placed.line = path, line
+            return placed
         if isinstance(error, NrpError):
             return type(error)(f"{ExperimentError('', path=path, line=line).location}: {error}")
         if isinstance(error, SyntaxError):

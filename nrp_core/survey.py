@@ -126,7 +126,7 @@ def _times_of(package: str) -> tuple[int, ...]:
 
 def _packages_stamp() -> int:
     """Return a number that changes when a package is installed or removed."""
-    folders = [Path(entry) for entry in sys.path]
+    folders = [Path(entry) for entry in sys.path if entry]
     return hash(tuple(folder.stat().st_mtime_ns for folder in folders if folder.is_dir()))
 
 
@@ -148,4 +148,5 @@ def _look(registry: Registry[Any], name: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    print(_MARK + json.dumps(_look(KINDS[sys.argv[1]](), sys.argv[2])))
+    # on a line of its own, whatever the backend has printed
+    print("\n" + _MARK + json.dumps(_look(KINDS[sys.argv[1]](), sys.argv[2])))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import inf
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -21,9 +22,9 @@ from nrp_core.brain.sinks import SinkPort, SinkSpec
 from nrp_core.brain.source_cells import PopulationTrains
 from nrp_core.brain.sources import SourcePort, SourceSpec
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.clock import milliseconds
+from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.diagnosis import Diagnosis
-from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError
+from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError, SnapshotError
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import INTERFACE_VERSION, Determinism, Simulation
 
@@ -42,6 +43,8 @@ class BrainCapabilities:
         cells: which PyNN standard cells can it simulate?
         synapses: which synapse types?
         extensions: which of these are additions to what the simulator is known for?
+        approximate: which cells does it solve so roughly that they leave their equations by more than the
+            resolution explains?
         resolution_ns: on which grid do its events lie? None: they are exact.
         determinism: how far do two runs agree?
         state_variables: which state can be read and set while running?
@@ -52,6 +55,7 @@ class BrainCapabilities:
     cells: frozenset[str]
     synapses: frozenset[str]
     extensions: frozenset[str] = frozenset()
+    approximate: frozenset[str] = frozenset()
     resolution_ns: int | None = None
     determinism: Determinism = Determinism.MACHINE
     state_variables: frozenset[str] = frozenset()
@@ -96,9 +100,12 @@ class Brain(Simulation):
             spec: the source, e.g. :class:`~nrp_core.brain.sources.PoissonSource`.
             neurons: global ids.
             name: names its random stream; equal names, equal trains.
+
+        Raises:
+            NeuronSelectionError: there is no such neuron, or it is a source itself.
         """
         self._require_ready()
-        port = spec.open(self._selected(neurons), self._seeds.child("device"), name)
+        port = spec.open(self._targets(neurons, name), self._seeds.child("device"), name)
         self._sources.append(port)
         return port
 
@@ -152,14 +159,27 @@ class Brain(Simulation):
             events = source.events(since_ms, until_ms)
             if len(events):
                 self._do_inject(events)
-        self._update_currents(since_ms)
-        self._do_run_until(t_ns)
+        self._run_under_currents(t_ns)
         spikes = self._do_take_spikes()
         if len(spikes) and not np.isfinite(spikes.times_ms).all():
             raise DivergedError(f"{type(self).__name__} gave a spike time that is not finite", t_ns=t_ns)
         spikes = Spikes.merged([spikes, *(Spikes(ids, times) for ids, times in emitted)])
         for sink in self._sinks:
             sink.receive(spikes, until_ms)
+
+    def _run_under_currents(self, t_ns: int) -> None:
+        """Run to ``t_ns``, halting where a current changes by itself, on the brain's own grid."""
+        grid_ns = self.capabilities.resolution_ns or 1
+        at_ns = self._now_ns
+        while at_ns < t_ns:
+            now_ms = milliseconds(at_ns)
+            self._update_currents(now_ms)
+            change_ms = min((source.next_change_ms(now_ms) for source in self._sources), default=inf)
+            stop_ns = t_ns
+            if change_ms < milliseconds(t_ns):
+                stop_ns = min(t_ns, -(-round(change_ms * NS_PER_MS) // grid_ns) * grid_ns)
+            self._do_run_until(stop_ns)
+            at_ns = stop_ns
 
     def _update_currents(self, now_ms: float) -> None:
         total: FloatArray | None = None
@@ -189,17 +209,33 @@ class Brain(Simulation):
     def _save(self) -> object:
         self._require_snapshot()
         devices = [device.save() for device in self._devices()]
-        return self._seed, self._currents, devices, self._do_save()
+        return self._seed, self._currents, self._device_names(), devices, self._do_save()
 
     def _load(self, saved: Any) -> None:
         self._require_snapshot()
-        self._seed, self._currents, devices, state = saved
+        seed, currents, names, devices, state = saved
+        if names != self._device_names():
+            raise SnapshotError(f"the snapshot has other devices than the brain: {names}")
+        self._seed, self._currents = seed, currents
         for device, state_of in zip(self._devices(), devices, strict=True):
             device.restore(state_of)
         self._do_restore(state)
 
     def _devices(self) -> Iterable[PopulationTrains | SourcePort | SinkPort]:
         return [*self._trains, *self._sources, *self._sinks]
+
+    def _device_names(self) -> list[str]:
+        return [f"{type(port).__name__} {port.name}" for port in self.devices]
+
+    def _targets(self, neurons: npt.ArrayLike, name: str) -> IntArray:
+        ids = self._selected(neurons)
+        for label, population in self.network.populations.items():
+            first = self.network.offsets[label]
+            if population.is_source and ((ids >= first) & (ids < first + population.size)).any():
+                raise NeuronSelectionError(
+                    f"'{name}' cannot drive neurons of population '{label}', which only emit spikes"
+                )
+        return ids
 
     def _selected(self, neurons: npt.ArrayLike) -> IntArray:
         ids = np.atleast_1d(np.asarray(neurons, dtype=np.int64))
@@ -234,7 +270,7 @@ class Brain(Simulation):
 
     @abstractmethod
     def _do_take_spikes(self) -> Spikes:
-        """Return and forget the spikes since the last call, of cells that the core does not emit; any order."""
+        """Return and forget the spikes since the last call but those that the core emits; any order."""
 
     @abstractmethod
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:

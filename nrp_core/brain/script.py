@@ -7,11 +7,11 @@ Whatever PyNN simulator the script imports, ``nrp_core.pynn`` included, is the b
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any, TypeAlias
 
 from nrp_core.brain.network import Network
@@ -30,12 +30,17 @@ _LIBRARY = frozenset(
         "network", "parameters", "random", "recording", "serialization", "space", "standardmodels", "utility",
     }
 )  # fmt: skip
-# simulators that the installed PyNN does not have (any longer)
-_OTHER_SIMULATORS = frozenset({"nrp", "brian", "moose", "nemo", "pcsim"})
+# simulators that PyNN once had
+_FORMER_SIMULATORS = frozenset({"brian", "moose", "nemo", "pcsim"})
 
 
 def load_network(
-    path: Path | str, *, populations: Mapping[str, Selection] | None = None, seed: int = 0
+    path: Path | str,
+    *,
+    populations: Mapping[str, Selection] | None = None,
+    seed: int = 0,
+    simulators: Iterable[str] = (),
+    code: CodeType | None = None,
 ) -> Network:
     """Execute a brain script and return its network.
 
@@ -46,6 +51,8 @@ def load_network(
         populations: names for neurons of the script's ``circuit``, a population, view or assembly. A
             ``circuit`` that is a dictionary gives its populations the names of its keys instead.
         seed: all random numbers that the script does not seed itself follow from it.
+        simulators: dotted names of further modules that the script imports as its simulator.
+        code: what the script means, where it is not Python itself.
 
     Raises:
         NetworkError: the script is missing, is not Python, raises, or builds what cannot be; with
@@ -62,9 +69,9 @@ def load_network(
     except MissingFileError as error:
         raise NetworkError(str(error)) from None
     sim = builder(seed)
-    scope = scope_of(sim)
+    scope = scope_of(sim, simulators)
     try:
-        module = scope.run(file)
+        module = scope.run(file, code=code)
     except (Exception, SystemExit) as error:
         raise scope.located(error, NetworkError, file) from error
     try:
@@ -74,24 +81,28 @@ def load_network(
         raise
 
 
-def scope_of(sim: ModuleType) -> Scope:
-    """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses its classes."""
-    from nrp_core.brain.pynn.api import overlaid
+def scope_of(sim: ModuleType, simulators: Iterable[str] = ()) -> Scope:
+    """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses its classes.
+
+    Args:
+        sim: the simulator.
+        simulators: dotted names of further modules that are this simulator.
+    """
+    from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
+
+    more = frozenset(simulators)
 
     @cache
     def substitute(name: str) -> ModuleType | None:
         root, _, rest = name.partition(".")
         child = rest.partition(".")[0]
-        if name == sim.__name__ or (root == "pyNN" and _is_simulator(child)):
+        if name == sim.__name__ or name in more:
             return sim
-        if root == "pyNN" and child in _LIBRARY and find_spec(name):
-            return overlaid(importlib.import_module(name), vars(sim))
-        return None
+        if root != "pyNN" or not child:
+            return None
+        if child in _LIBRARY:
+            return overlaid(importlib.import_module(name), vars(sim)) if find_spec(name) else None
+        known = child == SIMULATOR_NAME or child in _FORMER_SIMULATORS or find_spec(f"pyNN.{child}")
+        return sim if known else None
 
-    return Scope(("pyNN", "nrp_core"), substitute)
-
-
-def _is_simulator(name: str) -> bool:
-    if name in _OTHER_SIMULATORS:
-        return True
-    return bool(name) and name not in _LIBRARY and find_spec(f"pyNN.{name}") is not None
+    return Scope({"pyNN", "nrp_core", *(name.partition(".")[0] for name in more)}, substitute)

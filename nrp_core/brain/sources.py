@@ -4,17 +4,33 @@ Names, units and defaults are those of the Neurorobotics Platform and PyNN (ms, 
 A source acts on its neurons from outside; it is not part of the network and leaves no trace in it.
 """
 
-from nrp_core.brain.currents import DCPort, DCSource
+from nrp_core.brain.currents import (
+    ACPort,
+    ACSource,
+    DCPort,
+    DCSource,
+    NoisyCurrentPort,
+    NoisyCurrentSource,
+)  # fmt: skip
 from nrp_core.brain.ports import SourcePort, SourceSpec
 from nrp_core.brain.trains import (
-    FixedFrequencyPort, FixedFrequencySource, PoissonPort, PoissonSource, SpikeSourceSpec, TrainPort,
+    FixedFrequencyPort,
+    FixedFrequencySource,
+    PoissonPort,
+    PoissonSource,
+    SpikeSourceSpec,
+    TrainPort,
 )  # fmt: skip
 
 __all__ = [
+    "ACPort",
+    "ACSource",
     "DCPort",
     "DCSource",
     "FixedFrequencyPort",
     "FixedFrequencySource",
+    "NoisyCurrentPort",
+    "NoisyCurrentSource",
     "PoissonPort",
     "PoissonSource",
     "SourcePort",

@@ -187,7 +187,7 @@ class PoissonPort(TrainPort):
 
     def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
         guess = self._operational(until_ms)
-        while self._last_u <= guess or self._real_ms(self._u[-1:])[0] <= until_ms:
+        while self._last_u <= guess + 1.0:  # so that the last arrival is surely not due
             self._draw()
         first, last = self._next, int(self._u.searchsorted(guess, "right"))
         while True:  # the guess is off by rounding, the times decide

@@ -9,6 +9,7 @@ from typing import Annotated, cast
 import typer
 
 from nrp_core.cli.backends import backends
+from nrp_core.cli.conformance import conformance
 from nrp_core.cli.doctor import doctor
 from nrp_core.cli.extensions import CommandGroup
 from nrp_core.cli.failure import INTERRUPTED, report, report_usage
@@ -19,7 +20,12 @@ from nrp_core.cli.run import run
 from nrp_core.cli.schema import schema
 from nrp_core.cli.validate import validate
 
-COMMANDS = (run, publish, validate, plot, backends, doctor, schema)
+COMMANDS = (run, publish, validate, plot, backends, conformance, doctor, schema)
+
+EXIT_CODES = (
+    "Exit codes: 0 all is well; 1 the answer is no, or a run failed; 2 the command is used wrongly; "
+    "3 an experiment is not valid; 4 a backend is missing; 130 interrupted."
+)
 
 # typer vendors the class it derives its own errors from, and has moved it between versions
 _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[1])
@@ -27,7 +33,7 @@ _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[1])
 
 def build_app() -> typer.Typer:
     """Return the application with the commands of the core; others are found by entry points."""
-    app = typer.Typer(cls=CommandGroup, rich_markup_mode=None, no_args_is_help=True)
+    app = typer.Typer(cls=CommandGroup, rich_markup_mode=None, no_args_is_help=True, epilog=EXIT_CODES)
     app.callback()(nrp)
     for command in COMMANDS:
         app.command()(command)
@@ -51,7 +57,13 @@ def run_app(arguments: Sequence[str]) -> int:
 
 def nrp(
     version: Annotated[
-        bool, typer.Option("--version", is_eager=True, callback=lambda value: _show_version(value))
+        bool,
+        typer.Option(
+            "--version",
+            is_eager=True,
+            callback=lambda value: _show_version(value),
+            help="Show the version and exit.",
+        ),
     ] = False,
     debug: Annotated[
         bool, typer.Option("--debug", envvar="NRP_DEBUG", help="Show the traceback of an error.")

@@ -16,11 +16,14 @@ if TYPE_CHECKING:
 
 def backends(
     refresh: Annotated[
-        bool, typer.Option("--refresh", help="Look again, even if nothing seems to have changed.")
+        bool,
+        typer.Option(
+            "--refresh", envvar="NRP_REFRESH", help="Look again, even if nothing seems to have changed."
+        ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """List the installed brain and world backends: what they have, or why they cannot be used."""
+    """List the installed backends: what they have, or why not."""
     from nrp_core.survey import survey
 
     found = survey(anew=refresh)

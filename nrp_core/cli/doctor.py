@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 def doctor(json: Json = False) -> None:
-    """Tell what this machine lacks, and what that means; fails if no brain or no world can run here."""
+    """Tell what this machine lacks and what that means.
+
+    Fails if no brain or no world can run here.
+    """
     from nrp_core.machine import describe, diagnose
     from nrp_core.survey import survey
 

@@ -4,10 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+
+
+def _backend_option(side: str) -> Any:
+    """Return the option that chooses a backend; shells complete it with the names that are installed."""
+    return typer.Option(
+        f"--{side}",
+        metavar="NAME",
+        envvar=f"NRP_{side.upper()}",
+        help=f"The {side} backend to use.",
+        autocompletion=lambda: sorted({entry.name for entry in entry_points(group=f"nrp_core.{side}")}),
+    )
+
 
 Json = Annotated[
     bool, typer.Option("--json", envvar="NRP_JSON", help="Write one JSON document to standard output.")
@@ -23,15 +36,15 @@ ExperimentName = Annotated[
 Overrides = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", "-s", metavar="KEY=VALUE", help="Override a value, e.g. -s 'world.options.timestep=1 ms'."
+        "--set",
+        "-s",
+        metavar="KEY=VALUE",
+        envvar="NRP_SET",
+        help="Override a value, e.g. -s 'world.options.timestep=1 ms'.",
     ),
 ]
-BrainName = Annotated[
-    str | None, typer.Option("--brain", metavar="NAME", envvar="NRP_BRAIN", help="The brain backend to use.")
-]
-WorldName = Annotated[
-    str | None, typer.Option("--world", metavar="NAME", envvar="NRP_WORLD", help="The world backend to use.")
-]
+BrainName = Annotated[str | None, _backend_option("brain")]
+WorldName = Annotated[str | None, _backend_option("world")]
 Seed = Annotated[
     int | None, typer.Option("--seed", envvar="NRP_SEED", help="What everything random follows from.")
 ]

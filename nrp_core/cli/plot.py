@@ -14,7 +14,10 @@ from nrp_core.cli.output import document
 def plot(
     recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE", help="A .png, .svg or .pdf file.")
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", envvar="NRP_OUTPUT", help="A .png, .svg or .pdf file."
+        ),
     ] = Path("run.png"),
     json: Json = False,
 ) -> None:

@@ -12,12 +12,14 @@ from typing import Self
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Column
 
 from nrp_core.experiment.run import Run
 
 PATIENCE_S = 2.0
-HINT = "the first time on a machine this compiles code, which can take a minute"
+HINT = "the first time on a machine this takes longer, because code is compiled"
 
+_WIDE = 110
 _SHORT = {"transfer_functions": "functions", "engine": "loop"}
 
 
@@ -64,11 +66,10 @@ class Display(ABC):
         now_s = monotonic()
         if self._timer is not None:
             self._stop_waiting()
-            self._began_s = now_s
+            self._began_s, self._next_s = now_s, now_s + self.interval_s
         if now_s >= self._next_s:
             self._next_s = now_s + self.interval_s
-            factor = run.now_s / (now_s - self._began_s) if now_s > self._began_s else 0.0
-            self._show_progress(run, factor)
+            self._show_progress(run, run.now_s / (now_s - self._began_s))
 
     def _stop_waiting(self) -> None:
         if self._timer is not None:
@@ -98,8 +99,15 @@ class Bar(Display):
 
     def __init__(self, console: Console) -> None:
         super().__init__()
-        columns = (TextColumn("{task.description}"), BarColumn(24), TextColumn("{task.fields[told]}"))
-        self._progress = Progress(*columns, console=console, transient=True, refresh_per_second=5)
+        text = Column(no_wrap=True)
+        columns = (
+            TextColumn("{task.description}", table_column=text),
+            BarColumn(None, table_column=Column(min_width=8, max_width=30, ratio=1)),
+            TextColumn("{task.fields[told]}", table_column=text),
+        )
+        self._progress = Progress(
+            *columns, console=console, transient=True, expand=True, refresh_per_second=5
+        )
         self._task = self._progress.add_task("", total=None, told="")
 
     def __enter__(self) -> Self:
@@ -119,9 +127,13 @@ class Bar(Display):
         self._progress.update(self._task, told=HINT)
 
     def _show_progress(self, run: Run, factor: float) -> None:
+        shares = run.loop.account.shares()
+        if self._progress.console.width < _WIDE:
+            most = max(shares, key=lambda name: shares[name])
+            shares = {most: shares[most]}
         told = (
             f"{run.now_s:.1f} of {self._end_s:g} s, {factor:.1f} x real time "
-            f"[dim]({shares_text(run.loop.account.shares())})[/dim]"
+            f"[dim]({shares_text(shares)})[/dim]"
         )
         name = run.experiment.name
         self._progress.update(self._task, description=name, total=self._end_s, completed=run.now_s, told=told)
@@ -136,10 +148,6 @@ class Lines(Display):
 
     def _show_delay(self, what: str) -> None:
         self._write(f"{what}; {HINT}")
-
-    def watch(self, run: Run, end_s: float) -> None:
-        super().watch(run, end_s)
-        self._next_s = monotonic() + self.interval_s
 
     def _show_progress(self, run: Run, factor: float) -> None:
         shares = shares_text(run.loop.account.shares())

@@ -33,9 +33,9 @@ def run(
     pictures: Annotated[
         Pictures,
         typer.Option(
-            metavar="jpeg|exact|off", envvar="NRP_PICTURES", help="How camera pictures are recorded."
+            metavar="exact|jpeg|off", envvar="NRP_PICTURES", help="How camera pictures are recorded."
         ),
-    ] = Pictures.JPEG,
+    ] = Pictures.EXACT,
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", envvar="NRP_PLOT", help="Draw a figure: a .png, .svg or .pdf file."),

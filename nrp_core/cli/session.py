@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING
 
 from nrp_core.cli.failure import INTERRUPTED, NO, as_data, complain, lines
 from nrp_core.cli.options import usage_errors
@@ -23,6 +23,10 @@ from nrp_core.experiment.result import Result
 from nrp_core.experiment.run import Run
 from nrp_core.quantities import time_ns
 from nrp_core.recording.layout import Pictures, check_folder
+
+if TYPE_CHECKING:
+    from nrp_core.recording.capsule import Capsule
+    from nrp_core.recording.used_files import FilesRead
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +47,7 @@ class Request:
     overrides: Sequence[str]
     until: str | None = None
     record: Path | None = None
-    pictures: Pictures = Pictures.JPEG
+    pictures: Pictures = Pictures.EXACT
     plot: Path | None = None
     control: Path | None = None
 
@@ -68,7 +72,6 @@ class Session:
             folder = self._recording_folder(stack)
             result = self._simulate(shown, folder)
             if self._request.plot is not None and folder is not None:
-                shown.say("drawing the figure")
                 self._draw(folder, self._request.plot)
         self._report(result, as_json=as_json)
         return self._exit_code(result)
@@ -109,6 +112,7 @@ class Session:
     # -- the run
 
     def _simulate(self, shown: Display, folder: Path | None) -> Result:
+        shown.say("reading the experiment")
         with ExitStack() as stack:
             files = None
             if folder is not None:
@@ -125,7 +129,9 @@ class Session:
             result = simulation.result()
         return replace(result, warnings=[*result.warnings, *warnings])
 
-    def _step(self, simulation: Run, until_s: float | None, folder: Path | None, files: Any) -> list[str]:
+    def _step(
+        self, simulation: Run, until_s: float | None, folder: Path | None, files: FilesRead | None
+    ) -> list[str]:
         """Run to the end, recording or not; return what could not be recorded."""
         if folder is None:
             self._run_guarded(simulation, until_s)
@@ -133,11 +139,20 @@ class Session:
         from nrp_core.recording.capsule import Capsule
 
         capsule = Capsule(simulation, folder, pictures=self._request.pictures, files=files)
+        state = "failed"
         try:
             self._run_guarded(simulation, until_s)
+            if self._error is None:
+                state = "interrupted" if self._interrupted else "finished"
         finally:
-            capsule.close("interrupted" if self._interrupted else "failed" if self._error else "finished")
+            self._complete(capsule, state)
         return capsule.warnings
+
+    def _complete(self, capsule: Capsule, state: str) -> None:
+        try:
+            capsule.close(state)
+        except NrpError as error:
+            self._error = self._error or error
 
     def _run_guarded(self, simulation: Run, until_s: float | None) -> None:
         try:

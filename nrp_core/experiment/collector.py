@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 from nrp_core.errors import BackendError, CapabilityError, ExperimentError, NeuronSelectionError, TopicError
 from nrp_core.experiment.model import Experiment
@@ -31,12 +32,13 @@ class Collector:
         self.findings: list[Finding] = []
 
     @contextmanager
-    def during(self, code: Code, *keys: Key) -> Iterator[None]:
+    def during(self, code: Code, *keys: Key, level: Level = Level.ERROR) -> Iterator[None]:
         """Collect an error in this block instead of letting it through.
 
         Args:
             code: what kind of finding it is, unless the class of the error says more.
             keys: where in the experiment it belongs; an error with a place of its own keeps it.
+            level: how bad it is.
         """
         try:
             yield
@@ -45,11 +47,11 @@ class Collector:
         except (BackendError, CapabilityError, ExperimentError) as error:
             known = next((known for kind, known in _CODES.items() if isinstance(error, kind)), code)
             if isinstance(error, ExperimentError) and error.path is not None:
-                self.findings.append(Finding.of(error, known))
+                self.findings.append(replace(Finding.of(error, known), level=level))
                 return
-            finding = self._experiment.place(*keys).finding(known, str(error))
+            finding = self._experiment.place(*keys).finding(known, str(error), level)
             self.findings.append(finding)
-            if isinstance(error, BackendError) and self._backend_error is None:
+            if level is Level.ERROR and isinstance(error, BackendError) and self._backend_error is None:
                 self._backend_error = type(error)(str(finding.as_error()))
 
     def add(self, code: Code, message: str, *keys: Key, level: Level = Level.ERROR) -> None:

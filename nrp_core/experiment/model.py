@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, PrivateAttr, WithJsonSchema, model_validator
@@ -13,9 +14,10 @@ from pydantic import Field, PlainValidator, PrivateAttr, WithJsonSchema, model_v
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.messages import message_type
 from nrp_core.experiment.happenings import END, START, Criterion, Event
+from nrp_core.experiment.making import Maker
 from nrp_core.experiment.section import Name, Section, TopicName
 from nrp_core.experiment.tree import Key, Place, Tree
-from nrp_core.paths import ExistingFile
+from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM
 from nrp_core.world.scene.pose import Pose
 
@@ -132,10 +134,18 @@ class Experiment(Section):
     """What a transfer function that raises does: stop the run, or be set aside."""
     tf_time: Literal["end", "start"] = "end"
     """Which time transfer functions get: that of their data, or the start of the step."""
+    strict: bool = True
+    """Whether a transfer function that cannot be bound, a robot that cannot be read or a topic that nobody
+    serves is an error; else the first two are left out, the topic stays silent, and a warning says so."""
     pace: Pace = "max"
     """How fast to run: ``max``, ``realtime`` or a multiple of real time."""
+    models: tuple[ExistingFolder, ...] = ()
+    """Folders that ``model://`` and other files of rooms and robots are looked for in."""
+    csv_folder: Path = Path("csv")
+    """Where a run that is not recorded puts the files of its CSV recorders."""
 
     _source: Tree = PrivateAttr(default_factory=lambda: Tree({}))
+    _maker: Maker = PrivateAttr(default_factory=Maker)
 
     @model_validator(mode="after")
     def _whole_steps(self) -> Experiment:
@@ -158,6 +168,17 @@ class Experiment(Section):
         copy = self.model_copy()
         copy._source = source
         return copy
+
+    def with_maker(self, maker: Maker) -> Experiment:
+        """Return the same experiment, its parts made by ``maker``."""
+        copy = self.model_copy()
+        copy._maker = maker
+        return copy
+
+    @property
+    def maker(self) -> Maker:
+        """What makes its parts."""
+        return self._maker
 
     @property
     def source(self) -> Tree:

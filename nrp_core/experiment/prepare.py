@@ -11,26 +11,22 @@ from typing import Any, Generic, TypeVar
 
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network import Network
-from nrp_core.brain.script import load_network
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan
 from nrp_core.dsl.collector import require_new_name
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.mocks import MockBrain, MockWorld
-from nrp_core.errors import ExperimentError, NeuronSelectionError, did_you_mean
+from nrp_core.errors import NeuronSelectionError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.collector import Collector
 from nrp_core.experiment.happenings import END, START
 from nrp_core.experiment.model import BackendSection, Experiment
 from nrp_core.experiment.tree import Key
-from nrp_core.experiment.watch import Watch, declare_own
+from nrp_core.experiment.watch import Watch, declare_own, furnish
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.registry import Registry, brains, plugins, worlds
+from nrp_core.registry import Registry, brains, worlds
 from nrp_core.world.interface import World, WorldBackend
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sdf import read_model, read_scene
-
-LOADERS_GROUP = "nrp_core.transfer_functions"
 
 Say = Callable[[str], None]
 """Told what is being done, for people who wait."""
@@ -113,6 +109,7 @@ class Examination:
 
     def __init__(self, experiment: Experiment, say: Say) -> None:
         self._experiment = experiment
+        self._lapse = Level.ERROR if experiment.strict else Level.WARNING
         self.collector = Collector(experiment)
         self.brain = self._side(brains(), "brain", experiment.brain)
         self.world = self._side(worlds(), "world", experiment.world)
@@ -122,7 +119,7 @@ class Examination:
         self.scene = self._scene()
         say("building the network")
         self.network = self._network()
-        self.functions = tuple(self._functions())
+        self.functions = tuple(experiment.maker.functions(experiment, self.collector))
         self._check_together()
 
     # -- the parts
@@ -138,12 +135,12 @@ class Examination:
     def _scene(self) -> Scene | None:
         scene, robots = None, self._experiment.world.robots
         with self.collector.during(Code.NRP209, "world", "scene"):
-            scene = read_scene(self._experiment.world.scene)
+            scene = self._experiment.maker.room(self._experiment)
         models: list[Model] = []
-        for name, robot in robots.items():
-            with self.collector.during(Code.NRP209, "world", "robots", name):
-                models.append(read_model(robot.model, name=name, pose=robot.start))
-        if scene is None or len(models) < len(robots):
+        for name in robots:
+            with self.collector.during(Code.NRP209, "world", "robots", name, level=self._lapse):
+                models.append(self._experiment.maker.robot(self._experiment, name))
+        if scene is None or (self._experiment.strict and len(models) < len(robots)):
             return None
         with self.collector.during(Code.NRP209, "world", "robots"):
             scene = reduce(Scene.with_model, models, scene)
@@ -152,22 +149,12 @@ class Examination:
         return None
 
     def _network(self) -> Network | None:
-        brain = self._experiment.brain
         with self.collector.during(Code.NRP208, "brain", "model"):
             try:
-                return load_network(brain.model, populations=brain.populations, seed=self._experiment.seed)
+                return self._experiment.maker.network(self._experiment)
             except NeuronSelectionError as error:
                 self.collector.add(Code.NRP211, error.message, "brain", "populations")
         return None
-
-    def _functions(self) -> Iterator[TransferFunction]:
-        loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
-        for i, path in enumerate(self._experiment.transfer_functions):
-            with self.collector.during(Code.NRP210, "transfer_functions", i):
-                if path.suffix not in loaders.names():
-                    valid = did_you_mean(path.suffix, loaders.names())
-                    raise ExperimentError(f"no transfer functions are read from '{path.name}'{valid}")
-                yield from loaders.load(path.suffix)(path)
 
     # -- how they fit together
 
@@ -197,14 +184,19 @@ class Examination:
     def _check_functions(self, network: Network, world: World) -> None:
         with self.collector.during(Code.NRP216, "brain", "backend"):
             brain = MockBrain(network, capabilities=self.brain.capabilities if self.brain else None)
+            for topic in furnish(self._experiment, world, self.functions):
+                message = f"nobody serves the topic '{topic}': it is silent unless a function publishes on it"
+                self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)
             declare_topics(self.functions, world)
             variables: dict[str, Any] = {}
-            for i, function in enumerate(self.functions):
-                with self.collector.during(Code.NRP210, "transfer_functions"):
-                    require_new_name(function, list(self.functions[:i]))
-                    function.bind(brain, world, variables=variables)
+            bound: list[TransferFunction] = []
             for function in self.functions:
+                with self.collector.during(Code.NRP210, "transfer_functions", level=self._lapse):
+                    require_new_name(function, bound)
+                    bound.append(function.bind(brain, world, variables=variables))
+            for function in bound:
                 function.unbind()
+            self.functions = tuple(bound)
 
 
 def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], str]]:

@@ -32,8 +32,20 @@ def read_yaml(path: Path, overrides: Sequence[str] = ()) -> Experiment:
     Raises:
         InvalidExperimentError: anything is wrong; it carries all findings.
     """
-    tree = reduce(Tree.merged, _lineage(path.resolve()).values())
-    tree = reduce(_overridden, overrides, tree)
+    return experiment_of(reduce(Tree.merged, _lineage(path.resolve()).values()), overrides)
+
+
+def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
+    """Return the experiment that a tree means, whatever the file it was read from.
+
+    Args:
+        tree: the keys and values of :class:`~nrp_core.experiment.model.Experiment`.
+        overrides: as of :func:`read_yaml`.
+
+    Raises:
+        InvalidExperimentError: anything is wrong; it carries all findings.
+    """
+    tree = reduce(overridden, overrides, tree)
     findings = option_findings(tree)
     try:
         experiment = Experiment.model_validate(tree.plain())
@@ -77,7 +89,12 @@ def _base(base: Tree, extending: tuple[Path, ...]) -> Path:
     return path
 
 
-def _overridden(tree: Tree, override: str) -> Tree:
+def overridden(tree: Tree, override: str) -> Tree:
+    """Return a tree with one ``dotted.key=value`` applied, the value in YAML.
+
+    Raises:
+        InvalidExperimentError: it cannot be applied.
+    """
     place = Place(override=override)
     key, equals, text = override.partition("=")
     keys = key.strip().split(".")

@@ -31,7 +31,7 @@ from nrp_core.experiment.prepare import Plan, Say, Side, prepare, quietly
 from nrp_core.experiment.result import Result, failure_data, pose_data
 from nrp_core.experiment.tally import SpikeCounter, TrajectoryDigest
 from nrp_core.experiment.values import to_message
-from nrp_core.experiment.watch import Watch, declare_own
+from nrp_core.experiment.watch import Watch, declare_own, furnish
 from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Scene
 
@@ -74,12 +74,14 @@ class Run:
             )
             collector = Collector(experiment)
             declare_own(experiment, self.world, collector)
+            furnish(experiment, self.world, plan.functions)
             self._watch = Watch(experiment, self.world, collector)
             collector.raise_errors()
             self.loop = opened.enter_context(self._close_loop(plan))
             neurons = np.arange(self.brain.network.size)
             self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
             self._begin()
+            experiment.maker.begin(self)
             self._close = opened.pop_all().close
 
     def _close_loop(self, plan: Plan) -> ClosedLoop:

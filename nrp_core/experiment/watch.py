@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from nrp_core.cle.wiring import declare_unserved
+from nrp_core.dsl.function import TransferFunction
 from nrp_core.experiment.collector import Collector
 from nrp_core.experiment.conditions import trigger
 from nrp_core.experiment.criteria import Judge, Outcome, judge_of
@@ -26,6 +30,20 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
         with collector.during(Code.NRP212, "aliases", alias):
             world.add_alias(alias, topic)
     return len(collector.findings) == findings_before
+
+
+def furnish(experiment: Experiment, world: World, functions: Sequence[TransferFunction]) -> list[str]:
+    """Give a world what the functions of an experiment expect of it.
+
+    Returns:
+        the topics that nobody serves and that are there now only because the experiment is not strict.
+    """
+    experiment.maker.furnish(world, functions)
+    if experiment.strict:
+        return []
+    declared = declare_unserved(functions, world)
+    published = {topic.name for function in functions for topic in function.published}
+    return [topic for topic in declared if topic not in published]
 
 
 class Watch:

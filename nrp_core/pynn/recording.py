@@ -30,7 +30,6 @@ class Recorder(recording.Recorder):
         super().__init__(population, file)
         self._ports: list[SpikeRecorderPort] = []
         self._rows: dict[str, list[tuple[IntArray, FloatArray]]] = {}
-        self._cleared_ms = -np.inf
 
     # -- what the running simulation calls
 
@@ -43,7 +42,7 @@ class Recorder(recording.Recorder):
     def start(self, brain: Brain) -> None:
         """Listen to a brain that has just been opened."""
         self._ports = []
-        self._listen(self.recorded[SPIKES])
+        self._listen(self.recorded.get(SPIKES, ()))
 
     def sample(self, brain: Brain) -> None:
         """Take the state variables as they are now."""
@@ -53,7 +52,7 @@ class Recorder(recording.Recorder):
 
     def restart(self) -> None:
         """Forget what was recorded: the simulation is back at time 0."""
-        self._forget()
+        self._rows = {}
 
     # -- what PyNN's recorder calls
 
@@ -71,7 +70,7 @@ class Recorder(recording.Recorder):
             self._ports.append(brain.add_sink(SpikeRecorder(), chosen, name=name))
 
     def _spikes(self) -> tuple[IntArray, FloatArray]:
-        parts = [port.spikes(since_ms=self._cleared_ms) for port in self._ports]
+        parts = [port.spikes() for port in self._ports]
         neurons = np.concatenate([np.empty(0, np.int64), *(part.neurons for part in parts)])
         return neurons, np.concatenate([np.empty(0), *(part.times_ms for part in parts)])
 
@@ -101,17 +100,17 @@ class Recorder(recording.Recorder):
         return signals, None
 
     def _clear_simulator(self) -> None:
-        self._cleared_ms = self._simulator.state.t
+        self._stop_listening()
+        self._listen(self.recorded.get(SPIKES, ()))
         # the state now is the first sample of what follows
         self._rows = {name: rows[-1:] for name, rows in self._rows.items()}
 
     def _reset(self) -> None:
+        self._stop_listening()
+        self._rows = {}
+
+    def _stop_listening(self) -> None:
         brain = self._simulator.state.brain
-        for port in self._ports:
+        for port in self._ports if brain is not None else ():
             brain.remove(port)
         self._ports = []
-        self._forget()
-
-    def _forget(self) -> None:
-        self._cleared_ms = -np.inf
-        self._rows = {}

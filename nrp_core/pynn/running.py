@@ -73,15 +73,17 @@ class RunningState(State):
 
     def inject(self, source: Any, cells: IntArray) -> None:
         name = f"current/{len(self._currents)}"
-        current = Current(source, Waveform(source, self.stream(name), self.dt), cells, name)
+        waveforms = (current.waveform for current in self._currents if current.source is source)
+        waveform = next(waveforms, None) or Waveform(source, self.stream(name), self.dt)
+        current = Current(source, waveform, cells, name)
         self._currents.append(current)
         if self.brain is not None:
             current.start(self.brain)
 
     def current_data(self, source: Any) -> tuple[FloatArray, FloatArray]:
         times_ms: FloatArray = self.dt * np.arange(round(self.t / self.dt) + 1.0)
-        (current,) = (current for current in self._currents if current.source is source)
-        return times_ms, current.sampled_na(times_ms)
+        found = (current.sampled_na(times_ms) for current in self._currents if current.source is source)
+        return times_ms, next(found, np.zeros(len(times_ms)))
 
     def reset(self) -> None:
         super().reset()

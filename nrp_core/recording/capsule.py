@@ -15,7 +15,7 @@ from pydantic import BaseModel
 
 from nrp_core import machine
 from nrp_core.brain.network import IntArray, Network
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, SimulationError
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.run import Run
 from nrp_core.experiment.tree import Tree
@@ -44,7 +44,7 @@ class Capsule:
     """
 
     def __init__(
-        self, run: Run, folder: Path, *, pictures: Pictures = Pictures.JPEG, files: FilesRead | None = None
+        self, run: Run, folder: Path, *, pictures: Pictures = Pictures.EXACT, files: FilesRead | None = None
     ) -> None:
         self._run, self._folder, self._files = run, folder, files
         _make(folder)
@@ -66,13 +66,24 @@ class Capsule:
 
         Args:
             state: how the run ended: ``finished``, ``failed`` or ``interrupted``.
+
+        Raises:
+            SimulationError: the disk does not take it.
         """
         self._run.on_step.remove(self._after_step)
         try:
             self._recorder.close()
         finally:
+            self._finish(state)
+
+    def _finish(self, state: str) -> None:
+        try:
             _copy_files(self._used(), self._folder, self._root)
             self._write(state, self._run.result().to_dict())
+        except OSError as error:
+            raise SimulationError(
+                f"the recording cannot be completed: {error.strerror or error}", t_ns=self._run.loop.now_ns
+            ) from error
 
     def _after_step(self, run: Run) -> None:
         self._recorder.step()

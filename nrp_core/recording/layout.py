@@ -26,10 +26,11 @@ WORLD_FRAME = "world"
 class Pictures(StrEnum):
     """How camera pictures are recorded."""
 
-    JPEG = "jpeg"
-    """Compressed with small losses, as ``sensor_msgs/CompressedImage`` on ``<topic>/compressed``."""
     EXACT = "exact"
-    """As they are: a replay sees every bit, and a minute of 320x240 at 30 Hz takes up to 400 MB."""
+    """As they are, so that a replay sees every bit. The file is packed: a drawn scene of 320x240 takes some
+    5 kB a picture and is recorded quicker than as JPEG; one full of noise takes 230 kB."""
+    JPEG = "jpeg"
+    """With small losses, as ``sensor_msgs/CompressedImage`` on ``<topic>/compressed``: for real cameras."""
     OFF = "off"
     """Not at all."""
 

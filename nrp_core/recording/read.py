@@ -10,8 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Channel, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from nrp_core.errors import ExperimentError
@@ -114,9 +114,10 @@ class Recording:
                 yield topic, message
 
     def _read(self) -> Iterator[tuple[Topic, Message | None]]:
-        """Return every topic when it opens (without a message), and every message."""
+        """Return every topic as it opens (without a message), and every message; end where one is missing."""
         schemas: dict[int, Schema] = {}
         topics: dict[int, Topic] = {}
+        expected: dict[int, int] = {}
         for record in _records(self.file):
             if isinstance(record, Schema):
                 schemas[record.id] = record
@@ -126,6 +127,9 @@ class Recording:
                 topics[record.id] = topic
                 yield topic, None
             elif isinstance(record, Message) and record.channel_id in topics:
+                if record.sequence not in (0, expected.get(record.channel_id, 0)):
+                    return
+                expected[record.channel_id] = record.sequence + 1
                 yield topics[record.channel_id], record
 
 
@@ -148,15 +152,21 @@ def recover(path: Path | str, target: Path) -> int:
 
 
 def _records(path: Path) -> Iterator[McapRecord]:
-    """Return the records of an MCAP file up to where it was cut or stops making sense."""
+    """Return the records of an MCAP file up to where it was cut or stops making sense.
+
+    In a file with chunks only these are believed, because they carry a checksum.
+    """
     with path.open("rb") as file:
-        limit = path.stat().st_size
-        records = StreamReader(file, validate_crcs=True, record_size_limit=limit).records
+        reader = StreamReader(file, record_size_limit=path.stat().st_size, emit_chunks=True)
+        outer, chunked = reader.records, False
         while True:
             try:
-                record = next(records, None)
+                record = next(outer, None)
+                inner = breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
             except Exception:  # noqa: BLE001  a cut shows in as many ways as there are kinds of records
                 return
             if record is None:
                 return
-            yield record
+            if isinstance(record, Chunk) or not chunked:
+                yield from inner
+            chunked = chunked or isinstance(record, Chunk)

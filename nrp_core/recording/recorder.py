@@ -35,8 +35,8 @@ class Recorder:
     """Writes what a brain and a world do and exchange into an MCAP file, while they run.
 
     Of what the world senses, that is recorded which somebody else listens to; the rest costs nothing.
-    Memory does not grow with what is recorded, but for the file's index. Call :meth:`step` after each
-    step and :meth:`close` at the end, however it came about.
+    Memory does not grow with what is recorded. Call :meth:`step` after each step and :meth:`close` at
+    the end, however it came about.
 
     Args:
         brain, world: are listened to from now on.
@@ -52,7 +52,7 @@ class Recorder:
         directory: Path,
         *,
         period_ns: int,
-        pictures: Pictures = Pictures.JPEG,
+        pictures: Pictures = Pictures.EXACT,
     ) -> None:
         self.warnings: list[str] = []
         self._brain, self._world = brain, world

@@ -12,7 +12,7 @@ import numpy as np
 
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network import FloatArray, IntArray
-from nrp_core.brain.sinks import SinkPort, SinkSpec
+from nrp_core.brain.sinks import SinkPort, SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.sources import SourcePort
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import seconds
@@ -123,35 +123,18 @@ class Camera(Sensor):
 
 
 @dataclass(frozen=True, slots=True)
-class _Everything(SinkSpec):
+class _Everything(SpikeRecorder):
     """All spikes, until they are taken."""
 
     def open(self, neurons: IntArray, n_neurons: int, name: str) -> _EverythingPort:
-        return _EverythingPort(neurons, n_neurons, name)
+        return _EverythingPort(self.keep_ms, neurons, n_neurons, name)
 
 
-class _EverythingPort(SinkPort):
-    def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
-        super().__init__(neurons, n_neurons, name)
-        self.reset()
-
-    def reset(self) -> None:
-        self._parts: list[Spikes] = []
-
-    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
-        if len(spikes):
-            self._parts.append(spikes)
-
+class _EverythingPort(SpikeRecorderPort):
     def take(self) -> Spikes:
         """Return the spikes since the last call."""
         parts, self._parts = self._parts, []
         return parts[0] if len(parts) == 1 else Spikes.merged(parts)
-
-    def save(self) -> object:
-        return list(self._parts)
-
-    def restore(self, saved: Any) -> None:
-        self._parts = list(saved)
 
 
 class PopulationSpikes(Signal):

@@ -43,9 +43,10 @@ class FilesRead:
 
     def below(self, folders: Iterable[Path]) -> list[Path]:
         """Return those in or under some folders, but for installed software and caches further down."""
-        folders = [folder.resolve() for folder in folders]
-        sources = {_source(Path(path)) for path in list(self._paths)}
-        return sorted(path for path in sources if any(_belongs(path, folder) for folder in folders))
+        roots = {way for folder in folders for way in (folder, folder.resolve())}
+        beginnings = tuple(f"{root}{os.sep}" for root in roots)
+        near = {_source(Path(path)) for path in list(self._paths) if path.startswith(beginnings)}
+        return sorted(path for path in near if any(_belongs(path, root) for root in roots))
 
 
 def _notice(event: str, arguments: tuple[Any, ...]) -> None:

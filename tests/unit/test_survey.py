@@ -32,30 +32,21 @@ Install = Callable[[str, str], None]
 
 
 @pytest.fixture
-def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
+def install_brain(install: Callable[..., None]) -> Install:
     """Return a function that installs a brain backend of a name, with the source of its module."""
-    site = tmp_path / "site"
-    site.mkdir()
-    monkeypatch.syspath_prepend(site)
-    monkeypatch.setenv("PYTHONPATH", str(site))
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
-    def install(name: str, source: str) -> None:
-        info = site / f"{name}-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-        (info / "entry_points.txt").write_text(f"[nrp_core.brain]\n{name} = {name}_module:Backend\n")
-        (site / f"{name}_module.py").write_text(source)
+    def installed(name: str, source: str) -> None:
+        install(name, f"[nrp_core.brain]\n{name} = {name}:Backend\n", source)
 
-    return install
+    return installed
 
 
 def looked(name: str, *, timeout_s: float = 30.0) -> Surveyed:
     return look_at("brain", brains().provider(name), timeout_s=timeout_s)
 
 
-def test_a_backend_that_imports_tells_what_it_has(install: Install) -> None:
-    install("good", GOOD)
+def test_a_backend_that_imports_tells_what_it_has(install_brain: Install) -> None:
+    install_brain("good", GOOD)
     found = looked("good")
     assert found.available
     assert (found.provider.distribution, found.provider.version) == ("good", "1.0")
@@ -63,8 +54,8 @@ def test_a_backend_that_imports_tells_what_it_has(install: Install) -> None:
     assert (found.capabilities["resolution_ns"], found.capabilities["determinism"]) == (1000, "machine")
 
 
-def test_a_backend_whose_simulator_is_missing_is_not_available(install: Install) -> None:
-    install("needy", NEEDY)
+def test_a_backend_whose_simulator_is_missing_is_not_available(install_brain: Install) -> None:
+    install_brain("needy", NEEDY)
     found = looked("needy")
     assert not found.available
     assert found.advice == "simulator 4: is not installed; try: pip install simulator"
@@ -81,49 +72,50 @@ def test_a_backend_whose_simulator_is_missing_is_not_available(install: Install)
     ids=["raises", "exits", "aborts", "no class"],
 )
 def test_a_backend_that_cannot_be_imported_is_reported_with_a_remedy(
-    install: Install, source: str, reason: str
+    install_brain: Install, source: str, reason: str
 ) -> None:
-    install("bad", source)
+    install_brain("bad", source)
     found = looked("bad")
     assert not found.available
     assert reason in found.reason
     assert "pip install" not in found.reason
 
 
-def test_a_backend_that_takes_forever_is_given_up(install: Install) -> None:
-    install("slow", "import time; time.sleep(600)")
+def test_a_backend_that_takes_forever_is_given_up(install_brain: Install) -> None:
+    install_brain("slow", "import time; time.sleep(600)")
     found = looked("slow", timeout_s=0.3)
     assert not found.available
     assert found.reason == "importing it took more than 0.3 s"
 
 
-def test_one_bad_backend_hides_no_other(install: Install) -> None:
-    install("bad", "import os; os._exit(7)")
-    install("good", GOOD)
+def test_one_bad_backend_hides_no_other(install_brain: Install) -> None:
+    install_brain("bad", "import os; os._exit(7)")
+    install_brain("good", GOOD)
     found = {one.provider.name: one.available for one in survey() if one.kind == "brain"}
     assert found["good"]
     assert not found["bad"]
 
 
-def test_what_a_backend_prints_is_no_answer(install: Install) -> None:
-    install("chatty", "print('nrp-core survey: {}')\n" + GOOD + "\nprint('hello')\n")
+def test_what_a_backend_prints_is_no_answer(install_brain: Install) -> None:
+    install_brain("chatty", "print('nrp-core survey: {}')\n" + GOOD + "\nprint('hello', end='')\n")
     assert looked("chatty").available
 
 
-def test_two_distributions_with_one_name_are_both_refused(install: Install, tmp_path: Path) -> None:
-    install("good", GOOD)
-    info = tmp_path / "site" / "other-2.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 2.0\n")
-    (info / "entry_points.txt").write_text("[nrp_core.brain]\ngood = good_module:Backend\n")
+def test_two_distributions_with_one_name_are_both_refused(
+    install_brain: Install, install: Callable[..., None]
+) -> None:
+    install_brain("good", GOOD)
+    install("other", "[nrp_core.brain]\ngood = good:Backend\n")
     twice = [look_at("brain", provider) for provider in brains().providers() if provider.name == "good"]
     assert [one.available for one in twice] == [False, False]
     assert all("two distributions provide the brain backend 'good'" in one.reason for one in twice)
     assert all(one.remedy.startswith("pip uninstall ") for one in twice)
 
 
-def test_an_answer_is_kept_until_a_file_changes(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
-    install("good", GOOD)
+def test_an_answer_is_kept_until_a_file_changes(
+    install_brain: Install, site: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install_brain("good", GOOD)
     first = looked("good")
     asked: list[object] = []
 
@@ -134,6 +126,6 @@ def test_an_answer_is_kept_until_a_file_changes(install: Install, monkeypatch: p
     monkeypatch.setattr(probe, "_run", run)
     assert looked("good") == first
     assert not asked
-    os.utime(Path(os.environ["PYTHONPATH"]) / "good_module.py", (1, 1))
+    os.utime(site / "good.py", (1, 1))
     assert not looked("good").available
     assert len(asked) == 1

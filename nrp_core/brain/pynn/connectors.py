@@ -20,6 +20,7 @@ from pyNN import connectors
 from pyNN.parameters import LazyArray
 
 from nrp_core.brain.pynn.invalid import InvalidSynapseError
+from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.random_pairs import random_pairs
 from nrp_core.brain.pynn.rng import name_streams, named
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
@@ -81,7 +82,7 @@ class Connector(connectors.Connector):
         return drawn
 
     def _get_connection_map_no_self_connections(self, projection: Any) -> LazyArray:
-        pre, post = _ids(projection.pre), _ids(projection.post)
+        pre, post = ids_of(projection.pre), ids_of(projection.post)
         return LazyArray(lambda i, j: pre[i] != post[j], shape=projection.shape)
 
 
@@ -268,15 +269,11 @@ def connector_types() -> list[type]:
     return [*own, *REPLACED]
 
 
-def _ids(cells: Any) -> npt.NDArray[np.int64]:
-    return np.asarray(cells.all_cells, dtype=np.int64)
-
-
 def _itself(projection: Any, pre: Indices) -> Indices:
     """Return which postsynaptic cell each presynaptic one is, or -1."""
     places = np.full(projection.pre._simulator.state.n_cells, -1)
-    places[_ids(projection.post)] = np.arange(projection.post.size)
-    return places[_ids(projection.pre)[pre]]
+    places[ids_of(projection.post)] = np.arange(projection.post.size)
+    return places[ids_of(projection.pre)[pre]]
 
 
 def _avoid(rng: Any, drawn: Indices, forbidden: Any, high: int) -> None:

@@ -9,12 +9,11 @@ from itertools import count, product, repeat
 from typing import Any
 
 import numpy as np
-from pyNN.common import Assembly
 from pyNN.random import RandomDistribution
 
 from nrp_core.brain import network as data
 from nrp_core.brain.network import FloatArray, IntArray, Network, Origin
-from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population
+from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.brain.pynn.synapse_columns import taken
@@ -34,7 +33,7 @@ def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Net
     """
     labels = dict(zip(state.populations, unique(p.label for p in state.populations), strict=True))
     currents = _injected(state)
-    populations = {label: _population(p, label, currents[_ids(p)]) for p, label in labels.items()}
+    populations = {label: _population(p, label, currents[ids_of(p)]) for p, label in labels.items()}
     names = unique(projection.label for projection in state.projections)
     parts = map(_parts, state.projections, names, repeat(labels))
     projections = tuple(part for several in parts for part in several)
@@ -48,10 +47,6 @@ def unique(names: Iterable[str]) -> list[str]:
         candidates = (name if i == 1 else f"{name} {i}" for i in count(1))
         taken_names.append(next(candidate for candidate in candidates if candidate not in taken_names))
     return taken_names
-
-
-def _ids(cells: Any) -> IntArray:
-    return np.asarray(cells.all_cells, dtype=np.int64)
 
 
 def _injected(state: State) -> FloatArray:
@@ -86,7 +81,7 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
         chosen: Any = slice(None)
         if several:
             chosen = (from_cells[projection.pre_index] >= 0) & (to_cells[projection.post_index] >= 0)
-        values = {key: _part(column, chosen, several) for key, column in projection.values.items()}
+        values = {key: taken(column, chosen) for key, column in projection.values.items()}
         yield data.Projection(
             label=f"{name} ({labels[pre]}→{labels[post]})" if several else name,
             pre=labels[pre],
@@ -103,15 +98,10 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
         )
 
 
-def _part(column: FloatArray, chosen: Any, several: bool) -> FloatArray:
-    return taken(column, chosen) if several else column
-
-
 def _members(cells: Any) -> list[tuple[Population, data.IndexArray]]:
     """Return each population that cells belong to, with the index in it of every cell, or -1."""
-    populations = cells.populations if isinstance(cells, Assembly) else [cells]
-    owners = dict.fromkeys(part._owner() for part in populations)
-    ids = _ids(cells)
+    owners = dict.fromkeys(part._owner() for part in parts_of(cells))
+    ids = ids_of(cells)
     members = []
     for owner in owners:
         first = int(owner.first_id)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NoReturn
 
 from pyNN.standardmodels import ModelNotAvailable, build_translations, cells, synapses
@@ -80,7 +80,7 @@ def unavailable_models() -> dict[str, type]:
     return {name: _unavailable(name, nearest) for name, nearest in _NEAREST.items()}
 
 
-def native_model(kind: str, choices: Mapping[str, str] | Iterable[str]) -> Callable[[str], NoReturn]:
+def native_model(kind: str, choices: Sequence[str]) -> Callable[[str], NoReturn]:
     """Return PyNN's function for models of one simulator, which raises: networks are for all of them.
 
     Args:

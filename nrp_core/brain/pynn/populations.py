@@ -209,3 +209,14 @@ class Assembly(common.Assembly):
         """Return an assembly of ``n`` cells drawn at random."""
         sampled: Assembly = super().sample(n, rng or self._simulator.types["NumpyRNG"]())
         return sampled
+
+
+def parts_of(cells: Any) -> list[Any]:
+    """Return the populations and views that a population, view or assembly consists of."""
+    return list(cells.populations) if isinstance(cells, common.Assembly) else [cells]
+
+
+def ids_of(cells: Any) -> IntArray:
+    """Return the global ids of a population, view or assembly, in its order."""
+    parts = (np.asarray(part.all_cells, dtype=np.int64) for part in parts_of(cells))
+    return np.concatenate([np.empty(0, np.int64), *parts])

@@ -11,8 +11,6 @@ from pyNN.parameters import LazyArray
 
 from nrp_core.brain.network import FloatArray, IndexArray
 
-Column = float | FloatArray
-
 
 class SynapseColumns:
     """What a connector adds, column by column of the connection matrix."""

@@ -12,6 +12,7 @@ import numpy as np
 from pyNN.common import Assembly, BasePopulation
 
 from nrp_core.brain.network import IntArray
+from nrp_core.brain.pynn.populations import ids_of, parts_of
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.errors import NetworkError, NeuronSelectionError
 
@@ -40,7 +41,7 @@ def views_of(
     named = {name: cells for name, cells in variables.items() if _is_cells(cells) and name[0] != "_"}
     if isinstance(circuit, Mapping):
         named |= {str(label): cells for label, cells in circuit.items() if _is_cells(cells)}
-    views = {name: _ids(name, cells, state) for name, cells in named.items()}
+    views = {name: _existing_ids(name, cells, state) for name, cells in named.items()}
     if populations and not _is_cells(circuit):
         raise NetworkError(
             f"the script has no circuit from which to take '{next(iter(populations))}': name a population, "
@@ -53,12 +54,10 @@ def _is_cells(value: object) -> bool:
     return isinstance(value, (BasePopulation, Assembly))
 
 
-def _ids(name: str, cells: Any, state: State) -> IntArray:
-    parts = cells.populations if isinstance(cells, Assembly) else [cells]
-    if not all(part._owner() in state.populations for part in parts):
+def _existing_ids(name: str, cells: Any, state: State) -> IntArray:
+    if not all(part._owner() in state.populations for part in parts_of(cells)):
         raise NetworkError(f"'{name}' was built before the last setup(), which forgets everything")
-    ids = [np.asarray(part.all_cells, dtype=np.int64) for part in parts]
-    return np.concatenate([np.empty(0, np.int64), *ids])
+    return ids_of(cells)
 
 
 def _picked(name: str, selection: Selection, circuit: IntArray) -> IntArray:

@@ -21,6 +21,7 @@ from nrp_core.world.scene.pose import Pose
 
 Rgb = tuple[float, float, float]
 
+_BEFORE_S = 0.1
 _UNITS = {"geometry_msgs/msg/Twist": {"linear": "m/s", "angular": "rad/s"}}
 
 
@@ -180,10 +181,14 @@ def numbers_in(message: Any, path: str = "") -> Iterator[tuple[str, float]]:
 
 
 def moments(story: Story, count: int) -> list[float]:
-    """Return so many times that tell a run: its ends, changes of colour, and what lies between."""
+    """Return so many times that tell a run: its ends, those in which something had another colour, the rest.
+
+    Of a time with another colour the middle is taken, and the moment before it ends.
+    """
     times = {0.0, story.end_s}
-    for interval in story.coloured():
-        for t_s in (interval.since_s, interval.until_s):
+    for one in story.coloured():
+        middle_s = (one.since_s + one.until_s) / 2
+        for t_s in (middle_s, max(middle_s, one.until_s - _BEFORE_S)):
             if len(times) < count:
                 times.add(t_s)
     fixed = np.array(sorted(times))

@@ -114,7 +114,7 @@ class Codec:
         self._store.types[name] = cls
 
     def _adopt(self, name: str) -> None:
-        """Decode a type, and those in it, into our own classes where these have the fields of the definition."""
+        """Decode a type, and those in it, into our own classes where these have the defined fields."""
         cls = type_of(name)
         if cls is not None and _field_names(cls) == self._defined(name):
             self._store.types[name] = cls

@@ -56,7 +56,7 @@ def body_of(bodies: Sequence[Body], link: str) -> int:
 
 
 class _Merger:
-    """Groups the links of a model by the first link of the body they belong to, ``world`` for what is fixed."""
+    """Groups links by the first link of the body they belong to, ``world`` for what is fixed."""
 
     def __init__(self, model: Model) -> None:
         self._model = model

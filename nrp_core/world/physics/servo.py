@@ -8,8 +8,8 @@ of the commanded rate. So wheels roll without friction here, and the drive acts 
   the motors.
 
 Seen from above, a body of mass ``m`` and radius of gyration ``k`` about its centre of mass moves as if driven
-at four points of a cross, at ``lever = k / sqrt(2)``: the left and the right one ahead, the front and the rear
-one sideways, each with::
+at four points of a cross, at ``lever = k / sqrt(2)``: the left and the right one ahead, the front and the
+rear one sideways, each with::
 
     force = m/2 / TIME_CONSTANT_S * (aim - velocity),   |force| <= limit
 
@@ -167,7 +167,7 @@ def servo_of(model: Model, drive: WheelDrive, bodies: Sequence[Body], gravity: V
     """Lay out the servo of a drive.
 
     Raises:
-        SceneError: a wheel cannot turn, the wheels are held by several bodies, or that body cannot move freely.
+        SceneError: a wheel cannot turn, or no one body that floats freely holds all wheels.
     """
     wheels = [_wheel(model, drive, bodies, name) for name in (*drive.left, *drive.right)]
     parents = {body.parent for body in wheels}
@@ -176,7 +176,7 @@ def servo_of(model: Model, drive: WheelDrive, bodies: Sequence[Body], gravity: V
     (parent,) = parents
     if parent is None or bodies[parent].fixed or bodies[parent].joint is not None:
         raise SceneError(
-            f"the drive '{drive.name}' cannot move '{model.name}': what holds its wheels does not float freely"
+            f"the drive '{drive.name}' cannot move '{model.name}', whose base does not float freely"
         )
     body = bodies[parent]
     whole = combined(_masses_in(body, bodies))

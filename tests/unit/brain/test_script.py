@@ -1,5 +1,6 @@
 """Brain scripts are ordinary PyNN scripts; loading one gives its network, or one clear error."""
 
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,11 @@ def test_loading_leaves_the_modules_of_the_program_alone(tmp_path: Path) -> None
     load(tmp_path, CIRCUIT)
     assert set(sys.modules) == before
     assert "pyNN.nest" not in sys.modules
+
+
+def test_the_loader_itself_does_not_import_pynn() -> None:
+    code = "import sys, nrp_core.brain.script; sys.exit('pyNN' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_two_loads_do_not_see_each_other(tmp_path: Path) -> None:

@@ -33,35 +33,35 @@ def two() -> None:
 """
 
 
-def test_a_function_becomes_a_command(nrp: Nrp, install_fake: Install) -> None:
-    install_fake("greeter", "[nrp_core.commands]\ngreet = greeter:greet\n", FUNCTION)
+def test_a_function_becomes_a_command(nrp: Nrp, install: Install) -> None:
+    install("greeter", "[nrp_core.commands]\ngreet = greeter:greet\n", FUNCTION)
     assert nrp("greet", "you").out == "hello you\n"
     assert json.loads(nrp("greet", "you", "--json").out) == {"hello": "you"}
 
 
-def test_an_app_becomes_a_family_of_commands(nrp: Nrp, install_fake: Install) -> None:
-    install_fake("family", "[nrp_core.commands]\nfamily = family:app\n", APP)
+def test_an_app_becomes_a_family_of_commands(nrp: Nrp, install: Install) -> None:
+    install("family", "[nrp_core.commands]\nfamily = family:app\n", APP)
     assert nrp("family", "one").out == "one\n"
     assert nrp("family", "two").code == 7
 
 
-def test_the_help_text_names_added_commands_without_importing_them(nrp: Nrp, install_fake: Install) -> None:
-    install_fake("broken_tool", "[nrp_core.commands]\nmend = broken_tool:mend\n", "raise ImportError('no')")
+def test_the_help_text_names_added_commands_without_importing_them(nrp: Nrp, install: Install) -> None:
+    install("broken_tool", "[nrp_core.commands]\nmend = broken_tool:mend\n", "raise ImportError('no')")
     done = nrp("--help")
     assert done.code == 0
     assert "mend  added by broken_tool (broken_tool 1.0)" in done.out
 
 
-def test_a_broken_command_is_one_clear_error_when_it_is_called(nrp: Nrp, install_fake: Install) -> None:
-    install_fake("broken_tool", "[nrp_core.commands]\nmend = broken_tool:mend\n", "raise ImportError('no')")
+def test_a_broken_command_is_one_clear_error_when_it_is_called(nrp: Nrp, install: Install) -> None:
+    install("broken_tool", "[nrp_core.commands]\nmend = broken_tool:mend\n", "raise ImportError('no')")
     done = nrp("mend")
     assert done.code == 4
     assert "command 'mend' of broken_tool 1.0 (broken_tool:mend) does not import: ImportError: no" in done.err
 
 
 def test_commands_of_the_core_cannot_be_replaced(
-    nrp: Nrp, install_fake: Install, monkeypatch: pytest.MonkeyPatch
+    nrp: Nrp, install: Install, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    install_fake("greeter", "[nrp_core.commands]\nschema = greeter:greet\n", FUNCTION)
+    install("greeter", "[nrp_core.commands]\nschema = greeter:greet\n", FUNCTION)
     assert "$schema" in nrp("schema", "experiment").out
     assert "added by greeter" not in nrp("--help").out

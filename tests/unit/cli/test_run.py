@@ -12,9 +12,12 @@ from typing import Any
 
 import pytest
 
+from nrp_core.experiment.run import Run
 from nrp_core.recording.read import Recording
+from nrp_core.recording.writer import McapFile
 
 Nrp = Callable[..., Any]
+Raising = Callable[[str], str]
 
 
 def test_a_run_that_passes_says_so_and_exits_with_0(nrp: Nrp, experiment: Path) -> None:
@@ -54,28 +57,19 @@ def test_options_come_from_the_environment_and_the_command_line_wins(
     nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("NRP_SEED", "11")
-    monkeypatch.setenv("NRP_UNTIL", "40ms")
+    monkeypatch.setenv("NRP_UNTIL", "80ms")
+    monkeypatch.setenv("NRP_SET", "timestep=40ms name=driving")
     monkeypatch.setenv("NRP_JSON", "1")
     data = json.loads(nrp("run", experiment).out)
-    assert (data["seed"], data["steps"]) == (11, 2)
+    assert (data["seed"], data["steps"], data["experiment"]) == (11, 2, "driving")
     assert json.loads(nrp("run", experiment, "--seed", 12).out)["seed"] == 12
 
 
-def wrong(folder: Path, body: str) -> str:
-    """Return the override that adds a transfer function which goes wrong after a second."""
-    path = folder / "wrong.py"
-    path.write_text(
-        "@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))\n"
-        f"def wrong(t):\n    if t > 1.0:\n        {body}\n"
-    )
-    return f"transfer_functions=[{path}]"
-
-
 def test_a_function_that_raises_ends_the_run_and_the_recording_is_complete(
-    nrp: Nrp, experiment: Path, tmp_path: Path
+    nrp: Nrp, experiment: Path, tmp_path: Path, raising: Raising
 ) -> None:
     folder = tmp_path / "recording"
-    done = nrp("run", experiment, "-s", wrong(experiment, "1 / 0"), "--record", folder)
+    done = nrp("run", experiment, "-s", raising("1 / 0"), "--record", folder)
     assert done.code == 1
     assert "wrong.py:4: transfer function 'wrong' raised ZeroDivisionError" in done.err
     assert "Traceback" not in done.err
@@ -86,8 +80,10 @@ def test_a_function_that_raises_ends_the_run_and_the_recording_is_complete(
     assert max(one.t_ns for one in recording.messages({"/gazebo/model_states"})) == 1_020_000_000
 
 
-def test_a_failed_run_in_json_holds_the_error_and_the_result(nrp: Nrp, experiment: Path) -> None:
-    done = nrp("run", experiment, "-s", wrong(experiment, "return 5"), "--json")
+def test_a_failed_run_in_json_holds_the_error_and_the_result(
+    nrp: Nrp, experiment: Path, raising: Raising
+) -> None:
+    done = nrp("run", experiment, "-s", raising("return 5"), "--json")
     data = json.loads(done.out)
     assert done.code == 1
     assert data["error"]["kind"] == "TransferFunctionRaisedError"
@@ -95,8 +91,27 @@ def test_a_failed_run_in_json_holds_the_error_and_the_result(nrp: Nrp, experimen
     assert (data["steps"], data["passed"]) == (51, False)
 
 
-def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Path) -> None:
-    settings = (wrong(experiment, "1 / 0"), "on_error=quarantine", "criteria=null")
+def test_a_full_disk_ends_the_run_with_one_clear_error(
+    nrp: Nrp, experiment: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    start = McapFile.flush
+    monkeypatch.setattr(McapFile, "is_due", True)
+    monkeypatch.setattr(
+        McapFile, "flush", lambda file: full() if sum(file.counts.values()) > 50 else start(file)
+    )
+    done = nrp("run", experiment, "--record", tmp_path / "recording", "--json")
+    data = json.loads(done.out)
+    assert done.code == 1
+    assert data["error"]["message"] == "the recording cannot be written: No space left on device"
+    assert 0 < data["steps"] < 150
+    assert Recording(tmp_path / "recording").run["state"] == "failed"
+
+
+def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Path, raising: Raising) -> None:
+    settings = (raising("1 / 0"), "on_error=quarantine", "criteria=null")
     done = nrp("run", experiment, *(word for setting in settings for word in ("-s", setting)), "--json")
     data = json.loads(done.out)
     assert (done.code, data["steps"], len(data["failures"])) == (0, 150, 1)
@@ -150,15 +165,14 @@ def test_usage_errors_are_json_too(nrp: Nrp, experiment: Path) -> None:
 
 
 def test_a_mistake_in_the_program_is_one_line_unless_asked_for(
-    nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch
+    nrp: Nrp, experiment: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from nrp_core.experiment.run import Run
-
     monkeypatch.setattr(Run, "run", lambda *_: [].pop())
-    done = nrp("run", experiment)
+    done = nrp("run", experiment, "--record", tmp_path / "recording")
     assert done.code == 1
     assert "IndexError: pop from empty list; this is a mistake in the program" in done.err
     assert "Traceback" not in done.err
+    assert Recording(tmp_path / "recording").run["state"] == "failed"
     assert "Traceback" in nrp("--debug", "run", experiment).err
 
 
@@ -171,9 +185,11 @@ def test_a_figure_is_drawn_without_leaving_a_recording(nrp: Nrp, experiment: Pat
     assert "recorded" not in done.out
 
 
-def test_nothing_but_the_document_reaches_standard_output(nrp_process: Nrp, experiment: Path) -> None:
+def test_nothing_but_the_document_reaches_standard_output(
+    nrp_process: Nrp, experiment: Path, raising: Raising
+) -> None:
     body = "pass\n    print('from Python')\n    import os; os.write(1, b'from C')"
-    done = nrp_process("run", experiment, "-s", wrong(experiment, body), "--until", "40ms", "--json")
+    done = nrp_process("run", experiment, "-s", raising(body), "--until", "40ms", "--json")
     assert json.loads(done.out)["steps"] == 2
     assert "from Python" in done.err
     assert "from C" in done.err

@@ -27,7 +27,8 @@ def opened(kind: DeviceKind, brain: MockBrain | None = None, neurons: Any = (0, 
 def test_every_kind_opens_on_its_own_defaults_and_shows_its_attributes(kind: DeviceKind) -> None:
     device = opened(kind)
     assert {name: getattr(device, name) for name in device.attributes()}.keys() > {"active"}
-    assert kind.drives is (kind.name in ("poisson", "fixed_frequency", "dc_source"))
+    sources = ("poisson", "fixed_frequency", "dc_source", "ac_source", "nc_source")
+    assert kind.drives is (kind.name in sources)
 
 
 @pytest.mark.parametrize(

@@ -1,31 +1,12 @@
-"""Two engines without a simulator, installed as anybody would install theirs, and a room for them."""
+"""A room, and the fake world engine with it."""
 
-import shutil
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Box, Link, Model, Scene, Visual, WheelDrive
 from nrp_core.world.scene.pose import Pose
-
-FAKES = Path(__file__).parent / "fakes"
-
-
-@pytest.fixture
-def fakes(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Install the brain ``counting``, the world ``disc`` and a brain ``broken`` that does not import."""
-    site = tmp_path_factory.mktemp("site")
-    info = site / "fakes-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: fakes\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(
-        "[nrp_core.brain]\ncounting = experiment_fakes:CountingBackend\nbroken = no_such_module:Backend\n"
-        "[nrp_core.world]\ndisc = experiment_fakes:DiscBackend\n"
-    )
-    monkeypatch.syspath_prepend(site)
-    monkeypatch.syspath_prepend(FAKES)
 
 
 @pytest.fixture
@@ -49,11 +30,3 @@ def world(fakes: None, room: Scene) -> Iterator[World]:
 
     with DiscBackend().open(room, seed=1, options=DiscOptions()) as world:
         yield world
-
-
-@pytest.fixture
-def drive_to_the_wall(tmp_path: Path) -> Path:
-    """A folder with a whole experiment: a robot drives to a wall that turns red."""
-    folder = tmp_path / "drive_to_the_wall"
-    shutil.copytree(FAKES, folder, ignore=shutil.ignore_patterns("__pycache__", "experiment_fakes.py"))
-    return folder

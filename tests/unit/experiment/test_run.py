@@ -28,6 +28,7 @@ from nrp_core.world.scene.pose import Pose
 pytestmark = pytest.mark.usefixtures("fakes")
 
 Open = Callable[..., Run]
+Raising = Callable[[str], str]
 
 
 @pytest.fixture
@@ -42,16 +43,6 @@ def open_run(drive_to_the_wall: Path) -> Iterator[Open]:
     yield opened
     for run in runs:
         run.close()
-
-
-def raising(folder: Path, body: str) -> str:
-    """Write a transfer function that does something wrong, and return the override that uses it."""
-    path = folder / "wrong.py"
-    path.write_text(
-        "@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))\n"
-        f"def wrong(t):\n    if t > 1.0:\n        {body}\n"
-    )
-    return f"transfer_functions=[{path}]"
 
 
 def test_the_whole_story_runs_and_passes(open_run: Open) -> None:
@@ -187,9 +178,9 @@ def test_a_time_between_two_steps_is_refused(open_run: Open) -> None:
 
 
 def test_a_transfer_function_that_raises_stops_the_run_which_can_still_be_summed_up(
-    open_run: Open, drive_to_the_wall: Path
+    open_run: Open, raising: Raising, drive_to_the_wall: Path
 ) -> None:
-    run = open_run(raising(drive_to_the_wall, "raise ValueError('deep')"))
+    run = open_run(raising("raise ValueError('deep')"))
     with pytest.raises(TransferFunctionRaisedError, match=r"wrong\.py:4: .* ValueError: deep"):
         run.run()
     result = run.result()
@@ -202,8 +193,8 @@ def test_a_transfer_function_that_raises_stops_the_run_which_can_still_be_summed
     ]  # fmt: skip
 
 
-def test_with_quarantine_the_rest_runs_on(open_run: Open, drive_to_the_wall: Path) -> None:
-    run = open_run(raising(drive_to_the_wall, "return 3"), "on_error=quarantine", "criteria=null")
+def test_with_quarantine_the_rest_runs_on(open_run: Open, raising: Raising) -> None:
+    run = open_run(raising("return 3"), "on_error=quarantine", "criteria=null")
     run.run()
     result = run.result()
     assert (result.passed, result.sim_time_s, result.error) == (True, 3.0, None)

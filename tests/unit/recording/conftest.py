@@ -1,6 +1,5 @@
 """A brain that fires when told and a world of discs that drive, with a camera, and a recorder on both."""
 
-import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -29,7 +28,6 @@ from nrp_core.world.scene.model import (
 )
 from nrp_core.world.scene.pose import Pose
 
-FAKES = Path(__file__).parents[1] / "experiment" / "fakes"
 PERIOD_NS = 20_000_000
 
 
@@ -80,9 +78,7 @@ def brain() -> MockBrain:
 
 
 @pytest.fixture
-def world(monkeypatch: pytest.MonkeyPatch) -> Iterator[World]:
-    monkeypatch.syspath_prepend(FAKES)
-    monkeypatch.delitem(sys.modules, "experiment_fakes", raising=False)
+def world(site: Path) -> Iterator[World]:
     from experiment_fakes import DiscBackend, DiscOptions
 
     with DiscBackend().open(room(), seed=1, options=DiscOptions()) as world:

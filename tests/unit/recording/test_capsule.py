@@ -1,7 +1,6 @@
 """A recorded run as a folder: what ran, with every file it used."""
 
 import json
-import shutil
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,25 +16,13 @@ from nrp_core.recording.layout import Role
 from nrp_core.recording.read import Recording
 from nrp_core.recording.used_files import FilesRead
 
-FAKES = Path(__file__).parents[1] / "experiment" / "fakes"
-
 Open = Callable[..., Run]
 
 
 @pytest.fixture
-def experiment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An experiment of two engines without a simulator; its brain and a function need more files."""
-    site = tmp_path / "site" / "fakes-1.0.dist-info"
-    site.mkdir(parents=True)
-    (site / "METADATA").write_text("Metadata-Version: 2.1\nName: fakes\nVersion: 1.0\n")
-    (site / "entry_points.txt").write_text(
-        "[nrp_core.brain]\ncounting = experiment_fakes:CountingBackend\n"
-        "[nrp_core.world]\ndisc = experiment_fakes:DiscBackend\n"
-    )
-    monkeypatch.syspath_prepend(site.parent)
-    monkeypatch.syspath_prepend(FAKES)
-    folder = tmp_path / "drive"
-    shutil.copytree(FAKES, folder, ignore=shutil.ignore_patterns("__pycache__", "experiment_fakes.py"))
+def experiment(fakes: None, drive_to_the_wall: Path) -> Path:
+    """An experiment whose brain needs another file, with a variant."""
+    folder = drive_to_the_wall
     (folder / "weights.csv").write_text("1,2\n")
     (folder / "unused.csv").write_text("1,2\n")
     brain = folder / "brain.py"

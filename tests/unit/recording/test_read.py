@@ -29,6 +29,13 @@ def raw(path: Path) -> list[tuple[str, int, bytes]]:
     return [(topic.name, message.log_time, message.data) for topic, message in Recording(path).raw()]
 
 
+def by_topic(path: Path) -> dict[str, list[tuple[int, bytes]]]:
+    found: dict[str, list[tuple[int, bytes]]] = {}
+    for topic, t_ns, data in raw(path):
+        found.setdefault(topic, []).append((t_ns, data))
+    return found
+
+
 def counts(path: Path) -> dict[str, int]:
     found: dict[str, int] = {}
     for topic, _ in Recording(path).raw():
@@ -87,7 +94,7 @@ def test_a_cut_loses_at_most_the_last_chunk(folder: Path) -> None:
         assert max((t_ns for _, t_ns, _ in raw(cut)), default=-1) >= (chunk - 1) * 20_000_000
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_byte_never_shows_as_a_wrong_message(folder: Path, data: st.DataObject) -> None:
     damaged = bytearray((folder / MCAP_NAME).read_bytes())
@@ -95,8 +102,8 @@ def test_a_damaged_byte_never_shows_as_a_wrong_message(folder: Path, data: st.Da
     damaged[place] ^= data.draw(st.integers(1, 255))
     path = folder / "damaged.mcap"
     path.write_bytes(damaged)
-    read = raw(path)
-    assert read == raw(folder)[: len(read)]
+    whole, read = by_topic(folder), by_topic(path)
+    assert all(messages == whole[topic][: len(messages)] for topic, messages in read.items())
 
 
 def test_a_recovered_file_is_read_by_anybody(folder: Path) -> None:

@@ -14,7 +14,7 @@ from nrp_core.errors import SimulationError
 from nrp_core.recording.layout import MCAP_NAME, SCENE, Pictures, Role, device_topic, spikes_topic
 from nrp_core.recording.pictures import pixels_of
 from nrp_core.recording.read import Recorded, Recording
-from nrp_core.recording.writer import McapFile
+from nrp_core.recording.writer import FLUSH_S, McapFile
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -202,8 +202,8 @@ def test_a_full_disk_is_one_clear_error(rig: Any, monkeypatch: pytest.MonkeyPatc
 
 
 def test_the_file_is_flushed_by_wall_time(tmp_path: Path) -> None:
-    times_s = iter([0.0, 0.01, 0.04, 0.06, 0.06, 0.08, 0.2, 0.2])
-    file = McapFile(tmp_path / MCAP_NAME, clock=lambda: next(times_s))
+    times = iter([0.0, 0.2, 0.8, 1.2, 1.2, 1.6, 4.0, 4.0])
+    file = McapFile(tmp_path / MCAP_NAME, clock=lambda: next(times) * FLUSH_S)
     file.announce("/a", file.codec.name(Twist), {})
     sizes = []
     for _ in range(5):
@@ -219,7 +219,7 @@ def test_a_kill_in_the_middle_of_writing_leaves_what_was_flushed(tmp_path: Path)
     program = textwrap.dedent("""
         import os, signal, sys
         from pathlib import Path
-        from nrp_core.recording.writer import McapFile
+        from nrp_core.recording.writer import FLUSH_S, McapFile
         from nrp_core.world.messages.geometry_msgs import Twist
         file = McapFile(Path(sys.argv[1]))
         file.announce("/a", file.codec.name(Twist), {})

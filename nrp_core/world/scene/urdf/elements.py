@@ -9,7 +9,7 @@ from nrp_core.world.scene.xml_tree import Element
 
 def new(tag: str, at: Element, *children: Element, text: str = "", **attributes: str) -> Element:
     """Make an element that stands where another one does."""
-    return Element(tag, attributes, at.path, at.line, list(children), text)
+    return Element(tag, attributes, at.path, at.line, list(children), text, kind=at.kind)
 
 
 def numbers(element: Element, attribute: str, default: str) -> str:

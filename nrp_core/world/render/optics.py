@@ -6,10 +6,11 @@ A visual is seen from outside only (not by a camera inside it), opaque or, with 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import atan, tan
 
+from nrp_core.world.physics.bodies import Body, body_of
 from nrp_core.world.scene.model import Box, Camera, Geometry, Plane, Rgba, Scene
 from nrp_core.world.scene.pose import Pose
 
@@ -36,6 +37,11 @@ class Optics:
     near: float
     far: float
 
+    @property
+    def focal(self) -> float:
+        """Distance of the picture's plane from the eye, in pixels."""
+        return self.height / 2 / tan(self.vertical_fov / 2)
+
     @classmethod
     def of(cls, camera: Camera, scale: float) -> Optics:
         """Return the optics of a camera at a lower resolution; pixels are square and the field's width stays.
@@ -58,6 +64,15 @@ def optics_of(scene: Scene, scale: float) -> Mapping[CameraPath, Optics]:
         for sensor in link.sensors
         if isinstance(sensor, Camera)
     }
+
+
+def eye_of(bodies: Sequence[Body], path: CameraPath) -> tuple[int, Pose]:
+    """Return the index of the body that holds a camera, and the pose of the camera's graphics frame in it."""
+    _, link_name, sensor_name = path
+    index = body_of(bodies, link_name)
+    link = next(link for link in bodies[index].links if link.name == link_name)
+    sensor = next(sensor for sensor in link.sensors if sensor.name == sensor_name)
+    return index, looking(link.pose @ sensor.pose)
 
 
 def looking(pose: Pose) -> Pose:

@@ -1,0 +1,24 @@
+"""What a renderer is to a world."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from nrp_core.world.interface import ImageArray
+from nrp_core.world.render.optics import CameraPath
+from nrp_core.world.scene.model import Rgba
+
+
+class Cameras(ABC):
+    """All cameras of a scene, drawn by one renderer."""
+
+    @abstractmethod
+    def picture(self, path: CameraPath) -> ImageArray:
+        """Return what a camera sees, shape ``(height, width, 3)``, RGB, a fresh array."""
+
+    @abstractmethod
+    def set_color(self, visual: str, rgba: Rgba) -> None:
+        """Colour a visual, named by its path, from the next picture on."""
+
+    def close(self) -> None:
+        """Release what the renderer holds."""

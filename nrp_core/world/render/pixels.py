@@ -1,0 +1,188 @@
+"""Triangles to pixels: which surface is seen at the centre of each pixel.
+
+Cameras look along -z of their frame, x to the right, y up. Depths are kept as reciprocals, which are linear
+in the picture; 0 is infinitely far.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.jit import jit
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+NOTHING = -1
+"""The surface of a pixel that nothing covers."""
+
+
+@jit
+def draw(
+    vertices: FloatArray,
+    vertex_frames: IntArray,
+    faces: IntArray,
+    surfaces: IntArray,
+    shown: npt.NDArray[np.bool_],
+    frames: FloatArray,
+    eye_frame: int,
+    eye: FloatArray,
+    focal: float,
+    near: float,
+    far: float,
+    nearness: FloatArray,
+    seen: IntArray,
+) -> None:
+    """Fill ``seen`` with the surface that each pixel shows.
+
+    Args:
+        vertices: in their frames, shape ``(n, 3)``.
+        vertex_frames: the frame of each, shape ``(n,)``.
+        faces: indices of vertices, counter-clockwise from outside, shape ``(m, 3)``.
+        surfaces: what each face belongs to, shape ``(m,)``.
+        shown: which surfaces are visible.
+        frames: rotation and translation of each frame to the world, shape ``(f, 3, 4)``.
+        eye_frame: the frame that holds the camera.
+        eye: rotation and translation of the camera to that frame, shape ``(3, 4)``.
+        focal: distance of the picture's plane in pixels.
+        near: distance in front of which nothing is seen.
+        far: distance beyond which nothing is seen.
+        nearness: work space of the picture's shape ``(height, width)``.
+        seen: the result, of the same shape; :data:`NOTHING` where there is none.
+    """
+    points = _to_camera(vertices, vertex_frames, frames, eye_frame, eye)
+    nearness.fill(1.0 / far)
+    seen.fill(NOTHING)
+    polygon = np.empty((4, 3))
+    for face in range(len(faces)):
+        if shown[surfaces[face]] and _faces_eye(points, faces[face]):
+            corners = _clip(points, faces[face], near, polygon)
+            if corners:
+                _project(polygon, corners, focal, seen.shape[1] / 2, seen.shape[0] / 2)
+                _fill(polygon, corners, surfaces[face], nearness, seen)
+
+
+@jit
+def _to_camera(
+    vertices: FloatArray, vertex_frames: IntArray, frames: FloatArray, eye_frame: int, eye: FloatArray
+) -> FloatArray:
+    """Return the vertices in the camera's frame."""
+    held = frames[eye_frame]
+    place, turn = np.empty(3), np.empty((3, 3))  # of the camera in the world
+    for row in range(3):
+        place[row] = held[row, 3] + _row_times_column(held, row, eye, 3)
+        for column in range(3):
+            turn[row, column] = _row_times_column(held, row, eye, column)
+    points = np.empty_like(vertices)
+    for i in range(len(vertices)):
+        frame, vertex = frames[vertex_frames[i]], vertices[i]
+        x = (
+            frame[0, 0] * vertex[0]
+            + frame[0, 1] * vertex[1]
+            + frame[0, 2] * vertex[2]
+            + frame[0, 3]
+            - place[0]
+        )
+        y = (
+            frame[1, 0] * vertex[0]
+            + frame[1, 1] * vertex[1]
+            + frame[1, 2] * vertex[2]
+            + frame[1, 3]
+            - place[1]
+        )
+        z = (
+            frame[2, 0] * vertex[0]
+            + frame[2, 1] * vertex[1]
+            + frame[2, 2] * vertex[2]
+            + frame[2, 3]
+            - place[2]
+        )
+        for axis in range(3):
+            points[i, axis] = turn[0, axis] * x + turn[1, axis] * y + turn[2, axis] * z
+    return points
+
+
+@jit
+def _row_times_column(a: FloatArray, row: int, b: FloatArray, column: int) -> float:
+    product: float = a[row, 0] * b[0, column] + a[row, 1] * b[1, column] + a[row, 2] * b[2, column]
+    return product
+
+
+@jit
+def _faces_eye(points: FloatArray, face: IntArray) -> bool:
+    a, b, c = points[face[0]], points[face[1]], points[face[2]]
+    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    away: float = (uy * vz - uz * vy) * a[0] + (uz * vx - ux * vz) * a[1] + (ux * vy - uy * vx) * a[2]
+    return away < 0
+
+
+@jit
+def _clip(points: FloatArray, face: IntArray, near: float, polygon: FloatArray) -> int:
+    """Write what of a triangle lies beyond the near plane; return its number of corners, 0, 3 or 4."""
+    corners = 0
+    for i in range(3):
+        a, b = points[face[i]], points[face[(i + 1) % 3]]
+        if -a[2] >= near:
+            for axis in range(3):
+                polygon[corners, axis] = a[axis]
+            corners += 1
+        if (-a[2] >= near) != (-b[2] >= near):
+            share = (near + a[2]) / (a[2] - b[2])
+            for axis in range(3):
+                polygon[corners, axis] = a[axis] + share * (b[axis] - a[axis])
+            corners += 1
+    return corners
+
+
+@jit
+def _project(polygon: FloatArray, corners: int, focal: float, middle: float, centre: float) -> None:
+    """Turn points into columns, rows and nearness, in place."""
+    for i in range(corners):
+        near = -1.0 / polygon[i, 2]
+        polygon[i, 0] = middle + focal * polygon[i, 0] * near
+        polygon[i, 1] = centre - focal * polygon[i, 1] * near
+        polygon[i, 2] = near
+
+
+@jit
+def _fill(polygon: FloatArray, corners: int, surface: int, nearness: FloatArray, seen: IntArray) -> None:
+    """Draw a convex polygon where nothing is nearer."""
+    height, width = seen.shape
+    x, y, w = polygon[0, 0], polygon[0, 1], polygon[0, 2]
+    ax, ay, aw = polygon[1, 0] - x, polygon[1, 1] - y, polygon[1, 2] - w
+    bx, by, bw = polygon[2, 0] - x, polygon[2, 1] - y, polygon[2, 2] - w
+    area = ax * by - ay * bx
+    if area == 0.0:
+        return
+    across, down = (aw * by - bw * ay) / area, (bw * ax - aw * bx) / area
+    top = bottom = y
+    for i in range(1, corners):
+        top, bottom = min(top, polygon[i, 1]), max(bottom, polygon[i, 1])
+    for row in range(max(0, ceil(top - 0.5)), min(height, ceil(bottom - 0.5))):
+        left, right = _span(polygon, corners, row + 0.5)
+        first, last = max(0, ceil(left - 0.5)), min(width, ceil(right - 0.5))
+        start = w + across * (0.5 - x) + down * (row + 0.5 - y)
+        for column in range(first, last):
+            near = start + across * column
+            if near > nearness[row, column]:
+                nearness[row, column] = near
+                seen[row, column] = surface
+
+
+@jit
+def _span(polygon: FloatArray, corners: int, y: float) -> tuple[float, float]:
+    """Return where a row enters and leaves a polygon."""
+    left, right = np.inf, -np.inf
+    for i in range(corners):
+        j = (i + 1) % corners
+        if (polygon[i, 1] <= y) != (polygon[j, 1] <= y):
+            # from the upper end, so that neighbours who share an edge find the same column
+            low, high = (i, j) if polygon[i, 1] < polygon[j, 1] else (j, i)
+            slope = (polygon[high, 0] - polygon[low, 0]) / (polygon[high, 1] - polygon[low, 1])
+            at = polygon[low, 0] + (y - polygon[low, 1]) * slope
+            left, right = min(left, at), max(right, at)
+    return left, right

@@ -1,0 +1,75 @@
+"""The renderer that all engines share: it draws on the CPU and needs no graphics library.
+
+It makes the same picture wherever bodies are at the same places, whatever engine put them there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from nrp_core.world.interface import ImageArray
+from nrp_core.world.physics.bodies import Body
+from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.render.optics import CameraPath, Optics, eye_of
+from nrp_core.world.render.pixels import draw
+from nrp_core.world.render.scene_mesh import (
+    WORLD_FRAME,
+    BodyPath,
+    FloatArray,
+    SceneMesh,
+    frames_of,
+    matrix_of,
+    place_in_frame,
+)
+from nrp_core.world.scene.model import Rgba
+
+ReadFrames = Callable[[FloatArray], None]
+"""Writes rotation and translation to the world of some bodies, shape ``(n, 3, 4)``."""
+
+
+class RasterCameras(Cameras):
+    """Draws any camera of a scene.
+
+    Args:
+        bodies: of each model.
+        optics: of each camera.
+        reader: is given the paths of the moving bodies that matter for pictures, once, and returns what
+            writes where these are.
+    """
+
+    def __init__(
+        self,
+        bodies: Mapping[str, Sequence[Body]],
+        optics: Mapping[CameraPath, Optics],
+        reader: Callable[[Sequence[BodyPath]], ReadFrames],
+    ) -> None:
+        numbers = frames_of(bodies)
+        self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))  # the first one is the world's
+        self._read = reader(list(numbers))
+        self._mesh = SceneMesh(bodies, numbers)
+        self._optics = optics
+        self._eyes = {path: self._eye(bodies[path[0]], path, numbers) for path in optics}
+        self._work = {path: np.empty((each.height, each.width)) for path, each in optics.items()}
+
+    def picture(self, path: CameraPath) -> ImageArray:
+        self._read(self._frames[WORLD_FRAME + 1 :])
+        optics, (frame, eye), mesh = self._optics[path], self._eyes[path], self._mesh
+        surfaces = np.empty((optics.height, optics.width), np.int32)
+        scene = (mesh.vertices, mesh.vertex_frames, mesh.faces, mesh.surfaces, mesh.shown, self._frames)
+        lens = (optics.focal, optics.near, optics.far)
+        draw(*scene, frame, eye, *lens, self._work[path], surfaces)
+        return np.take(mesh.palette, surfaces, axis=0)
+
+    def set_color(self, visual: str, rgba: Rgba) -> None:
+        self._mesh.set_color(visual, rgba)
+
+    @staticmethod
+    def _eye(
+        bodies: Sequence[Body], path: CameraPath, numbers: Mapping[BodyPath, int]
+    ) -> tuple[int, FloatArray]:
+        """Return the frame that a camera moves with and how it looks from there."""
+        index, pose = eye_of(bodies, path)
+        frame = numbers.get((path[0], index), WORLD_FRAME)
+        return frame, matrix_of(place_in_frame(bodies[index]) @ pose)

@@ -1,0 +1,98 @@
+"""The visuals of a scene as one set of triangles that move with numbered frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.physics.bodies import Body
+from nrp_core.world.physics.mass import rotation_matrix
+from nrp_core.world.render.optics import SKY, bytes_of, drawn, flat
+from nrp_core.world.render.tessellation import triangles_of
+from nrp_core.world.scene.model import Rgba, Visual
+from nrp_core.world.scene.pose import Pose
+
+FloatArray = npt.NDArray[np.float64]
+
+BodyPath = tuple[str, int]
+"""A model and the index of one of its bodies."""
+WORLD_FRAME = 0
+"""The frame of what does not move."""
+
+
+class SceneMesh:
+    """Vertices, triangles and colours of all visuals.
+
+    Attributes:
+        vertices: in their frames, shape ``(n, 3)``.
+        vertex_frames: the frame that each moves with, shape ``(n,)``.
+        faces: indices of vertices, shape ``(m, 3)``.
+        surfaces: the number of the visual of each face, shape ``(m,)``.
+        shown: which visuals are visible.
+        palette: their colours, and last, where the index -1 finds it, the sky's; shape ``(visuals + 1, 3)``.
+    """
+
+    def __init__(self, bodies: Mapping[str, Sequence[Body]], frames: Mapping[BodyPath, int]) -> None:
+        placed = list(_placed_visuals(bodies, frames))
+        meshes = [_in_frame(visual, pose) for _, visual, pose, _ in placed]
+        counts = [len(vertices) for vertices, _ in meshes]
+        starts = np.cumsum([0, *counts])
+        self._numbers = {path: number for number, (path, *_) in enumerate(placed)}
+        self.vertices = np.concatenate([np.empty((0, 3)), *(vertices for vertices, _ in meshes)])
+        self.vertex_frames = np.repeat(np.array([frame for *_, frame in placed], np.int32), counts)
+        faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=False)]
+        self.faces = np.concatenate([np.empty((0, 3)), *faces]).astype(np.int32)
+        self.surfaces = np.repeat(np.arange(len(placed), dtype=np.int32), [len(each) for each in faces])
+        self.shown = np.ones(len(placed), bool)
+        self.palette = np.array([bytes_of(SKY)] * (len(placed) + 1), np.uint8)
+        for path, visual, *_ in placed:
+            self.set_color(path, visual.rgba)
+
+    def set_color(self, visual: str, rgba: Rgba) -> None:
+        """Colour a visual, named by its path."""
+        number, color = self._numbers[visual], flat(rgba)
+        self.palette[number] = bytes_of(color)
+        self.shown[number] = color[3] > 0
+
+
+def frames_of(bodies: Mapping[str, Sequence[Body]]) -> dict[BodyPath, int]:
+    """Number the frames of bodies that move and carry a visual or a camera, from 1; 0 is the world's."""
+    paths = [
+        (model, index)
+        for model, parts in bodies.items()
+        for index, body in enumerate(parts)
+        if not body.fixed and any(link.visuals or link.sensors for link in body.links)
+    ]
+    return {path: number for number, path in enumerate(paths, start=WORLD_FRAME + 1)}
+
+
+def place_in_frame(body: Body) -> Pose:
+    """Return where a body is in the frame that it moves with: its own, or the world's if it does not move."""
+    return body.pose if body.fixed else Pose()
+
+
+def matrix_of(pose: Pose) -> FloatArray:
+    """Return a pose as rotation and translation, shape ``(3, 4)``."""
+    return np.column_stack([rotation_matrix(pose.orientation), pose.position])
+
+
+def _placed_visuals(
+    bodies: Mapping[str, Sequence[Body]], frames: Mapping[BodyPath, int]
+) -> Iterable[tuple[str, Visual, Pose, int]]:
+    """Return each visual with its path, its place in a frame, and that frame."""
+    for model, parts in bodies.items():
+        for index, body in enumerate(parts):
+            for link in body.links:
+                place = place_in_frame(body) @ link.pose
+                frame = frames.get((model, index), WORLD_FRAME)
+                for visual in link.visuals:
+                    yield f"{model}/{link.name}/{visual.name}", visual, place @ visual.pose, frame
+
+
+def _in_frame(visual: Visual, pose: Pose) -> tuple[FloatArray, npt.NDArray[np.int32]]:
+    geometry, place = drawn(visual.geometry, pose)
+    vertices, faces = triangles_of(geometry)
+    matrix = matrix_of(place)
+    return vertices @ matrix[:, :3].T + matrix[:, 3], faces

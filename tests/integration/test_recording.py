@@ -1,0 +1,64 @@
+"""Recordings of the shipped experiment on real engines."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from rosbags.highlevel import AnyReader
+
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.run import Run
+from nrp_core.recording.capsule import Capsule
+from nrp_core.recording.layout import MCAP_NAME, Pictures, Role
+from nrp_core.recording.pictures import pixels_of
+from nrp_core.recording.plot import plot
+from nrp_core.recording.read import Recording
+
+SETTINGS = ("world.options.image_scale=0.2", "events.left_red.at=0.1 s", "duration=0.4 s")
+CAMERA = "/husky/camera"
+
+
+@pytest.fixture(params=["mujoco", "pybullet"])
+def run(request: pytest.FixtureRequest) -> Iterator[Run]:
+    with Run(load_experiment("braitenberg_husky", [*SETTINGS, f"world.backend={request.param}"])) as run:
+        yield run
+
+
+def test_a_recording_of_real_engines_is_read_by_anybody(run: Run, tmp_path: Path) -> None:
+    capsule = Capsule(run, tmp_path / "out", pictures=Pictures.JPEG)
+    run.run()
+    capsule.close("finished")
+    assert capsule.warnings == []
+    with AnyReader([tmp_path / "out" / MCAP_NAME]) as reader:
+        types = {connection.topic: connection.msgtype for connection in reader.connections}
+        counts = {connection.topic: connection.msgcount for connection in reader.connections}
+        for connection, _, data in reader.messages():
+            reader.deserialize(data, connection.msgtype)
+    assert types[f"{CAMERA}/compressed"] == "sensor_msgs/msg/CompressedImage"
+    assert types["/brain/circuit/spikes"] == "nrp_msgs/msg/Spikes"
+    assert counts["/gazebo/model_states"] == 21
+    assert counts["/husky/cmd_vel"] == 20
+    assert counts[f"{CAMERA}/compressed"] == 13
+    spikes = Recording(tmp_path / "out").messages({"/brain/circuit/spikes"})
+    assert sum(len(one.message.ids) for one in spikes) == run.result().spikes["circuit"]
+
+
+def test_exact_pictures_are_what_the_camera_gave(run: Run, tmp_path: Path) -> None:
+    camera = run.world.subscribe(CAMERA, depth=100)
+    capsule = Capsule(run, tmp_path / "out")
+    run.run()
+    capsule.close("finished")
+    seen = {stamped.t_ns: stamped.message.data for stamped in camera.kept()}
+    recorded = list(Recording(tmp_path / "out").messages({CAMERA}))
+    assert [one.t_ns for one in recorded] == list(seen)
+    assert all((pixels_of(one.message) == seen[one.t_ns]).all() for one in recorded)
+
+
+def test_the_figure_of_real_engines_is_drawn_from_the_recording(run: Run, tmp_path: Path) -> None:
+    capsule = Capsule(run, tmp_path / "out")
+    run.run()
+    capsule.close("finished")
+    recording = Recording(tmp_path / "out")
+    assert len(recording.with_role(Role.SINK)) == 2
+    plot(recording, tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")

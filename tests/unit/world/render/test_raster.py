@@ -1,0 +1,133 @@
+"""The shared renderer, against rays cast at boxes one by one."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nrp_core.world.physics.bodies import bodies_of
+from nrp_core.world.render.optics import SKY, bytes_of, looking, optics_of
+from nrp_core.world.render.raster import RasterCameras
+from nrp_core.world.render.scene_mesh import matrix_of
+from nrp_core.world.scene.model import Box, Camera, Inertial, Link, Model, Scene, Visual
+from nrp_core.world.scene.pose import Pose
+
+NEAR, FAR = 0.2, 9.0
+CAMERA = ("eye", "link", "camera")
+
+
+def color(number: int) -> tuple[float, float, float, float]:
+    return (number / 255, 0.0, 1.0, 1.0)
+
+
+def eye(pose: Pose = Pose(), *, static: bool = True) -> Model:
+    camera = Camera("camera", "/camera", 30.0, 1.2, 40, 30, NEAR, FAR)
+    return Model("eye", (Link("link", inertial=Inertial(1.0), sensors=(camera,)),), pose=pose, static=static)
+
+
+def box(number: int, size: tuple[float, float, float], pose: Pose) -> Model:
+    visual = Visual("visual", Box(size), rgba=color(number))
+    return Model(f"box{number}", (Link("link", visuals=(visual,)),), pose=pose, static=True)
+
+
+def cameras(*models: Model, poses: dict[str, Pose] | None = None) -> RasterCameras:
+    """Open the renderer on models; ``poses`` tells where moving ones are."""
+
+    def reader(paths):
+        def read(frames):
+            for frame, (model, _) in zip(frames, paths, strict=True):
+                frame[:] = matrix_of((poses or {})[model])
+
+        return read
+
+    scene = Scene(models)
+    return RasterCameras({m.name: bodies_of(m) for m in models}, optics_of(scene, 1.0), reader)
+
+
+def cast(boxes: list[Model], camera: Pose) -> np.ndarray:
+    """Return the picture made by testing every ray against the slabs of every box."""
+    optics = optics_of(Scene((eye(),)), 1.0)[CAMERA]
+    across, down = np.meshgrid(np.arange(40) + 0.5 - 20, np.arange(30) + 0.5 - 15)
+    rays = np.stack([across / optics.focal, -down / optics.focal, -np.ones((30, 40))], axis=-1)
+    picture = np.tile(np.array(bytes_of(SKY), np.uint8), (30, 40, 1))
+    nearest = np.full((30, 40), FAR)
+    for number, model in enumerate(boxes):
+        to_box = matrix_of(model.pose.inverse() @ looking(camera))
+        start, directions = to_box[:, 3], rays @ to_box[:, :3].T
+        half = np.array(model.links[0].visuals[0].geometry.size) / 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            first, second = (-half - start) / directions, (half - start) / directions
+        enters, leaves = np.minimum(first, second).max(axis=2), np.maximum(first, second).min(axis=2)
+        hit = (enters < leaves) & (enters >= NEAR) & (enters < nearest)
+        nearest[hit] = enters[hit]
+        picture[hit] = bytes_of(color(number))
+    return picture
+
+
+sizes = st.tuples(*[st.floats(0.2, 2.0)] * 3)
+angles = st.floats(-pi, pi)
+places = st.builds(
+    lambda x, y, z, a, b, c: Pose.from_rpy((x, y, z), a, b, c),
+    st.floats(1.0, 8.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), angles, angles, angles,
+)  # fmt: skip
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(sizes, places), min_size=1, max_size=5), st.floats(-0.5, 0.5))
+def test_every_pixel_shows_the_nearest_box_on_its_ray(boxes, heading):
+    camera = Pose.from_rpy((0.1, -0.2, 0.3), 0.1, -0.1, heading)
+    models = [box(number, size, pose) for number, (size, pose) in enumerate(boxes)]
+    picture = cameras(*models, eye(camera)).picture(CAMERA)
+    # where a ray passes within rounding of an edge, both answers are right
+    assert (picture != cast(models, camera)).any(axis=2).mean() < 0.005
+
+
+def test_neighbouring_triangles_leave_no_gap():
+    wall = box(0, (0.1, 30.0, 30.0), Pose.from_rpy((3.0, 0.0, 0.0), 0.3, 0.1, 0.2))
+    assert (cameras(wall, eye()).picture(CAMERA) == bytes_of(color(0))).all()
+
+
+def test_a_floor_that_passes_below_the_camera_is_cut_at_the_near_plane():
+    floor = box(0, (100.0, 100.0, 1.0), Pose((0.0, 0.0, -1.0)))
+    picture = cameras(floor, eye()).picture(CAMERA)
+    assert (picture[-5:] == bytes_of(color(0))).all()
+    assert (picture[:15] == bytes_of(SKY)).all()
+
+
+def test_what_is_too_far_is_not_seen():
+    wall = box(0, (1.0, 30.0, 30.0), Pose((FAR + 0.6, 0.0, 0.0)))
+    assert (cameras(wall, eye()).picture(CAMERA) == bytes_of(SKY)).all()
+
+
+def test_a_box_is_not_seen_from_inside():
+    around = box(0, (5.0, 5.0, 5.0), Pose())
+    assert (cameras(around, eye()).picture(CAMERA) == bytes_of(SKY)).all()
+
+
+def test_colours_change_and_things_vanish_at_once():
+    renderer = cameras(box(0, (0.1, 30.0, 30.0), Pose((3.0, 0, 0))), eye())
+    renderer.set_color("box0/link/visual", (1.0, 0.0, 0.0, 1.0))
+    assert (renderer.picture(CAMERA) == (255, 0, 0)).all()
+    renderer.set_color("box0/link/visual", (1.0, 0.0, 0.0, 0.0))
+    assert (renderer.picture(CAMERA) == bytes_of(SKY)).all()
+
+
+def test_a_moving_camera_is_read_before_each_picture():
+    poses = {"eye": Pose()}
+    renderer = cameras(box(0, (0.1, 30.0, 30.0), Pose((3.0, 0, 0))), eye(static=False), poses=poses)
+    assert (renderer.picture(CAMERA) == bytes_of(color(0))).all()
+    poses["eye"] = Pose.from_rpy((0, 0, 0), 0, 0, pi)
+    assert (renderer.picture(CAMERA) == bytes_of(SKY)).all()
+
+
+def test_a_scene_without_visuals_is_all_sky():
+    assert (cameras(eye()).picture(CAMERA) == bytes_of(SKY)).all()
+
+
+def test_an_unknown_visual_has_no_colour_to_set():
+    with pytest.raises(KeyError):
+        cameras(eye()).set_color("no/such/visual", (1.0, 0.0, 0.0, 1.0))
