@@ -12,7 +12,7 @@ from nrp_brain_spinnaker import kinds
 from nrp_brain_spinnaker.exponential import exp_accum
 from nrp_brain_spinnaker.fixed_point import ONE, mul, scale, wrap
 from nrp_brain_spinnaker.kinds import Cells
-from nrp_core.brain.network import IntArray
+from nrp_brain_spinnaker.spiking import note_spike
 from nrp_core.jit import jit
 
 _STEEPEST: Final = 8 * ONE
@@ -20,8 +20,8 @@ _STEEPEST: Final = 8 * ONE
 
 
 @jit
-def update_adaptive(cells: Cells, population: int, fired: IntArray, n_fired: int) -> int:
-    """Move a population on by a (sub-)step; return the new number of entries in ``fired``."""
+def update_adaptive(cells: Cells, population: int) -> None:
+    """Move a population on by a (sub-)step."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     state, constants = cells.state, cells.constants
     for i in range(first, last):
@@ -41,7 +41,5 @@ def update_adaptive(cells: Cells, population: int, fired: IntArray, n_fired: int
             v = constants[kinds.V_RESET, i]
             state[kinds.W, i] = wrap(state[kinds.W, i] + constants[kinds.ADAPTATION_JUMP, i])
             state[kinds.REFRACTORY, i] = constants[kinds.T_REFRACTORY, i]
-            fired[n_fired] = i
-            n_fired += 1
+            note_spike(cells, i)
         state[kinds.V, i] = v
-    return n_fired

@@ -10,6 +10,9 @@ from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, Bra
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network
 from nrp_core.simulation import Determinism
 
+APPROXIMATE = frozenset({"Izhikevich"})
+"""One midpoint step a tick, through the upstroke of a spike as well."""
+
 
 class SpinnakerBackend(BrainBackend):
     """A SpiNNaker machine in software: fixed-point arithmetic, a time step, 16-bit weights."""
@@ -23,6 +26,7 @@ class SpinnakerBackend(BrainBackend):
             cells=frozenset(models),
             synapses=frozenset({STATIC, STDP, TSODYKS_MARKRAM}),
             extensions=frozenset({TSODYKS_MARKRAM, *(name for name, m in models.items() if m.extension)}),
+            approximate=APPROXIMATE,
             resolution_ns=options.timestep,
             determinism=Determinism.BITWISE,
             state_variables=STATE_VARIABLES,

@@ -54,10 +54,11 @@ class SpinnakerBrain(Brain):
         self.warnings += loaded.warnings
         self._engine = Engine(loaded.machine)
         self._cells, self._grid = loaded.machine.cells, loaded.grid
-        self._simulated = [p for p in network.populations.values() if not p.is_source]
-        models = [cell_models(options.semantics)[p.cell_type] for p in self._simulated]
+        simulated = [population for population in network.populations.values() if not population.is_source]
+        self._index = {population.label: index for index, population in enumerate(simulated)}
+        models = [cell_models(options.semantics)[population.cell_type] for population in simulated]
         self._devices_in = DeviceInput(self._cells, models, loaded.grid, network.size)
-        sizes = [population.size for population in self._simulated]
+        sizes = [population.size for population in simulated]
         self._current_scale = np.repeat([model.current_scale for model in models], sizes)
         self._poisson = self._load_poisson()
         self._spikes: list[Spikes] = []
@@ -68,9 +69,8 @@ class SpinnakerBrain(Brain):
     def saturations(self) -> Mapping[str, tuple[int, int]]:
         """How often ring-buffer entries of each population lost input, excitatory and inhibitory."""
         lost = self._engine.machine.ring.saturated.reshape(2, -1)
-        ranges = zip(self._simulated, self._cells.populations[:, :2].tolist(), strict=True)
-        sums = {p.label: lost[:, first:last].sum(axis=1).tolist() for p, (first, last) in ranges}
-        return {label: (excitatory, inhibitory) for label, (excitatory, inhibitory) in sums.items()}
+        sums = {label: lost[:, self._cells.neurons(k)].sum(axis=1) for label, k in self._index.items()}
+        return {label: (int(both[0]), int(both[1])) for label, both in sums.items()}
 
     def _do_run_until(self, t_ns: int) -> None:
         until, rest = divmod(t_ns, self._options.timestep)
@@ -136,14 +136,17 @@ class SpinnakerBrain(Brain):
     # -- state
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
-        values = np.empty(self.network.size)
-        for label in {self.network.label_of(int(neuron))[0] for neuron in neurons}:
-            known = cell_models(self._options.semantics).get(self.network.populations[label].cell_type)
-            if known is None or variable not in known.state_variables:
-                raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
-            index = [population.label for population in self._simulated].index(label)
-            values[self.network.ids_of(label)] = read(self._cells, index, known, variable)
-        return values[neurons]
+        values = np.empty(len(neurons))
+        for label, first in self.network.offsets.items():
+            population = self.network.populations[label]
+            chosen = (neurons >= first) & (neurons < first + population.size)
+            if chosen.any():
+                known = cell_models(self._options.semantics).get(population.cell_type)
+                if known is None or variable not in known.state_variables:
+                    raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+                state = read(self._cells, self._index[label], known, variable)
+                values[chosen] = state[neurons[chosen] - first]
+        return values
 
     def _do_reset(self, seed: int) -> None:
         self._engine.restore(self._initial)

@@ -61,9 +61,25 @@ def load_cells(populations: Sequence[Population], ids: IntArray, grid: Grid, sem
     Raises:
         NetworkError: a parameter does not fit the machine's numbers.
     """
-    n = sum(population.size for population in populations)
-    cells = Cells(
-        populations=np.zeros((len(populations), kinds.POPULATION_COLUMNS), np.int64),
+    models = [cell_models(semantics)[population.cell_type] for population in populations]
+    substeps = [grid.substeps_of(model) for model in models]
+    most_spikes = sum(p.size * n for p, n in zip(populations, substeps, strict=True))
+    cells = _blank(len(populations), ids, most_spikes)
+    first = 0
+    for index, (population, model) in enumerate(zip(populations, models, strict=True)):
+        own = slice(first, first + population.size)
+        row = (first, own.stop, model.synapse, model.input, model.neuron, substeps[index], 0, 0)
+        cells.populations[index] = row
+        _load_constants(cells, own, population, model, grid.step // substeps[index])
+        load_state(cells, own, population, model, grid.step)
+        first = own.stop
+    return cells
+
+
+def _blank(n_populations: int, ids: IntArray, most_spikes: int) -> Cells:
+    n = ids.size
+    return Cells(
+        populations=np.zeros((n_populations, kinds.POPULATION_COLUMNS), np.int64),
         constants=np.zeros((kinds.CONSTANT_ROWS, n), np.int64),
         state=np.zeros((kinds.STATE_ROWS, n), np.int64),
         synapse_constants=np.zeros((2, kinds.SYNAPSE_ROWS, n), np.int64),
@@ -73,17 +89,9 @@ def load_cells(populations: Sequence[Population], ids: IntArray, grid: Grid, sem
         arrived=np.zeros((2, n), np.int64),
         value=np.zeros((2, n), np.int64),
         drive=np.zeros(n, np.int64),
+        fired=np.zeros(most_spikes, np.int64),
+        n_fired=np.zeros(1, np.int64),
     )
-    first = 0
-    for index, population in enumerate(populations):
-        model = cell_models(semantics)[population.cell_type]
-        own, substeps = slice(first, first + population.size), grid.substeps_of(model)
-        row = (first, own.stop, model.synapse, model.input, model.neuron, substeps, 0, 0)
-        cells.populations[index] = row
-        _load_constants(cells, own, population, model, grid.step // substeps)
-        load_state(cells, own, population, model, grid.step)
-        first = own.stop
-    return cells
 
 
 def tau_syn_of_lines(populations: Sequence[Population], semantics: Semantics) -> IntArray:

@@ -37,19 +37,18 @@ class DeviceInput:
 
     def __init__(self, cells: Cells, models: Sequence[CellModel], grid: Grid, n_sources: int) -> None:
         self.lost = False
-        self._grid, self._n = grid, cells.ids.size
-        self._neuron_of = np.full(n_sources, -1, np.int64)
-        self._neuron_of[cells.ids] = np.arange(self._n)
-        self._factor = np.ones((2, self._n))
-        """What a weight onto each neuron is multiplied by, per receptor."""
-        for (first, last), model in zip(cells.populations[:, :2].tolist(), models, strict=True):
-            own = slice(first, last)
+        self._grid, self._n_sources = grid, n_sources
+        n = cells.ids.size
+        self._line_of = np.full(2 * n_sources, -1, np.int64)
+        self._line_of[cells.ids], self._line_of[cells.ids + n_sources] = np.arange(n), np.arange(n, 2 * n)
+        factor = np.ones((2, n))
+        for population, model in enumerate(models):
+            own = cells.neurons(population)
             factors = weight_factors(cells, own, model)
-            size = model.weight_scale * (1.0 if factors is None else factors)
-            # PyNN's inhibitory currents are negative; the machine keeps sizes and subtracts them
-            self._factor[:, own] = [[1.0], [1.0 if model.is_conductance_based else -1.0]] * np.atleast_2d(
-                size
-            )
+            factor[:, own] = model.weight_scale * (1.0 if factors is None else factors)
+            if not model.is_conductance_based:
+                factor[1, own] *= -1  # PyNN's inhibitory currents are negative; the machine subtracts
+        self._factor = factor.ravel()
 
     def convert(self, parts: Sequence[SynapticEvents]) -> IntArray:
         """Return tick, line and s16.15 value of each event, shape ``(3, n)``.
@@ -57,16 +56,22 @@ class DeviceInput:
         Raises:
             CapabilityError: an event is for a source cell or too large for the machine's numbers.
         """
-        receptors = [RECEPTORS.index(part.receptor) for part in parts]
-        receptor = np.repeat(receptors, [len(part) for part in parts])
-        neurons = self._neuron_of[np.concatenate([part.neurons for part in parts])]
-        weights = np.concatenate([part.weights for part in parts])
-        if neurons.min() < 0:
+        lines = self._line_of[np.concatenate([self._places(part) for part in parts])]
+        if lines.min() < 0:
             raise CapabilityError("source cells only emit spikes; a device cannot act on them")
+        sizes = np.concatenate([part.weights for part in parts]) * self._factor[lines]
+        entries = np.empty((3, lines.size), np.int64)
+        entries[0] = self._grid.first_tick_at(np.concatenate([part.times_ms for part in parts]))
+        entries[1] = lines
         try:
-            values = to_accum(weights * self._factor[receptor, neurons], "the weight of a device")
+            entries[2] = to_accum(sizes, "the weight of a device")
         except ValueError as error:
             raise CapabilityError(str(error)) from None
-        self.lost = self.lost or bool(((values == 0) & (weights != 0)).any())
-        ticks = self._grid.first_tick_at(np.concatenate([part.times_ms for part in parts]))
-        return np.stack([ticks, receptor * self._n + neurons, values])
+        if not entries[2].all():
+            self.lost = self.lost or bool(sizes[entries[2] == 0].any())
+        return entries
+
+    def _places(self, events: SynapticEvents) -> IntArray:
+        """Return where the lines of the targets stand in the table."""
+        inhibitory = RECEPTORS.index(events.receptor)
+        return events.neurons + self._n_sources if inhibitory else events.neurons

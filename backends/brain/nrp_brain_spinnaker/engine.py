@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nrp_brain_spinnaker import kinds
-from nrp_brain_spinnaker.tick import Machine, Window, advance
+from nrp_brain_spinnaker.machine import Machine
+from nrp_brain_spinnaker.tick import Window, advance
 from nrp_core.brain.network import IntArray
 
 _ROOM = 1024
 
 
 class Waiting:
-    """Entries that wait for their tick.
+    """Entries that wait for their tick, always in one memory layout, for which the code is compiled.
 
     Args:
         width: columns of an entry: its tick, then what it is.
@@ -26,8 +26,9 @@ class Waiting:
 
     def add(self, entries: IntArray) -> None:
         """Let entries wait, shape ``(width, n)``; those of one tick are taken by their second column."""
-        merged = np.concatenate([self._entries, entries], axis=1)
-        self._entries = merged[:, np.lexsort((merged[1], merged[0]))]
+        if self._entries.size:
+            entries = np.concatenate([self._entries, entries], axis=1)
+        self._entries = entries.take(np.lexsort((entries[1], entries[0])), axis=1)
 
     def entries(self) -> IntArray:
         """Return all entries in the order in which they are taken."""
@@ -35,7 +36,8 @@ class Waiting:
 
     def drop(self, n: int) -> None:
         """Forget the first entries."""
-        self._entries = self._entries[:, n:]
+        if n:
+            self._entries = self._entries[:, n:].copy()
 
     def replace(self, entries: IntArray) -> None:
         """Wait with these entries and no others."""
@@ -56,9 +58,6 @@ class Engine:
         """Ticks and global ids."""
         self.device_input = Waiting(3)
         """Ticks, lines and s16.15 values."""
-        table = machine.cells.populations
-        most_spikes = int(((table[:, kinds.LAST] - table[:, kinds.FIRST]) * table[:, kinds.SUBSTEPS]).sum())
-        self._fired = np.zeros(most_spikes, np.int64)
 
     def run(self, until: int) -> IntArray:
         """Run all ticks before ``until``; return ticks and global ids of the spikes, shape ``(2, n)``."""
@@ -73,9 +72,9 @@ class Engine:
         return parts[0] if len(parts) == 1 else np.concatenate([np.empty((2, 0), np.int64), *parts], axis=1)
 
     def _window(self) -> Window:
-        room = max(_ROOM, 2 * self._fired.size)
+        room = max(_ROOM, 2 * self.machine.cells.fired.size)
         return Window(
-            self.source_spikes.entries(), self.device_input.entries(), fired=self._fired,
+            self.source_spikes.entries(), self.device_input.entries(),
             spikes=np.empty((2, room), np.int64), taken=np.zeros(3, np.int64),
         )  # fmt: skip
 

@@ -1,7 +1,8 @@
 """The Hodgkin-Huxley membrane of Traub & Miles, PyNN's HH_cond_exp, in the machine's arithmetic.
 
 Not part of the machine's software. Gates are fractions in units of 2**-30; gates and voltage take turns,
-each by the trapezoidal rule. A spike is an upward crossing of -20 mV.
+each by the trapezoidal rule. A spike is an upward crossing of -20 mV. ``V`` is what others see of the
+voltage, ``V_FINE`` has more bits.
 """
 
 from __future__ import annotations
@@ -12,29 +13,31 @@ from nrp_brain_spinnaker import kinds
 from nrp_brain_spinnaker.exponential import exp_accum
 from nrp_brain_spinnaker.fixed_point import ONE, clamp, mul
 from nrp_brain_spinnaker.kinds import Cells
+from nrp_brain_spinnaker.spiking import note_spike
 from nrp_core.brain.network import IntArray
 from nrp_core.jit import jit
 
 OPEN: Final = 1 << 30
 """A gate that is fully open."""
-LIFT_BITS: Final = 24
+FINE_BITS: Final = 12
+"""Bits that the voltage has beyond s16.15: in a short step it changes by less than 2**-15 mV."""
+LIFT_BITS: Final = 20
 """Binary point of the voltage that a current of 1 nA adds in a step."""
 _THRESHOLD: Final = -20 * ONE
 
 
 @jit
-def update_hodgkin_huxley(cells: Cells, population: int, fired: IntArray, n_fired: int) -> int:
-    """Move a population on by a (sub-)step; return the new number of entries in ``fired``."""
+def update_hodgkin_huxley(cells: Cells, population: int) -> None:
+    """Move a population on by a (sub-)step."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     state = cells.state
     for i in range(first, last):
         v = state[kinds.V, i]
         _move_gates(state, i, v - cells.constants[kinds.V_OFFSET, i], cells.constants[kinds.STEP, i])
-        state[kinds.V, i] = v + _voltage_change(cells.constants, state, i, cells.drive[i])
+        state[kinds.V_FINE, i] += _voltage_change(cells.constants, state, i, cells.drive[i])
+        state[kinds.V, i] = state[kinds.V_FINE, i] >> FINE_BITS
         if v < _THRESHOLD <= state[kinds.V, i]:
-            fired[n_fired] = i
-            n_fired += 1
-    return n_fired
+            note_spike(cells, i)
 
 
 @jit
@@ -75,14 +78,15 @@ def _moved(gate: int, opening: int, closing: int) -> int:
 
 @jit
 def _voltage_change(constants: IntArray, state: IntArray, i: int, drive: int) -> int:
-    """Return the change of the voltage in a step; currents in nA, conductances in uS, s16.15."""
-    m, h, n, v = state[kinds.GATE_M, i], state[kinds.GATE_H, i], state[kinds.GATE_N, i], state[kinds.V, i]
-    squared_m, squared_n = (m * m) >> 30, (n * n) >> 30
-    sodium = (constants[kinds.G_SODIUM, i] * ((((squared_m * m) >> 30) * h) >> 30)) >> 30
-    potassium = (constants[kinds.G_POTASSIUM, i] * ((squared_n * squared_n) >> 30)) >> 30
-    leak = constants[kinds.G_LEAK, i]
-    current = drive + mul(sodium, constants[kinds.E_SODIUM, i] - v)
-    current += mul(potassium, constants[kinds.E_POTASSIUM, i] - v) + mul(leak, constants[kinds.E_LEAK, i] - v)
-    lift = constants[kinds.LIFT, i]
-    brake = ONE + (((sodium + potassium + leak) * lift) >> (LIFT_BITS + 1))
-    return int((((current * lift) >> LIFT_BITS) << 15) // brake)
+    """Return the change of the fine voltage in a step; conductances (uS) and currents (nA) have 30 bits."""
+    m, h, n = state[kinds.GATE_M, i], state[kinds.GATE_H, i], state[kinds.GATE_N, i]
+    squared_m, squared_n, v = (m * m) >> 30, (n * n) >> 30, state[kinds.V, i]
+    sodium = (constants[kinds.G_SODIUM, i] * ((((squared_m * m) >> 30) * h) >> 30)) >> 15
+    potassium = (constants[kinds.G_POTASSIUM, i] * ((squared_n * squared_n) >> 30)) >> 15
+    leak, lift = constants[kinds.G_LEAK, i] << 15, constants[kinds.LIFT, i]
+    inward = sodium * (constants[kinds.E_SODIUM, i] - v)
+    outward = potassium * (constants[kinds.E_POTASSIUM, i] - v) + leak * (constants[kinds.E_LEAK, i] - v)
+    current = (drive << 15) + ((inward + outward) >> 15)
+    brake = ONE + ((((sodium + potassium + leak) >> 15) * lift) >> (LIFT_BITS + 1))
+    change = (current * lift) >> (30 + LIFT_BITS - 15 - FINE_BITS)
+    return int((change << 15) // brake)

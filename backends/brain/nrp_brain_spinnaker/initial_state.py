@@ -7,7 +7,7 @@ import numpy as np
 from nrp_brain_spinnaker import kinds
 from nrp_brain_spinnaker.constants import resting_gates
 from nrp_brain_spinnaker.conversion import to_accum
-from nrp_brain_spinnaker.hodgkin_huxley import OPEN
+from nrp_brain_spinnaker.hodgkin_huxley import FINE_BITS, OPEN
 from nrp_brain_spinnaker.kinds import Cells
 from nrp_brain_spinnaker.models import CONDUCTANCE_SCALE, GSYN, ISYN, CellModel
 from nrp_core.brain.network import FloatArray, Population
@@ -34,6 +34,7 @@ def load_state(cells: Cells, own: slice, population: Population, model: CellMode
             )
         _set(cells, own, model, name, values, population.label)
     if model.neuron == kinds.HODGKIN_HUXLEY:
+        cells.state[kinds.V_FINE, own] = cells.state[kinds.V, own] << FINE_BITS
         _rest_gates(cells, own, [name for name in GATES if name not in population.initial_values])
 
 

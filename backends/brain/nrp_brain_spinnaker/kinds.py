@@ -51,8 +51,8 @@ CONSTANT_ROWS: Final = 17
 V: Final = 0
 REFRACTORY, W = 1, 2
 U, H = 1, 2
-GATE_M, GATE_H, GATE_N = 1, 2, 3
-STATE_ROWS: Final = 4
+GATE_M, GATE_H, GATE_N, V_FINE = 1, 2, 3, 4
+STATE_ROWS: Final = 5
 
 
 class Cells(NamedTuple):
@@ -68,6 +68,8 @@ class Cells(NamedTuple):
         ids: global ids, shape ``(n,)``.
         arrived, value: scratch per receptor, shape ``(2, n)``.
         drive: scratch, the total current, shape ``(n,)``.
+        fired: the neurons that spiked in the tick at hand, with room for one entry a (sub-)step.
+        n_fired: how many entries there are, shape ``(1,)``.
     """
 
     populations: IntArray
@@ -80,3 +82,10 @@ class Cells(NamedTuple):
     arrived: IntArray
     value: IntArray
     drive: IntArray
+    fired: IntArray
+    n_fired: IntArray
+
+    def neurons(self, population: int) -> slice:
+        """Return where the neurons of a population lie."""
+        first, last = self.populations[population, [FIRST, LAST]].tolist()
+        return slice(first, last)

@@ -9,11 +9,11 @@ import numpy as np
 
 from nrp_brain_spinnaker import kinds
 from nrp_brain_spinnaker.cells import Grid, load_cells, tau_syn_of_lines
+from nrp_brain_spinnaker.machine import Machine
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.plastic_rows import load_plastic
 from nrp_brain_spinnaker.ring import Ring
 from nrp_brain_spinnaker.rows import load_dynamic, load_static
-from nrp_brain_spinnaker.tick import Machine
 from nrp_brain_spinnaker.wiring import Wires, longest_ticks, wire
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network
 

@@ -1,7 +1,7 @@
 """The membranes: leaky integrate-and-fire and Izhikevich, in the rounding order of the released binaries.
 
-An update takes the current in ``cells.drive``, moves each membrane by one (sub-)step and appends who crossed
-the threshold to ``fired``. Crossing means ``V >= threshold``, tested in every step, refractory or not.
+An update takes the current in ``cells.drive``, moves each membrane by one (sub-)step and notes who crossed
+the threshold. Crossing means ``V >= threshold``, tested in every step, refractory or not.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from nrp_brain_spinnaker.adaptive_exponential import update_adaptive
 from nrp_brain_spinnaker.fixed_point import HALF, ONE, mul, wrap
 from nrp_brain_spinnaker.hodgkin_huxley import update_hodgkin_huxley
 from nrp_brain_spinnaker.kinds import Cells
-from nrp_core.brain.network import IntArray
+from nrp_brain_spinnaker.spiking import note_spike
 from nrp_core.jit import jit
 
 _IZK_SQUARE = 1311
@@ -28,7 +28,7 @@ def gather_currents(cells: Cells, population: int) -> None:
     """Sum into ``cells.drive`` what flows into each membrane."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     kind = cells.populations[population, kinds.INPUT]
-    excitatory, inhibitory = cells.value
+    excitatory, inhibitory = cells.value[0], cells.value[1]
     v, constants = cells.state[kinds.V], cells.constants
     for i in range(first, last):
         plus, minus = excitatory[i], inhibitory[i]
@@ -48,20 +48,21 @@ def gather_currents(cells: Cells, population: int) -> None:
 
 
 @jit
-def update_neurons(cells: Cells, population: int, fired: IntArray, n_fired: int) -> int:
-    """Move the membranes of a population on; return the new number of entries in ``fired``."""
+def update_neurons(cells: Cells, population: int) -> None:
+    """Move the membranes of a population on by a (sub-)step."""
     kind = cells.populations[population, kinds.NEURON]
     if kind == kinds.LIF:
-        return _update_lif(cells, population, fired, n_fired)
-    if kind == kinds.IZHIKEVICH:
-        return _update_izhikevich(cells, population, fired, n_fired)
-    if kind == kinds.ADAPTIVE_EXPONENTIAL:
-        return update_adaptive(cells, population, fired, n_fired)
-    return update_hodgkin_huxley(cells, population, fired, n_fired)
+        _update_lif(cells, population)
+    elif kind == kinds.IZHIKEVICH:
+        _update_izhikevich(cells, population)
+    elif kind == kinds.ADAPTIVE_EXPONENTIAL:
+        update_adaptive(cells, population)
+    else:
+        update_hodgkin_huxley(cells, population)
 
 
 @jit
-def _update_lif(cells: Cells, population: int, fired: IntArray, n_fired: int) -> int:
+def _update_lif(cells: Cells, population: int) -> None:
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     state, constants, drive = cells.state, cells.constants, cells.drive
     for i in range(first, last):
@@ -74,14 +75,12 @@ def _update_lif(cells: Cells, population: int, fired: IntArray, n_fired: int) ->
         if v >= constants[kinds.V_THRESH, i]:
             v = constants[kinds.V_RESET, i]
             state[kinds.REFRACTORY, i] = constants[kinds.T_REFRACTORY, i]
-            fired[n_fired] = i
-            n_fired += 1
+            note_spike(cells, i)
         state[kinds.V, i] = v
-    return n_fired
 
 
 @jit
-def _update_izhikevich(cells: Cells, population: int, fired: IntArray, n_fired: int) -> int:
+def _update_izhikevich(cells: Cells, population: int) -> None:
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     state, constants = cells.state, cells.constants
     for i in range(first, last):
@@ -93,10 +92,8 @@ def _update_izhikevich(cells: Cells, population: int, fired: IntArray, n_fired: 
             v = constants[kinds.IZK_C, i]
             u = wrap(u + constants[kinds.IZK_D, i])
             state[kinds.H, i] = mul(h_reset, _IZK_LONGER)
-            fired[n_fired] = i
-            n_fired += 1
+            note_spike(cells, i)
         state[kinds.V, i], state[kinds.U, i] = v, u
-    return n_fired
 
 
 @jit

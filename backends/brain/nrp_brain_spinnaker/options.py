@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from nrp_brain_spinnaker.hardware import NEURONS_PER_CORE
 from nrp_brain_spinnaker.models import Semantics
 from nrp_core.brain.interface import BrainOptions
 from nrp_core.quantities import DurationNs, RateHz
@@ -40,7 +41,9 @@ class SpinnakerOptions(BrainOptions):
         description="who draws SpikeSourcePoisson populations: the core, so that all backends get the same "
         "spikes, or the machine's own generator",
     )
-    neurons_per_core: int = Field(default=256, ge=1, le=256, description="decides how long delays can be")
+    neurons_per_core: int = Field(
+        default=NEURONS_PER_CORE, ge=1, le=NEURONS_PER_CORE, description="decides how long delays can be"
+    )
     spikes_per_second: RateHz = Field(
         default=30.0, description="rate of every neuron, as expected when shifts are chosen"
     )

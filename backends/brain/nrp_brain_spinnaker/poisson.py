@@ -15,13 +15,15 @@ import numpy as np
 
 from nrp_brain_spinnaker.exponential import exp_accum
 from nrp_brain_spinnaker.generator import exponential_variate, poisson_variate
+from nrp_brain_spinnaker.hardware import POISSON_SOURCES_PER_CORE
 from nrp_core.brain.network import IntArray, Population
 from nrp_core.jit import jit
 
-SOURCES_PER_CORE: Final = 500
 _SLOW_BELOW: Final = 328
 """0.01 spikes a tick, s16.15."""
 _FAST_BELOW: Final = 10 << 15
+_MEAN_OF_A_PART: Final = 2 << 15
+"""Small enough for exp(-mean) to be exact to 0.01 % in s16.15."""
 _INTERVAL_UNITS: Final = 1000
 """Intervals count thousandths of a tick."""
 _FOREVER: Final = 1 << 62
@@ -63,9 +65,9 @@ def load_sources(
     settings = [np.empty((5, 0), np.int64), *(_settings(own, step_us) for own, _ in populations)]
     generators, sizes = [], []
     for population, ids in populations:
-        for first in range(0, len(ids), SOURCES_PER_CORE):
+        for first in range(0, len(ids), POISSON_SOURCES_PER_CORE):
             generators.append(generator(f"{population.label}/{first}"))
-            sizes.append(min(SOURCES_PER_CORE, len(ids) - first))
+            sizes.append(min(POISSON_SOURCES_PER_CORE, len(ids) - first))
     sources = Sources(
         core_first=np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]).astype(np.int64),
         ids=np.concatenate([np.empty(0, np.int64), *(ids for _, ids in populations)]),
@@ -113,7 +115,7 @@ def _setting(step_us: int, rate_hz: float, start_ms: float, duration_ms: float) 
         return start, start, 1, 0, 0
     if mean < _SLOW_BELOW:
         return start, end, mean_interval(rate_hz, step_us), 0, 0
-    draws = 1 if mean < _FAST_BELOW else -(-mean // (_FAST_BELOW - 1))
+    draws = 1 if mean < _FAST_BELOW else -(-mean // _MEAN_OF_A_PART)
     return start, end, 0, draws, exp_accum(-(mean // draws)) << 17
 
 

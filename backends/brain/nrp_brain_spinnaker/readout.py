@@ -16,7 +16,7 @@ from nrp_core.brain.network import FloatArray
 
 def read(cells: Cells, population: int, model: CellModel, variable: str) -> FloatArray:
     """Return a state variable of a population whose cells have it."""
-    own = slice(*cells.populations[population, [kinds.FIRST, kinds.LAST]].tolist())
+    own = cells.neurons(population)
     if variable in GATES:
         return np.asarray(cells.state[GATES[variable], own] / OPEN)
     if variable not in (*GSYN, *ISYN):

@@ -67,7 +67,8 @@ def remember(rows: StdpRows, i: int, tick: int) -> None:
     decay = _looked_up(rows.decays, rule[MINUS_START], rule[MINUS_LENGTH], tick - ticks[count])
     trace = _grown(traces[count], decay)
     if count == HISTORY - 1:
-        ticks[1:-1], traces[1:-1] = ticks[2:].copy(), traces[2:].copy()
+        for entry in range(1, count):
+            ticks[entry], traces[entry] = ticks[entry + 1], traces[entry + 1]
     else:
         count += 1
     ticks[count], traces[count], rows.history_count[i] = tick, trace, count
@@ -93,7 +94,7 @@ def _updated(rows: StdpRows, rule: IntArray, row: int, k: int, tick: int) -> int
     """Return the raw weight of synapse ``k`` after all pairs up to a spike in ``tick``."""
     i = rows.line[k] % rows.rule_of.size
     ticks, traces = rows.history_tick[i], rows.history_trace[i]
-    delay = np.int64(rows.delay[k]) if rule[BACK_PROPAGATES] else 0
+    delay = np.int64(rows.delay[k]) * rule[BACK_PROPAGATES]
     before = rows.last_tick[row]
     weight = np.int64(rows.weight[k]) << rule[SHIFT]
     last = _last_until(ticks, rows.history_count[i], max(tick - delay, 0))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from nrp_brain_spinnaker import kinds
@@ -13,6 +11,7 @@ from nrp_brain_spinnaker.kinds import Cells
 from nrp_brain_spinnaker.models import CellModel
 from nrp_brain_spinnaker.ring import WeightArray
 from nrp_brain_spinnaker.shifts import Incoming
+from nrp_core.brain.limits import distinct
 from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, FloatArray, Projection
 
 GENERATED_ON_MACHINE = frozenset(
@@ -46,12 +45,12 @@ def _masked(raw: FloatArray) -> WeightArray:
 def is_machine_generated(projection: Projection, model: CellModel) -> bool:
     """Whether the released software would draw these synapses on the machine.
 
-    It cannot for what it does not have (extensions) nor for weights that are given one by one.
+    It cannot for what it does not have (extensions) nor for weights that follow no distribution it knows.
     """
+    weight = projection.origin.weight
+    drawn = isinstance(weight, (int, float)) or parse_distribution(weight) is not None
     known = projection.synapse_type != TSODYKS_MARKRAM and not model.extension
-    return (
-        known and projection.origin.connector in GENERATED_ON_MACHINE and projection.origin.weight is not None
-    )
+    return known and drawn and projection.origin.connector in GENERATED_ON_MACHINE
 
 
 def weight_factors(cells: Cells, neurons: slice, model: CellModel) -> FloatArray | None:
@@ -66,24 +65,35 @@ def weight_factors(cells: Cells, neurons: slice, model: CellModel) -> FloatArray
     return np.asarray(1 / lift)
 
 
-def incoming_of(
-    projection: Projection, sizes: FloatArray, n_pre: int, n_post: int, *, as_given: bool
-) -> Incoming:
+def sizes_of(projection: Projection, factor: FloatArray | None) -> FloatArray:
+    """Return the weights of a projection without sign, in the units of the target's synapses.
+
+    Args:
+        projection: the projection.
+        factor: of :func:`weight_factors`, for all cells of the target.
+    """
+    if factor is not None:
+        return np.abs(projection.weight) * factor[projection.post_index]
+    return np.broadcast_to(np.abs(distinct(projection.weight)), projection.weight.shape)
+
+
+def incoming_of(projection: Projection, factor: FloatArray | None, n_pre: int, n_post: int) -> Incoming:
     """Describe a projection for the choice of the shift.
 
     Args:
         projection: the projection, with at least one synapse.
-        sizes: its weights without sign, in the units of the target.
+        factor: of :func:`weight_factors`, for all cells of the target.
         n_pre: cells of the population it comes from.
         n_post: cells of the population it ends on.
-        as_given: whether the sizes are those of the projection's origin, so that its distribution holds.
     """
-    given = parse_distribution(projection.origin.weight) if as_given else None
+    sizes = sizes_of(projection, factor)
+    given = parse_distribution(projection.origin.weight) if factor is None else None
     delays = parse_distribution(projection.origin.delay)
     drawn = given or _observed(sizes)
     largest = given.most_probable_extreme(projection.size) if given else float(sizes.max())
-    if projection.synapse_type == STDP:
-        largest = max(largest, float(np.abs(projection.synapse_parameters["w_max"]).max()))
+    if projection.synapse_type == STDP and "w_max" in projection.synapse_parameters:
+        limit = float(np.abs(projection.synapse_parameters["w_max"]).max())
+        largest = max(largest, limit if factor is None else limit * float(factor.max()))
     return Incoming(
         connections=_connections(projection, n_pre, n_post),
         largest=largest,
@@ -104,13 +114,15 @@ def _variance(values: FloatArray) -> float:
 
 def _connections(projection: Projection, n_pre: int, n_post: int) -> int:
     """Return the largest probable number of synapses of a projection onto one neuron."""
-    if projection.origin.connector == "FixedProbabilityConnector":
-        probability = _probability(projection.origin.parameters)
-        if probability is not None:
-            return binomial_quantile(n_pre, probability, 1 - 1e-4 / (n_pre * n_post))
+    probability = connection_probability(projection)
+    if probability is not None:
+        return binomial_quantile(n_pre, probability, 1 - 1e-4 / (n_pre * n_post))
     return int(np.bincount(projection.post_index).max())
 
 
-def _probability(parameters: Mapping[str, object]) -> float | None:
-    value = parameters.get("p_connect")
-    return float(value) if isinstance(value, (int, float)) else None
+def connection_probability(projection: Projection) -> float | None:
+    """Return the probability with which each pair was connected; None for other connectors."""
+    value = projection.origin.parameters.get("p_connect")
+    if projection.origin.connector != "FixedProbabilityConnector" or not isinstance(value, (int, float)):
+        return None
+    return float(value)

@@ -8,21 +8,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrp_brain_spinnaker import kinds
 from nrp_brain_spinnaker.delays import longest_delay, to_ticks
 from nrp_brain_spinnaker.distributions import parse_distribution
 from nrp_brain_spinnaker.kinds import Cells
 from nrp_brain_spinnaker.models import CellModel, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_brain_spinnaker.ring import WeightArray
+from nrp_brain_spinnaker.ring import LARGEST_ENTRY, WeightArray
 from nrp_brain_spinnaker.shifts import Expectation, Incoming, largest_input, left_shift
 from nrp_brain_spinnaker.weights import (
     host_raw,
     incoming_of,
     is_machine_generated,
     machine_raw,
+    sizes_of,
     weight_factors,
-)  # fmt: skip
+    weight_scale,
+)
 from nrp_core.brain.limits import check_synapses, distinct
 from nrp_core.brain.network import RECEPTORS, FloatArray, IntArray, Network, Projection
 from nrp_core.errors import NetworkError
@@ -36,7 +37,7 @@ class Wires:
         projection: where they come from; it has synapses.
         model: of the cells they end on.
         population: index of the target among the simulated populations.
-        pre_first: the first global id of the population it comes from.
+        pre_first, n_pre: the first global id and the size of the population it comes from.
         post_first, post_last: the neurons of the population it ends on.
         factor: what weights are multiplied by, per cell of the target, or None for 1.
         ticks: delays, shape ``(n_synapses,)``, or ``(1,)`` where all are equal.
@@ -49,6 +50,7 @@ class Wires:
     model: CellModel
     population: int
     pre_first: int
+    n_pre: int
     post_first: int
     post_last: int
     factor: FloatArray | None
@@ -65,10 +67,24 @@ class Wires:
     @property
     def raw(self) -> WeightArray:
         """Raw weights under the shift, broadcast where equal."""
+        sizes = sizes_of(self.projection, self.factor)
+        return np.broadcast_to(self._converted(distinct(sizes)), sizes.shape)
+
+    def distortions(self) -> tuple[bool, bool]:
+        """Return whether a weight is beyond 16 bits (the low ones stay), and whether one becomes 0."""
+        sizes = distinct(sizes_of(self.projection, self.factor))
+        present = sizes[sizes > 0]
+        if not present.size:
+            return False, False
+        largest = float(present.max()) * weight_scale(self.shift, self.model.weight_scale)
+        return largest >= LARGEST_ENTRY + 0.5, not self._converted(present.min(keepdims=True)).any()
+
+    def _converted(self, sizes: FloatArray) -> WeightArray:
         convert = machine_raw if self.on_machine else host_raw
-        sizes = _sizes(self.projection, self.factor)
-        raw = convert(distinct(sizes), self.shift, self.model.weight_scale)
-        return np.broadcast_to(raw, sizes.shape)
+        try:
+            return convert(sizes, self.shift, self.model.weight_scale)
+        except ValueError as error:
+            raise NetworkError(f"projection '{self.projection.label}': {error}") from None
 
 
 def wire(
@@ -95,7 +111,7 @@ def wire(
         shift = _shift([part.incoming for part in fellows], fellows[0].model, expected)
         for part in fellows:
             part.shift = shift
-    return wires, _lengthen(wires, options)
+    return wires, [*_lengthen(wires, options), *_distorted(wires)]
 
 
 def longest_ticks(wires: Sequence[Wires]) -> int:
@@ -113,17 +129,16 @@ def _wire(
         {"weight": projection.weight}, receptor=projection.receptor,
         conductance_based=target.is_conductance_based, signed=True,
     )  # fmt: skip
-    first, last = cells.populations[population, [kinds.FIRST, kinds.LAST]].tolist()
-    factor = weight_factors(cells, slice(first, last), model)
+    own = cells.neurons(population)
+    factor = weight_factors(cells, own, model)
     on_machine = options.weights == "machine" and is_machine_generated(projection, model)
     n_pre = network.populations[projection.pre].size
     return Wires(
         projection=projection, model=model, population=population,
-        pre_first=network.offsets[projection.pre], post_first=first, post_last=last, factor=factor,
+        pre_first=network.offsets[projection.pre], n_pre=n_pre, post_first=own.start, post_last=own.stop,
+        factor=factor,
         ticks=_ticks(projection, target.size, on_machine, options),
-        incoming=incoming_of(
-            projection, _sizes(projection, factor), n_pre, target.size, as_given=factor is None
-        ),
+        incoming=incoming_of(projection, factor, n_pre, target.size),
         on_machine=on_machine,
     )  # fmt: skip
 
@@ -132,13 +147,6 @@ def _shift(incoming: Sequence[Incoming], model: CellModel, expected: Expectation
     """Return the left shift of a receptor; cells of our own do without the software's slip in the sum."""
     total_scale = model.weight_scale if model.extension else 1
     return left_shift(largest_input(incoming, model.weight_scale, expected, total_scale=total_scale))
-
-
-def _sizes(projection: Projection, factor: FloatArray | None) -> FloatArray:
-    """Return weights without sign in the units of the synapse, without the scale of conductances."""
-    if factor is not None:
-        return np.abs(projection.weight) * factor[projection.post_index]
-    return np.broadcast_to(np.abs(distinct(projection.weight)), projection.weight.shape)
 
 
 def _ticks(projection: Projection, n_post: int, on_machine: bool, options: SpinnakerOptions) -> IntArray:
@@ -170,6 +178,15 @@ def _lengthen(wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
     if rounded:
         warnings.append(f"delays become whole time steps of {step_ms:g} ms: {_names(rounded)}")
     return warnings
+
+
+def _distorted(wires: Sequence[Wires]) -> list[str]:
+    """Return warnings about weights that do not survive the 16 bits of the machine."""
+    seen = [(part, *part.distortions()) for part in wires]
+    wrapped = _names([part for part, wraps, _ in seen if wraps])
+    vanished = _names([part for part, _, vanishes in seen if vanishes])
+    warnings = [f"weights beyond 16 bits wrap around, as on the machine: {wrapped}"] if wrapped else []
+    return [*warnings, f"weights too small for the machine become 0: {vanished}"] if vanished else warnings
 
 
 def _is_rounded(part: Wires, step_ms: float) -> bool:

@@ -4,9 +4,11 @@ The arguments are packages that cannot be imported.
 """
 
 import hashlib
+import pickle
 import sys
 
 sys.modules.update(dict.fromkeys(sys.argv[1:]))
+# ruff: noqa: E402
 
 import numpy as np
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
@@ -17,18 +19,18 @@ from nrp_core.brain.sources import PoissonSource
 
 LEAKY = {
     "v_rest": -65.0, "cm": 1.0, "tau_m": 20.0, "tau_refrac": 2.0, "v_reset": -65.0, "v_thresh": -50.0,
-    "tau_syn_E": 5.0, "tau_syn_I": 7.0, "e_rev_E": 0.0, "e_rev_I": -70.0, "i_offset": 0.8,
+    "tau_syn_E": 5.0, "tau_syn_I": 7.0, "e_rev_E": 0.0, "e_rev_I": -70.0, "i_offset": 1.5,
 }  # fmt: skip
 ADAPTIVE = LEAKY | {"v_spike": -40.0, "delta_T": 2.0, "a": 4.0, "b": 0.08, "tau_w": 144.0}
 HODGKIN_HUXLEY = {
     "gbar_Na": 20.0, "gbar_K": 6.0, "g_leak": 0.01, "cm": 0.2, "v_offset": -63.0, "e_rev_Na": 50.0,
-    "e_rev_K": -90.0, "e_rev_leak": -65.0, "i_offset": 0.7,
+    "e_rev_K": -90.0, "e_rev_leak": -65.0, "i_offset": 0.9,
 }  # fmt: skip
-IZHIKEVICH = {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0, "i_offset": 0.01}
+IZHIKEVICH = {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0, "i_offset": 0.02}
 CELLS = {
     **dict.fromkeys(("IF_curr_exp", "IF_cond_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_alpha"), LEAKY),
     "Izhikevich": IZHIKEVICH,
-    "IZK_cond_exp": IZHIKEVICH | {"i_offset": 10.0},
+    "IZK_cond_exp": IZHIKEVICH | {"i_offset": 20.0},
     "EIF_cond_alpha_isfa_ista": ADAPTIVE,
     "HH_cond_exp": HODGKIN_HUXLEY,
 }
@@ -86,10 +88,10 @@ def main() -> None:
         brain = SpinnakerBackend().open(model, seed=3, options=options)
         brain.add_source(PoissonSource(rate=300.0, weight=0.01), np.arange(6, 9), name="device")
         recorder = brain.add_sink(SpikeRecorder(), np.arange(model.size), name="all")
-        brain.run_until(60_000_000)
+        brain.run_until(30_000_000)
         spikes = recorder.spikes()
         digest.update(spikes.neurons.tobytes() + spikes.times_ms.tobytes())
-        digest.update(repr(brain._do_save()).encode())
+        digest.update(pickle.dumps(brain._do_save()))
         fired = {model.label_of(int(neuron))[0] for neuron in np.unique(spikes.neurons)} & CELLS.keys()
         print(semantics, len(spikes), f"{len(fired)} cell types fired", digest.hexdigest())
 

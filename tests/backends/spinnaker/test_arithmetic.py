@@ -6,7 +6,7 @@ from math import floor
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from nrp_brain_spinnaker.conversion import from_accum, to_accum
 from nrp_brain_spinnaker.exponential import exp_accum, exp_fraction
@@ -26,22 +26,28 @@ from nrp_brain_spinnaker.fixed_point import (
 ACCUM = st.integers(SMALLEST, LARGEST)
 FRACTION = st.integers(0, FRACTION_LARGEST)
 
+compiling = settings(deadline=None)
+"""The first example of a compiled function may include its compilation."""
+
 
 def low_32_bits(value: int) -> int:
     return int.from_bytes((value % 2**32).to_bytes(4, "little"), "little", signed=True)
 
 
+@compiling
 @given(st.integers(-(2**62), 2**62))
 def test_wrapping_keeps_the_low_32_bits_as_a_signed_number(value: int) -> None:
     assert wrap(value) == low_32_bits(value)
 
 
+@compiling
 @given(ACCUM, ACCUM)
 @example(SMALLEST, SMALLEST)
 def test_a_product_is_floored_and_wraps(a: int, b: int) -> None:
     assert mul(a, b) == low_32_bits(floor(Fraction(a * b, ONE)))
 
 
+@compiling
 @given(ACCUM, FRACTION)
 @example(SMALLEST, FRACTION_LARGEST)
 @example(-1, 1)
@@ -49,21 +55,25 @@ def test_scaling_by_a_fraction_is_floored(a: int, fraction: int) -> None:
     assert scale(a, fraction) == floor(Fraction(a * fraction, 2**32))
 
 
+@compiling
 @given(st.integers(0, LARGEST), st.integers(1, LARGEST))
 def test_a_quotient_of_positive_numbers_is_truncated(a: int, b: int) -> None:
     assert div(a, b) == low_32_bits(a * ONE // b)
 
 
+@compiling
 @given(st.integers(0, LARGEST))
 def test_the_ceiling_is_the_least_integer_not_below(a: int) -> None:
     assert ceiling(a) == -(-a // ONE)
 
 
+@compiling
 @given(st.integers(-(2**40), 2**40))
 def test_clamping_returns_the_nearest_number_of_the_format(value: int) -> None:
     assert clamp(value) == sorted([SMALLEST, value, LARGEST])[1]
 
 
+@compiling
 @given(st.integers(-340695, -1))
 @example(-1)
 @example(-32768)
@@ -81,6 +91,7 @@ def test_the_exponential_at_its_ends(n: int, accum: int, fraction: int | None) -
     assert fraction is None or exp_fraction(n) == fraction
 
 
+@compiling
 @given(st.floats(-65536, 65535.9999))
 @example(0.2)
 @example(-1.52587890625e-05)
@@ -88,6 +99,7 @@ def test_the_host_rounds_to_nearest_ties_to_even_on_the_shortest_decimal(value: 
     assert int(to_accum(value)) == round(Decimal(str(value)) * ONE)
 
 
+@compiling
 @given(ACCUM)
 def test_reading_back_is_exact(raw: int) -> None:
     assert to_accum(from_accum(raw)) == raw

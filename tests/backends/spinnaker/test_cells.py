@@ -85,10 +85,12 @@ def test_an_izhikevich_weight_is_a_jump_in_mv_and_its_current_in_na(cells: Maker
     quiet, jumped = (open_brain(cells("n", "Izhikevich"), timestep="0.1 ms") for _ in range(2))
     inject(jumped, [1.0], 3.0)
     assert _run(jumped, 1.1) - _run(quiet, 1.1) == pytest.approx(3.0, abs=0.2)
-    driven = open_brain(cells("n", "Izhikevich", i_offset=0.01))
+    driven = open_brain(cells("n", "Izhikevich", d=8.0, i_offset=0.01))
     assert len(_spikes(driven, 300)) == 8
-    released = open_brain(cells("n", "Izhikevich", i_offset=10.0), semantics="released")
-    assert _spikes(released, 300) == _spikes(open_brain(cells("n", "IZK_curr_exp", i_offset=10.0)), 300)
+    released = open_brain(cells("n", "Izhikevich", d=8.0, i_offset=10.0), semantics="released")
+    assert _spikes(released, 300) == _spikes(
+        open_brain(cells("n", "IZK_curr_exp", d=8.0, i_offset=10.0)), 300
+    )
 
 
 def _spikes(brain: Brain, until_ms: float) -> list[float]:

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,32 +21,42 @@ from nrp_brain_spinnaker.tick import begin_tick, finish_tick
 
 from nrp_core.brain.network import Population
 
-OWN = sorted((Path(__file__).parent / "oracles").glob("*.json"))
+OWN = [Path(__file__).parent / "oracles" / name for name in ("spinnaker.json", "spinnaker_rng.json")]
+KINDS = {"cases", "units", "kiss64", "exponential_s1615", "slow_source", "fast_source"}
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Give each test the entries of its kind from all files."""
     kind = metafunc.function.__name__.removeprefix("test_").split("_of_")[0]
+    given = [path for path in metafunc.config.getoption("oracle") if path.suffix == ".json"]
     entries = [
         pytest.param(entry, id=f"{path.stem}-{kind}-{index}-{entry.get('name', '')}".rstrip("-"))
-        for path in [*OWN, *(p for p in metafunc.config.getoption("oracle") if p.suffix == ".json")]
-        for index, entry in enumerate(_entries(json.loads(path.read_text()), kind))
+        for path in [*OWN, *given]
+        for index, entry in enumerate(_entries(_read(path), kind))
     ]
     metafunc.parametrize("entry", entries)
 
 
-def _entries(document: object, kind: str) -> list[dict]:
-    if not isinstance(document, dict):
-        return []
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise pytest.UsageError(f"{path} cannot be read as JSON: {error}") from None
+    if not isinstance(document, dict) or not document.keys() & KINDS:
+        raise pytest.UsageError(f"{path} has none of {', '.join(sorted(KINDS))}")
+    return document
+
+
+def _entries(document: dict[str, Any], kind: str) -> list[dict[str, Any]]:
     if kind == "units":
         return [{"name": name, "rows": rows} for name, rows in document.get("units", {}).items()]
-    return document.get(kind, [])
+    entries: list[dict[str, Any]] = document.get(kind, [])
+    return entries
 
 
-def test_cases_of_single_neurons_agree_in_every_bit(entry: dict) -> None:
+def test_cases_of_single_neurons_agree_in_every_bit(entry: dict[str, Any]) -> None:
     cells, ring = _load(entry)
     seen: dict[str, list[int]] = {"v": [], "gsyn_exc": [], "gsyn_inh": [], "u": [], "ticks": [], "counts": []}
-    fired = np.zeros(entry["n_steps_per_timestep"], np.int64)
     dropped_bits = 10 if cell_models("released")[entry["model"]].input == kinds.CONDUCTANCE else 0
     for tick in range(entry["n_ticks"]):
         for event in (event for event in entry["events"] if event["tick"] == tick):
@@ -57,17 +68,17 @@ def test_cases_of_single_neurons_agree_in_every_bit(entry: dict) -> None:
         seen["u"].append(int(cells.state[kinds.U, 0]))
         for receptor, name in enumerate(("gsyn_exc", "gsyn_inh")):
             seen[name].append(int(cells.value[receptor, 0]) >> dropped_bits)
-        n_fired = finish_tick(cells, fired)
-        if n_fired:
+        finish_tick(cells)
+        if cells.n_fired[0]:
             seen["ticks"].append(tick)
-            seen["counts"].append(n_fired)
+            seen["counts"].append(int(cells.n_fired[0]))
     for name in ("v", "gsyn_exc", "gsyn_inh", *(["u"] if "u" in entry else [])):
         assert seen[name] == entry[name], name
     assert (seen["ticks"], seen["counts"]) == (entry["spike_ticks"], entry["spikes_in_tick"])
     assert (ring.saturated.sum(), cells.state[kinds.V, 0]) == (entry["saturations"], entry["v_final"])
 
 
-def _load(case: dict) -> tuple[kinds.Cells, Ring]:
+def _load(case: dict[str, Any]) -> tuple[kinds.Cells, Ring]:
     given = {name: np.array([float(value)]) for name, value in case["params"].items()}
     initial = {name.removesuffix("_init"): given.pop(name) for name in list(given) if name.endswith("_init")}
     population = Population("cell", 1, case["model"], given, initial)
@@ -77,7 +88,7 @@ def _load(case: dict) -> tuple[kinds.Cells, Ring]:
     return cells, Ring(np.zeros((2, 2), np.uint16), np.zeros(2, np.int64), np.zeros(2, np.int64))
 
 
-def test_units_of_arithmetic_agree_in_every_bit(entry: dict) -> None:
+def test_units_of_arithmetic_agree_in_every_bit(entry: dict[str, Any]) -> None:
     operation = {
         "mul_s1615": lambda a, b: (mul(a, b),),
         "scale_u032": lambda a, fraction: (scale(a, fraction),),
@@ -107,29 +118,29 @@ def _lif_constants(dt: float, tau_m: float, cm: float, tau_refrac: float) -> tup
     return tuple(constants[row] for row in (kinds.R_MEMBRANE, kinds.EXP_TC, kinds.T_REFRACTORY))
 
 
-def test_kiss64_of_the_generator_gives_the_same_words(entry: dict) -> None:
+def test_kiss64_of_the_generator_gives_the_same_words(entry: dict[str, Any]) -> None:
     state = valid_state(entry["seed"])
     assert state.tolist() == entry["validated"]
     assert [next_word(state) for _ in entry["out"]] == entry["out"]
 
 
-def test_exponential_s1615_of_the_generator_gives_the_same_variates(entry: dict) -> None:
+def test_exponential_s1615_of_the_generator_gives_the_same_variates(entry: dict[str, Any]) -> None:
     state = np.array(entry["seed"], np.int64)
     assert [exponential_variate(state) for _ in entry["out"]] == entry["out"]
 
 
-def test_slow_source_of_poisson_spikes_in_the_same_ticks(entry: dict) -> None:
+def test_slow_source_of_poisson_spikes_in_the_same_ticks(entry: dict[str, Any]) -> None:
     assert mean_interval(entry["rate_hz"], _step_us(entry)) == entry["mean_isi_ticks"]
     assert _first_spikes(entry, 2000) == entry["first_2000_ticks"]
 
 
-def test_fast_source_of_poisson_spikes_as_often_in_every_tick(entry: dict) -> None:
+def test_fast_source_of_poisson_spikes_as_often_in_every_tick(entry: dict[str, Any]) -> None:
     assert mean_per_tick(entry["rate_hz"], _step_us(entry)) == entry["lambda_bits"]
     assert exp_accum(-entry["lambda_bits"]) << 17 == entry["exp_minus_lambda"]
     assert _first_spikes(entry, 500) == entry["first_500_ticks"]
 
 
-def _step_us(entry: dict) -> int:
+def _step_us(entry: dict[str, Any]) -> int:
     return 1_000_000 // entry["ticks_per_second"]
 
 

@@ -72,7 +72,7 @@ def reference(
     return raw
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     pre=TRAINS, post=TRAINS, delay=st.integers(1, 7), weight=st.sampled_from([ADDITIVE, MULTIPLICATIVE]),
     semantics=st.sampled_from(["pynn", "released"]),

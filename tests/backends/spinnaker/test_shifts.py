@@ -1,105 +1,15 @@
-"""Left shifts and raw weights: what the host of sPyNNaker 7.4.1 chose, and its rules at their edges."""
-
-import json
-from collections.abc import Callable
-from pathlib import Path
+"""Left shifts and raw weights: the rules of sPyNNaker 7.4.1 at their edges."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_brain_spinnaker.delays import longest_delay, slots_available, slots_used, stages
+from nrp_brain_spinnaker.delays import longest_delay, stages
 from nrp_brain_spinnaker.distributions import binomial_quantile, parse_distribution, poisson_share_below
-from nrp_brain_spinnaker.loader import load
-from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.shifts import Expectation, Incoming, largest_input, left_shift
 from nrp_brain_spinnaker.weights import host_raw, machine_raw
 
-from nrp_core.brain.network import Network, Origin, Population, Projection
-
-MAPPING = {
-    network["name"]: {population["label"]: population for population in network["populations"]}
-    for network in json.loads((Path(__file__).parent / "oracles" / "spinnaker_mapping.json").read_text())
-}
 MILLISECOND = Expectation(step_ms=1.0)
-
-
-def all_to_all(n_pre: int, n_post: int) -> list[tuple[int, int]]:
-    return [(i, j) for i in range(n_pre) for j in range(n_post)]
-
-
-def one_to_one(n: int) -> list[tuple[int, int]]:
-    return [(i, i) for i in range(n)]
-
-
-def shifts_of(*parts: Population | Projection) -> dict[str, list[int]]:
-    populations = {part.label: part for part in parts if isinstance(part, Population)}
-    network = Network(populations, tuple(part for part in parts if isinstance(part, Projection)))
-    table = load(network, SpinnakerOptions()).machine.cells.populations
-    labels = [label for label, population in populations.items() if not population.is_source]
-    return dict(zip(labels, table[:, -2:].tolist(), strict=True))
-
-
-Maker = Callable[..., Population]
-
-
-def test_one_strong_weight(cells: Maker, spike_source: Maker, connect: Callable[..., Projection]) -> None:
-    shifts = shifts_of(spike_source("src", []), cells("n", "IF_curr_exp"), connect("src", "n", 5.0))
-    assert shifts["n"] == MAPPING["one_to_one_w5"]["n"]["left_shifts"]
-
-
-def test_equal_delays_count_as_simultaneous(
-    cells: Maker, spike_source: Maker, connect: Callable[..., Projection]
-) -> None:
-    parts = spike_source("src", *[[]] * 100), cells("n", "IF_curr_exp", 100)
-    shifts = shifts_of(*parts, connect("src", "n", 0.05, pairs=all_to_all(100, 100)))
-    assert shifts["n"] == MAPPING["all_to_all_const_delay"]["n"]["left_shifts"]
-
-
-def test_conductances_carry_a_factor_of_1024(
-    cells: Maker, spike_source: Maker, connect: Callable[..., Projection]
-) -> None:
-    pairs = all_to_all(100, 100)
-    shifts = shifts_of(
-        spike_source("src", *[[]] * 100), cells("n", "IF_cond_exp", 100),
-        connect("src", "n", 0.004, pairs=pairs),
-        connect("src", "n", 0.05, 2.0, pairs=pairs, receptor="inhibitory"),
-    )  # fmt: skip
-    assert shifts["n"] == MAPPING["cond_weights"]["n"]["left_shifts"]
-
-
-def test_a_balanced_network_by_its_connection_probabilities(cells: Maker, spike_source: Maker) -> None:
-    def random(pre: str, post: str, weight: float, delay: float) -> Projection:
-        return Projection(
-            f"{pre}-{post}", pre, post, "excitatory" if weight > 0 else "inhibitory",
-            np.zeros(1, np.int32), np.zeros(1, np.int32), np.array([weight]), np.array([delay]),
-            origin=Origin("FixedProbabilityConnector", {"p_connect": 0.1}, weight, delay),
-        )  # fmt: skip
-
-    shifts = shifts_of(
-        cells("exc", "IF_curr_exp", 800), cells("inh", "IF_curr_exp", 200),
-        spike_source("ext", *[[]] * 1000),
-        random("exc", "exc", 0.1, 2.0), random("exc", "inh", 0.1, 2.0),
-        random("inh", "exc", -0.5, 2.0), random("inh", "inh", -0.5, 2.0),
-        random("ext", "exc", 0.1, 1.0),
-    )  # fmt: skip
-    expected = MAPPING["balanced_1000"]
-    assert shifts == {label: expected[label]["left_shifts"] for label in ("exc", "inh")}
-
-
-@pytest.mark.parametrize(("network", "label"), [(n, p) for n, ps in MAPPING.items() for p in ps])
-def test_delay_slots_by_neurons_on_a_core(network: str, label: str) -> None:
-    population = MAPPING[network][label]
-    if "max_delay_slots" in population:
-        on_core = min(population["n_neurons"], 256)
-        assert slots_available(on_core) == population["max_delay_slots"]
-        longest = {2: 1, 128: 100, 32: 100}[population["delay_slots_used"]]
-        assert slots_used(on_core, longest) == population["delay_slots_used"]
-
-
-def test_long_delays_take_the_stages_of_a_delay_extension() -> None:
-    assert MAPPING["long_delays"]["src_delayed"]["n_delay_stages"] == stages(256, 100) == 3
-    assert longest_delay(256) == 288
 
 
 @given(st.floats(0, 60000))
@@ -166,3 +76,8 @@ def test_counts_of_connections_are_quantiles_of_the_binomial() -> None:
     edges = [(5, 0.0), (5, 1.0), (0, 0.5)]
     assert [binomial_quantile(n, probability, 0.5) for n, probability in edges] == [0, 5, 0]
     assert poisson_share_below(1, 0.3) == pytest.approx(np.exp(-0.3))
+
+
+def test_long_delays_take_stages_of_a_delay_extension() -> None:
+    assert [stages(256, delay) for delay in (32, 33, 100, 288)] == [0, 1, 3, 8]
+    assert longest_delay(256) == 288

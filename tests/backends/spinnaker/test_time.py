@@ -1,6 +1,7 @@
 """Ticks and time: windows, delays, devices, splitting, reset, snapshots."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Population, Projection
+from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Origin, Population, Projection
 from nrp_core.brain.sinks import SpikeRecorder
 from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -52,7 +53,7 @@ def busy(cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open) 
             **options,
         )  # fmt: skip
         brain.add_source(PoissonSource(rate=300.0, weight=0.01), [12, 13], name="device")
-        brain.add_source(DCSource(0.2), [8], name="current")
+        brain.add_source(DCSource(amplitude=0.2), [8], name="current")
         return brain
 
     return make
@@ -151,7 +152,7 @@ def test_running_off_the_grid_is_refused(cells: Maker, open_brain: Open) -> None
 
 def test_a_current_acts_from_the_moment_it_is_set(cells: Maker, open_brain: Open) -> None:
     brain = open_brain(cells("n", "IF_curr_exp"))
-    port = brain.add_source(DCSource(0.0), [0], name="dc")
+    port = brain.add_source(DCSource(amplitude=0.0), [0], name="dc")
     brain.run_until(3 * MS)
     port.amplitude = 1.0
     brain.run_until(4 * MS)
@@ -260,8 +261,25 @@ def test_lost_input_is_counted_and_reported_once(
     assert brain.warnings == ["input beyond the 16 bits of a ring buffer was lost: population 'n'"]
 
 
+def test_weights_that_do_not_survive_are_reported_at_once(
+    cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
+) -> None:
+    parts = spike_source("s", [5.0]), cells("n", "IF_curr_exp")
+    brain = open_brain(*parts, connect("s", "n", 900.0), connect("s", "n", 1e-3, label="weak"))
+    assert brain.warnings == ["weights too small for the machine become 0: 'weak'"]
+
+
+def test_a_weight_beyond_what_its_distribution_promised_wraps_with_a_warning(
+    cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
+) -> None:
+    drawn = connect("s", "n", [1.0, 40.0], pairs=[(0, 0), (0, 0)], label="wild")
+    origin = Origin("AllToAllConnector", {}, "uniform(low=0, high=2)", 1.0)
+    brain = open_brain(spike_source("s", [5.0]), cells("n", "IF_curr_exp"), replace(drawn, origin=origin))
+    assert brain.warnings == ["weights beyond 16 bits wrap around, as on the machine: 'wild'"]
+
+
 def test_a_current_that_does_not_fit_the_machine_is_an_error(cells: Maker, open_brain: Open) -> None:
     brain = open_brain(cells("n", "IF_curr_exp"))
-    brain.add_source(DCSource(1e6), [0], name="dc")
+    brain.add_source(DCSource(amplitude=1e6), [0], name="dc")
     with pytest.raises(SimulationError, match="injected current in nA is 1e"):
         brain.run_until(MS)

@@ -1,0 +1,177 @@
+"""The machine map and what is lost on it, against what the host of sPyNNaker 7.4.1 chose."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nrp_brain_spinnaker.delays import slots_available, slots_used
+from nrp_brain_spinnaker.fidelity import weigh
+from nrp_brain_spinnaker.mapping import map_network
+from nrp_brain_spinnaker.options import SpinnakerOptions
+
+from nrp_core.brain.network import Network, Origin, Population, Projection
+
+REFERENCE = {
+    network["name"]: network
+    for network in json.loads((Path(__file__).parent / "oracles" / "spinnaker_mapping.json").read_text())
+}
+OPTIONS = SpinnakerOptions()
+Maker = Callable[..., Population]
+Connect = Callable[..., Projection]
+
+
+def network_of(*parts: Population | Projection) -> Network:
+    populations = {part.label: part for part in parts if isinstance(part, Population)}
+    return Network(populations, tuple(part for part in parts if isinstance(part, Projection)))
+
+
+def all_to_all(n_pre: int, n_post: int) -> list[tuple[int, int]]:
+    return [(i, j) for i in range(n_pre) for j in range(n_post)]
+
+
+def randomly(pre: Population, post: Population, weight: float, delay: float) -> Projection:
+    """Connect each pair with a probability of 0.1."""
+    chosen = np.random.default_rng(1).random((pre.size, post.size)) < 0.1
+    i, j = (index.astype(np.int32) for index in np.nonzero(chosen))
+    return Projection(
+        f"{pre.label}-{post.label}", pre.label, post.label, "excitatory" if weight > 0 else "inhibitory",
+        i, j, np.full(len(i), weight), np.full(len(i), delay),
+        origin=Origin("FixedProbabilityConnector", {"p_connect": 0.1}, weight, delay),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def networks(cells: Maker, spike_source: Maker, connect: Connect) -> dict[str, Network]:
+    """Return the networks of the reference."""
+    one, many, ten = (
+        spike_source("src", []),
+        spike_source("src", *[[]] * 100),
+        spike_source("src", *[[]] * 10),
+    )
+    rate = {"rate": np.full(100, 20.0), "start": np.zeros(100), "duration": np.full(100, np.inf)}
+    poisson = Population("src", 100, "SpikeSourcePoisson", rate)
+    fast = {"rate": np.full(1000, 100.0), "start": np.zeros(1000), "duration": np.full(1000, np.inf)}
+    ext = Population("ext", 1000, "SpikeSourcePoisson", fast)
+    exc, inh = cells("exc", "IF_curr_exp", 800), cells("inh", "IF_curr_exp", 200)
+    full = all_to_all(100, 100)
+    return {
+        "one_to_one_w5": network_of(one, cells("n", "IF_curr_exp"), connect("src", "n", 5.0)),
+        "all_to_all_const_delay": network_of(
+            many, cells("n", "IF_curr_exp", 100), connect("src", "n", 0.05, pairs=full)
+        ),
+        "cond_weights": network_of(
+            poisson, cells("n", "IF_cond_exp", 100),
+            connect("src", "n", 0.004, pairs=full),
+            connect("src", "n", 0.05, 2.0, pairs=full, receptor="inhibitory"),
+        ),
+        "long_delays": network_of(
+            ten, cells("n", "IF_curr_exp", 10), cells("m", "IF_curr_exp", 256),
+            connect("src", "n", 1.0, 100.0, pairs=[(i, i) for i in range(10)]),
+            connect("src", "m", 0.05, 100.0, pairs=all_to_all(10, 256)),
+        ),
+        "balanced_1000": network_of(
+            exc, inh, ext,
+            randomly(ext, exc, 0.1, 1.0), randomly(exc, exc, 0.1, 2.0), randomly(exc, inh, 0.1, 2.0),
+            randomly(inh, exc, -0.5, 2.0), randomly(inh, inh, -0.5, 2.0),
+        ),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_cores_keys_shifts_and_slots_are_the_hosts(name: str, networks: dict[str, Network]) -> None:
+    seen, expected = map_network(networks[name], OPTIONS), REFERENCE[name]
+    assert seen.application_cores == expected["n_app_cores"]
+    assert seen.system_cores == expected["n_system_cores"]
+    assert seen.chips == len(expected["app_chips"])
+    assert seen.router_entries == expected["router_entries"]["0,0"]
+    by_label = {vertex.label: vertex for vertex in seen.vertices}
+    for population in expected["populations"]:
+        vertex = by_label[population["label"]]
+        assert [
+            {"lo": core.first, "hi": core.last - 1, "core": core.core, "key": core.key, "mask": core.mask}
+            for core in vertex.cores
+        ] == [
+            {"lo": core["lo"], "hi": core["hi"], "core": core["placed"][2],
+             "key": core.get("key"), "mask": core.get("mask")}
+            for core in population["cores"]
+        ]  # fmt: skip
+        if "left_shifts" in population:
+            assert list(vertex.left_shifts) == population["left_shifts"]
+            slots = (population["max_delay_slots"], population["delay_slots_used"])
+            assert vertex.delay_slots == slots
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_memory_is_close_to_what_the_host_takes(name: str, networks: dict[str, Network]) -> None:
+    by_label = {vertex.label: vertex for vertex in map_network(networks[name], OPTIONS).vertices}
+    for population in REFERENCE[name]["populations"]:
+        needed = population["cores"][0]["sdram_fixed_bytes"]
+        allowed = 0.12 if name == "balanced_1000" else 0.01
+        assert by_label[population["label"]].sdram_bytes == pytest.approx(needed, rel=allowed)
+
+
+@pytest.mark.parametrize(("on_core", "available"), [(1, 4096), (2, 4096), (64, 128), (128, 64), (256, 32)])
+def test_slots_by_neurons_on_a_core(on_core: int, available: int) -> None:
+    assert slots_available(on_core) == available
+    assert slots_used(on_core, 10 * available) == available
+
+
+def test_a_large_network_fills_chips_and_boards(cells: Maker) -> None:
+    seen = map_network(network_of(cells("n", "IF_curr_exp", 256 * 800)), OPTIONS)
+    assert (seen.application_cores, seen.chips, seen.boards) == (800, 51, 2)
+    assert {core.core for core in seen.vertices[0].cores if core.chip == 0} == set(range(3, 18))
+    assert {core.core for core in seen.vertices[0].cores if core.chip == 1} == set(range(2, 18))
+    assert seen.power_w > 2 * 26.84
+
+
+def test_what_would_not_keep_up_is_said(cells: Maker) -> None:
+    rate = {"rate": np.full(2000, 500.0), "start": np.zeros(2000), "duration": np.full(2000, np.inf)}
+    source, target = Population("fast", 2000, "SpikeSourcePoisson", rate), cells("n", "IF_curr_exp", 256)
+    seen = map_network(network_of(source, target, randomly(source, target, 0.1, 1.0)), OPTIONS)
+    assert any("1000 spikes a time step; a core can queue 256" in line for line in seen.advice)
+    assert any("busy for" in line and "times slower" in line for line in seen.advice)
+    assert "population 'n': a core is busy" in seen.as_text()
+    assert seen.as_dict()["vertices"][1]["utilisation"] > 1
+
+
+def test_an_extension_is_named_in_the_map(cells: Maker) -> None:
+    seen = map_network(network_of(cells("n", "IF_cond_alpha", 8)), OPTIONS)
+    assert seen.advice == ("population 'n': sPyNNaker has no IF_cond_alpha cells; its load is a guess",)
+
+
+def test_weights_that_vanish_are_counted_and_explained(
+    cells: Maker, spike_source: Maker, connect: Connect
+) -> None:
+    network = network_of(
+        spike_source("s", []), cells("n", "IF_curr_exp"),
+        connect("s", "n", 900.0, label="strong"), connect("s", "n", 0.005, label="weak"),
+    )  # fmt: skip
+    strong, weak = (seen := weigh(network, OPTIONS)).projections
+    assert (strong.left_shift, strong.vanished, strong.quantum) == (10, 0, 2**-5)
+    assert (weak.vanished, weak.synapses) == (1, 1)
+    (advice,) = seen.advice
+    assert advice.startswith("projection 'weak': 1 of 1 weights become 0 (in steps of 0.0312); 'strong' sets")
+    assert "100.0%" in seen.as_text()
+    assert json.dumps(seen.as_dict())
+
+
+def test_conductances_rounded_by_the_machine_can_be_kept_by_the_host(
+    cells: Maker, spike_source: Maker, connect: Connect
+) -> None:
+    plain = connect("s", "n", 1e-5)
+    generated = Projection(
+        "tiny", "s", "n", "excitatory", plain.pre_index, plain.post_index, plain.weight, plain.delay_ms,
+        origin=Origin("AllToAllConnector", {}, 1e-5, 1.0),
+    )  # fmt: skip
+    network = network_of(spike_source("s", []), cells("n", "IF_cond_exp"), generated)
+    assert "use the option weights: host" in weigh(network, OPTIONS).advice[0]
+    kept = weigh(network, SpinnakerOptions(weights="host")).projections[0]
+    assert (kept.vanished, kept.mean_error < 0.01) == (0, True)
+
+
+def test_moved_delays_are_counted(cells: Maker, spike_source: Maker, connect: Connect) -> None:
+    parts = spike_source("s", []), cells("n", "IF_curr_exp"), connect("s", "n", 1.0, 2.3)
+    (seen,) = weigh(network_of(*parts), OPTIONS).projections
+    assert (seen.moved_delays, seen.largest_move_ms) == (1, pytest.approx(0.3))
