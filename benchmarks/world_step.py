@@ -16,13 +16,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.resources import files
-from math import degrees, pi
+from math import pi
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from nrp_core.registry import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.physics.optics import Optics, optics_of
+from nrp_core.world.parts.base import BodyVelocity
+from nrp_core.world.render.optics import optics_of
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -49,12 +50,14 @@ class Case(NamedTuple):
 
 CASES = (
     Case("mujoco"),
-    Case("mujoco", "gl", 0.2),
+    Case("mujoco", "raster", 0.2),
+    Case("mujoco", "raster"),
     Case("mujoco", "gl"),
     Case("mujoco", "rays", 0.2),
     Case("pybullet"),
+    Case("pybullet", "raster", 0.2),
+    Case("pybullet", "raster"),
     Case("pybullet", "tiny", 0.2),
-    Case("pybullet", "tiny"),
 )
 
 
@@ -97,23 +100,15 @@ def world_loop(case: Case, scene: Scene) -> Iterator[Step]:
 def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
     """MuJoCo's own calls on the same model; the servo is made of its actuators."""
     from nrp_world_mujoco.build import build
-    from nrp_world_mujoco.cameras import RayCameras
+    from nrp_world_mujoco.cameras import open_cameras
     from nrp_world_mujoco.engine import mujoco
-    from nrp_world_mujoco.gl import GlRenderer
-    from nrp_world_mujoco.headless import library
 
-    optics = optics_of(scene, case.scale)
-    built = build(scene, timestep_ns=SUBSTEP_NS, optics=optics)
+    optics, visuals = optics_of(scene, case.scale), case.renderer in ("gl", "rays")
+    built = build(scene, timestep_ns=SUBSTEP_NS, optics=optics, visuals=visuals)
     model, data = built.model, mujoco.MjData(built.model)
     servo, actuators = next(iter(built.drives.values()))
     mujoco.mj_forward(model, data)
-    draw: Callable[[], Any] = lambda: None  # noqa: E731
-    if case.renderer == "gl":
-        renderer, camera = GlRenderer(model, library() or "egl"), built.cameras[CAMERA]
-        draw = lambda: renderer.picture(data, camera, optics[CAMERA])  # noqa: E731
-    elif case.renderer == "rays":
-        rays = RayCameras(built, data, optics)
-        draw = lambda: rays.picture(CAMERA)  # noqa: E731
+    cameras = open_cameras(case.renderer or "raster", built, data, optics)
 
     def step(k: int) -> None:
         forward, turn = command(k)
@@ -126,90 +121,41 @@ def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
         if case.renderer is not None and picture_is_due(k):
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
-            draw()
+            cameras.picture(CAMERA)
 
     yield step
-    if case.renderer == "gl":
-        renderer.close()
+    cameras.close()
 
 
 @contextmanager
 def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
-    """PyBullet's own calls on the same bodies, with the servo written out."""
+    """PyBullet's own calls on the same bodies, with the backend's servo before each physics step."""
     from nrp_world_pybullet.build import build
+    from nrp_world_pybullet.cameras import open_cameras
+    from nrp_world_pybullet.drive import Drive
     from nrp_world_pybullet.engine import bullet
 
     client = bullet.connect(bullet.DIRECT)
-    built = build(scene, timestep_ns=SUBSTEP_NS, client=client)
+    built = build(scene, timestep_ns=SUBSTEP_NS, client=client, visuals=case.renderer == "tiny")
     servo = next(iter(built.drives.values()))
     body, place = built.bodies["husky"][servo.body]
-    mast = next(link for link in body.links if link.name == CAMERA[1])
-    eye = body.inertial.pose.inverse() @ mast.pose @ mast.sensors[0].pose
-    wheels = [built.joints["husky"][wheel.joint].link for wheel in servo.wheels]
-    optics = optics_of(scene, case.scale)[CAMERA]
-    push = raw_servo(place.multibody, servo.explicit_gain(SUBSTEP_NS / 1e9), servo.limit, servo.lever, client)
+    wheels = [built.joints["husky"][wheel.joint] for wheel in servo.wheels]
+    drive = Drive(client, servo, body, wheels, SUBSTEP_NS / 1e9, scene.gravity)
+    cameras = open_cameras(case.renderer or "raster", built, client, optics_of(scene, case.scale))
 
     def step(k: int) -> None:
         forward, turn = command(k)
-        spin, difference = 5.6 * forward, 1.6 * turn
-        speeds = [spin - difference] * 2 + [spin + difference] * 2
-        bullet.setJointMotorControlArray(
-            place.multibody, wheels, bullet.VELOCITY_CONTROL, targetVelocities=speeds, forces=[35.0] * 4,
-            physicsClientId=client,
-        )  # fmt: skip
+        drive.aim(BodyVelocity(forward, 0.0, turn))
         for _ in range(SUBSTEPS):
-            push(forward, turn)
+            drive.push()
             bullet.stepSimulation(client)
         bullet.getBasePositionAndOrientation(place.multibody, client)
         bullet.getBaseVelocity(place.multibody, client)
         if case.renderer is not None and picture_is_due(k):
-            raw_picture(place.multibody, eye, optics, client)
+            cameras.picture(CAMERA)
 
     yield step
     bullet.disconnect(client)
-
-
-def raw_servo(
-    body: int, gain: float, limit: float, lever: float, client: int
-) -> Callable[[float, float], None]:
-    """Return a planar servo with the base's own axes and centre, as short as it can be written."""
-    from nrp_world_pybullet.engine import bullet
-
-    def push(forward: float, turn: float) -> None:
-        _, (x, y, z, w) = bullet.getBasePositionAndOrientation(body, client)
-        (vx, vy, vz), (wx, wy, wz) = bullet.getBaseVelocity(body, client)
-        ax, ay, az = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
-        bx, by, bz = 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
-        ux, uy, uz = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
-        ahead, side = ax * vx + ay * vy + az * vz, bx * vx + by * vy + bz * vz
-        swing = lever * (turn - ux * wx - uy * wy - uz * wz)
-        left = max(-limit, min(limit, gain * (forward - ahead - swing)))
-        right = max(-limit, min(limit, gain * (forward - ahead + swing)))
-        front = max(-limit, min(limit, gain * (swing - side)))
-        rear = max(-limit, min(limit, gain * (-swing - side)))
-        twist, across = (front - rear) / 2, (front + rear) / 2
-        frame = bullet.LINK_FRAME
-        bullet.applyExternalForce(body, -1, (left - twist, across, 0), (0, lever, 0), frame, client)
-        bullet.applyExternalForce(body, -1, (right + twist, across, 0), (0, -lever, 0), frame, client)
-
-    return push
-
-
-def raw_picture(body: int, eye: Pose, optics: Optics, client: int) -> Any:
-    """Take a picture from a pose in the frame that PyBullet has for a base."""
-    from nrp_world_pybullet.engine import bullet
-
-    place = bullet.getBasePositionAndOrientation(body, client)
-    at = bullet.multiplyTransforms(*place, eye.position, eye.orientation)[0]
-    ahead = bullet.multiplyTransforms(*place, (eye @ Pose((1.0, 0.0, 0.0))).position, (0, 0, 0, 1))[0]
-    aspect = optics.width / optics.height
-    lens = bullet.computeProjectionMatrixFOV(degrees(optics.vertical_fov), aspect, optics.near, optics.far)
-    picture = bullet.getCameraImage(
-        optics.width, optics.height, bullet.computeViewMatrix(at, ahead, (0, 0, 1)), lens,
-        shadow=0, lightAmbientCoeff=1, lightDiffuseCoeff=0, lightSpecularCoeff=0,
-        renderer=bullet.ER_TINY_RENDERER, physicsClientId=client,
-    )  # fmt: skip
-    return picture[2][:, :, :3].copy()
 
 
 RAW = {"mujoco": raw_mujoco, "pybullet": raw_pybullet}

@@ -177,6 +177,10 @@ def parse_xml(text: bytes, path: Path, kind: type[ExperimentError]) -> Element:
     except expat.ExpatError as error:
         reason = expat.ErrorString(error.code)
         raise kind(f"this is not well-formed XML: {reason}", path=path, line=error.lineno) from None
+    except (LookupError, ValueError) as error:  # of the codec that the document names
+        if isinstance(error, ExperimentError):
+            raise
+        raise kind(f"this is XML in an encoding that cannot be read: {error}", path=path, line=1) from None
     return builder.root.children[0]
 
 

@@ -34,6 +34,7 @@ class TopicInfo:
         direction: which way messages go.
         rate_hz: messages a second; None: the value now, at any time.
         what: one line for people.
+        limits: what every field of a message lies between, all of them numbers; None: anywhere.
     """
 
     name: str
@@ -41,6 +42,7 @@ class TopicInfo:
     direction: Direction
     rate_hz: float | None = None
     what: str = ""
+    limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +107,7 @@ class Publication:
         """Send a message; it takes effect now.
 
         Raises:
-            TopicError: the message is of another type or holds a number that is not finite.
+            TopicError: the topic cannot carry the message.
         """
         check_message(self.topic, message)
         self._deliver(message)
@@ -120,7 +122,7 @@ def check_message(topic: TopicInfo, message: Any) -> None:
     """Refuse a message that the topic cannot carry.
 
     Raises:
-        TopicError: it is of another type or holds a number that is not finite.
+        TopicError: it is of another type, or holds a number that is not finite or beyond the topic's limits.
     """
     if not isinstance(message, topic.type) and type_name(type(message)) != type_name(topic.type):
         raise TopicError(
@@ -130,3 +132,9 @@ def check_message(topic: TopicInfo, message: Any) -> None:
         wrong = invalid_field(message)
         if wrong:
             raise TopicError(f"{topic.name}: in {type_name(topic.type)}, {wrong}")
+    if topic.limits is not None:
+        low, high = topic.limits
+        for field in dataclasses.fields(topic.type):
+            value = getattr(message, field.name)
+            if not low <= value <= high:
+                raise TopicError(f"{topic.name}: {field.name} is from {low:g} to {high:g}, not {value}")

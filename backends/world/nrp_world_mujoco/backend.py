@@ -21,8 +21,10 @@ class MujocoOptions(PhysicsOptions):
     """Options of the ``mujoco`` backend."""
 
     renderer: Annotated[
-        Literal["auto", "gl", "rays"],
-        Field(description="of cameras: gl needs EGL or OSMesa; rays needs nothing, for low resolutions"),
+        Literal["auto", "raster", "gl", "rays"],
+        Field(
+            description="of cameras: raster draws on the CPU, gl by EGL or OSMesa, rays by MuJoCo's ray casts"
+        ),
     ] = "auto"
 
 
@@ -44,9 +46,9 @@ class MujocoBackend(WorldBackend):
     def diagnose(self) -> list[Diagnosis]:
         library = headless.library()
         if library is not None:
-            found = f"cameras are drawn by OpenGL ({library})"
-            return [Diagnosis("OpenGL without a display", True, found)]
-        meaning = "cameras are ray-cast (renderer: rays): as exact, but slow above about 100x75 pixels"
+            meaning = f"cameras of MuJoCo worlds can be drawn by OpenGL ({library}) with renderer: gl"
+            return [Diagnosis("OpenGL without a display", True, meaning)]
+        meaning = "cameras of MuJoCo worlds are drawn on the CPU (renderer: raster), as exactly"
         return [Diagnosis("OpenGL without a display", False, meaning, GL_REMEDY)]
 
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
@@ -54,7 +56,7 @@ class MujocoBackend(WorldBackend):
         capabilities = self.capabilities(options)
         if options.renderer == "gl" and headless.library() is None:
             raise CapabilityError(
-                f"renderer 'gl' does not work on this machine; use 'rays', or try: {GL_REMEDY}"
+                f"the renderer 'gl' does not work on this machine; use 'raster', or try: {GL_REMEDY}"
             )
         try:
             from nrp_world_mujoco.world import MujocoWorld
@@ -67,5 +69,5 @@ class MujocoBackend(WorldBackend):
 
 def _renderers(options: MujocoOptions) -> tuple[str, ...]:
     if options.renderer == "auto":
-        return ("gl", "rays") if headless.library() else ("rays",)
+        return ("raster", "gl", "rays") if headless.library() else ("raster", "rays")
     return (options.renderer,)

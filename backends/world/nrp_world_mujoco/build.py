@@ -11,8 +11,8 @@ from typing import Any
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.world.physics.bodies import Body, bodies_of
-from nrp_core.world.physics.optics import CameraPath, Optics, looking
 from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
+from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.scene.model import Camera, Joint, Link, Model, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_world_mujoco.engine import mujoco
@@ -20,6 +20,7 @@ from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 
 FAR_AWAY = 1e9
+SMALLEST = 1e-12  # MuJoCo refuses a range that is empty
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
 
@@ -45,8 +46,16 @@ class Built:
     cameras: Mapping[CameraPath, int]
 
 
-def build(scene: Scene, *, timestep_ns: int, optics: Mapping[CameraPath, Optics]) -> Built:
+def build(
+    scene: Scene, *, timestep_ns: int, optics: Mapping[CameraPath, Optics], visuals: bool = True
+) -> Built:
     """Compile a scene.
+
+    Args:
+        scene: what to compile.
+        timestep_ns: the physics step.
+        optics: of each camera.
+        visuals: whether MuJoCo shall know what things look like; they take time in every step.
 
     Raises:
         SceneError: MuJoCo refuses it, or it contradicts itself.
@@ -59,7 +68,7 @@ def build(scene: Scene, *, timestep_ns: int, optics: Mapping[CameraPath, Optics]
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # friction alike in all directions
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # to diverge is an error
     GlRenderer.prepare(spec, optics.values())
-    builder = _Builder(scene, spec, optics)
+    builder = _Builder(scene, spec, optics, visuals)
     try:
         return builder.built()
     except ValueError as error:
@@ -71,8 +80,10 @@ def build(scene: Scene, *, timestep_ns: int, optics: Mapping[CameraPath, Optics]
 class _Builder:
     """Writes a specification, whose elements know their ids once it is compiled."""
 
-    def __init__(self, scene: Scene, spec: Any, optics: Mapping[CameraPath, Optics]) -> None:
-        self._scene, self._spec, self._optics = scene, spec, optics
+    def __init__(
+        self, scene: Scene, spec: Any, optics: Mapping[CameraPath, Optics], with_visuals: bool
+    ) -> None:
+        self._scene, self._spec, self._optics, self._with_visuals = scene, spec, optics, with_visuals
         self._shapes = Shapes(spec)
         self._bodies: dict[str, list[tuple[Body, Any]]] = {}
         self._joints: dict[str, dict[str, Any]] = {}
@@ -121,14 +132,14 @@ class _Builder:
             element.inertia = body.inertial.inertia[:3]
             element.ipos = body.inertial.pose.position
             element.iquat = scalar_first(body.inertial.pose.orientation)
-        if body.joint is None and not body.fixed:
+        if body.floats:
             element.add_freejoint()
         for link in body.links:
             self._add_link(model, element, link, frame @ link.pose)
         return element
 
     def _add_link(self, model: str, element: Any, link: Link, place: Pose) -> None:
-        for visual in link.visuals:
+        for visual in link.visuals if self._with_visuals else ():
             path = f"{model}/{link.name}/{visual.name}"
             self._visuals[path] = self._shapes.add_visual(element, visual, place)
         for collision in link.collisions:
@@ -176,5 +187,6 @@ def _add_joint(element: Any, model: str, joint: Joint) -> Any:
 def _set_velocity_servo(actuator: Any, gain: float, limit: float) -> None:
     actuator.set_to_velocity(kv=gain)
     if isfinite(limit):
+        limit = max(limit, SMALLEST)
         actuator.forcelimited = True
         actuator.forcerange = [-limit, limit]

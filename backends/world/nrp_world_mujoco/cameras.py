@@ -1,36 +1,72 @@
-"""The cameras of a scene, drawn by OpenGL or by rays."""
+"""The cameras of a scene by the renderers that MuJoCo can feed: the shared one, OpenGL, and rays."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from nrp_core.world.interface import ImageArray
-from nrp_core.world.physics.optics import CameraPath, Optics
+from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.render.optics import CameraPath, Optics, flat
+from nrp_core.world.render.raster import RasterCameras, ReadFrames
+from nrp_core.world.render.scene_mesh import BodyPath, FloatArray
+from nrp_core.world.scene.model import Rgba
+from nrp_world_mujoco import headless
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.rays import RayCamera
 
 
-class Cameras(ABC):
-    """Draws the pictures of all cameras; positions must be up to date."""
+def open_cameras(renderer: str, built: Built, data: Any, optics: Mapping[CameraPath, Optics]) -> Cameras:
+    """Open a renderer and take a picture with each camera, because the first one is slow.
 
-    @abstractmethod
-    def picture(self, path: CameraPath) -> ImageArray:
-        """Return what a camera sees, shape ``(height, width, 3)``, RGB, a fresh array."""
+    Args:
+        renderer: ``raster``, ``gl`` or ``rays``.
+        built: the scene; for ``gl`` and ``rays`` with its visuals.
+        data: MuJoCo's state, with positions up to date, as they must be for each picture.
+        optics: of each camera.
+    """
+    cameras: Cameras
+    if renderer == "gl":
+        cameras = GlCameras(built, data, optics)
+    elif renderer == "rays":
+        cameras = RayCameras(built, data, optics)
+    else:
+        bodies = {model: [body for body, _ in each] for model, each in built.bodies.items()}
+        cameras = RasterCameras(bodies, optics, lambda paths: _frame_reader(built, data, paths))
+    for path in optics:
+        cameras.picture(path)
+    return cameras
 
-    def close(self) -> None:
-        """Release what the renderer holds."""
+
+def _frame_reader(built: Built, data: Any, paths: Sequence[BodyPath]) -> ReadFrames:
+    ids = np.array([built.bodies[model][index][1] for model, index in paths], int)
+
+    def read(frames: FloatArray) -> None:
+        frames[:, :, :3] = data.xmat[ids].reshape(-1, 3, 3)
+        frames[:, :, 3] = data.xpos[ids]
+
+    return read
 
 
-class GlCameras(Cameras):
+class _GeomCameras(Cameras):
+    """Renderers that see MuJoCo's geoms."""
+
+    def __init__(self, built: Built) -> None:
+        self._geoms, self._model = built.visuals, built.model
+
+    def set_color(self, visual: str, rgba: Rgba) -> None:
+        self._model.geom_rgba[self._geoms[visual]] = flat(rgba)
+
+
+class GlCameras(_GeomCameras):
     """All cameras share one OpenGL context."""
 
-    def __init__(self, built: Built, data: Any, optics: Mapping[CameraPath, Optics], library: str) -> None:
-        self._renderer = GlRenderer(built.model, library)
+    def __init__(self, built: Built, data: Any, optics: Mapping[CameraPath, Optics]) -> None:
+        super().__init__(built)
+        self._renderer = GlRenderer(built.model, headless.library() or headless.LIBRARIES[0])
         self._data, self._cameras, self._optics = data, built.cameras, optics
 
     def picture(self, path: CameraPath) -> ImageArray:
@@ -40,10 +76,11 @@ class GlCameras(Cameras):
         self._renderer.close()
 
 
-class RayCameras(Cameras):
+class RayCameras(_GeomCameras):
     """Each camera has its own rays."""
 
     def __init__(self, built: Built, data: Any, optics: Mapping[CameraPath, Optics]) -> None:
+        super().__init__(built)
         self._cameras = {
             path: RayCamera(built.model, data, ident, optics[path], _visuals_of(built, path[0]))
             for path, ident in built.cameras.items()
@@ -54,4 +91,4 @@ class RayCameras(Cameras):
 
 
 def _visuals_of(built: Built, model: str) -> Any:
-    return np.array([geom for path, geom in built.visuals.items() if path.startswith(f"{model}/")])
+    return np.array([geom for path, geom in built.visuals.items() if path.startswith(f"{model}/")], int)

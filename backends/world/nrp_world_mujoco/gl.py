@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core.world.interface import ImageArray
-from nrp_core.world.physics.optics import SKY, Optics
+from nrp_core.world.render.optics import SKY, Optics
 from nrp_world_mujoco.engine import VISUALS, mujoco
-
 
 _MIRROR = np.diag([1.0, 1.0, -1.0]).ravel()
 
@@ -73,7 +72,7 @@ class GlRenderer:
         return np.ascontiguousarray(picture[::-1])  # OpenGL counts rows from below
 
     def _add_sky(self, optics: Optics) -> None:
-        """Put the camera into a box that is mirrored, so that its faces look inwards; a skybox takes longer."""
+        """Put the camera into a box, mirrored so that its faces look inwards; a skybox takes longer."""
         sky, place = self._scene.geoms[self._scene.ngeom], self._scene.camera[0].pos
         size = np.full(3, optics.far / 2)
         box = mujoco.mjtGeom.mjGEOM_BOX

@@ -32,7 +32,7 @@ def motion_of(
     if body.fixed:
         still = ModelMotion(model.pose)
         return lambda: still
-    if body.joint is None:
+    if body.floats:
         return Floating(engine, data, ident)
     return _Jointed(engine, data, ident, body.in_model.inverse(), refresh)
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.world.interface import ImageArray
-from nrp_core.world.physics.optics import SKY, Optics, bytes_of
+from nrp_core.world.render.optics import SKY, Optics, bytes_of
 from nrp_world_mujoco.engine import VISUALS, mujoco
 
 _SKY = np.array([bytes_of(SKY)], np.uint8)

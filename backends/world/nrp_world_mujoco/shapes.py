@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nrp_core.world.physics.optics import drawn, flat
+from nrp_core.world.render.optics import drawn, flat
 from nrp_core.world.scene.model import (
     Box,
     Capsule,

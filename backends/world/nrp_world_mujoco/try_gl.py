@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from nrp_core.world.physics.optics import Optics
+from nrp_core.world.render.optics import Optics
 from nrp_world_mujoco.engine import VISUALS, mujoco
 from nrp_world_mujoco.gl import GlRenderer
 

@@ -11,12 +11,11 @@ from nrp_core.errors import DivergedError
 from nrp_core.world.interface import ImageArray, World, WorldCapabilities
 from nrp_core.world.parts.base import BodyVelocity, JointStates, ModelMotion
 from nrp_core.world.physics.bodies import body_of
-from nrp_core.world.physics.optics import flat, optics_of
+from nrp_core.world.render.optics import optics_of
 from nrp_core.world.scene.model import Model, Rgba, Scene
-from nrp_world_mujoco import headless
 from nrp_world_mujoco.backend import MujocoOptions
 from nrp_world_mujoco.build import build
-from nrp_world_mujoco.cameras import Cameras, GlCameras, RayCameras
+from nrp_world_mujoco.cameras import open_cameras
 from nrp_world_mujoco.drive import Drive
 from nrp_world_mujoco.engine import mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, MotionOf, motion_of
@@ -30,8 +29,8 @@ class MujocoWorld(World):
     ) -> None:
         identity = f"mujoco {mujoco.__version__} {options.model_dump_json()}"
         super().__init__(scene, seed=seed, capabilities=capabilities, identity=identity)
-        self._optics = optics_of(scene, options.image_scale)
-        self._built = build(scene, timestep_ns=options.timestep, optics=self._optics)
+        renderer, optics = capabilities.renderers[0], optics_of(scene, options.image_scale)
+        self._built = build(scene, timestep_ns=options.timestep, optics=optics, visuals=renderer != "raster")
         self._model = self._built.model
         self._data = mujoco.MjData(self._model)
         self._buffer = np.empty(mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION))
@@ -45,7 +44,7 @@ class MujocoWorld(World):
         }
         self._motions = {model.name: self._motion_of(model) for model in scene.models}
         self._refresh()
-        self._cameras = self._open_cameras()
+        self._cameras = open_cameras(renderer, self._built, self._data, optics)
 
     def _motion_of(self, model: Model) -> MotionOf:
         bodies = self._built.bodies[model.name]
@@ -57,26 +56,6 @@ class MujocoWorld(World):
         _, ident = self._built.bodies[path[0]][servo.body]
         base = Floating(self._model, self._data, ident)
         return Drive(self._data, servo, base, actuators, seconds(self.capabilities.step_ns))
-
-    def _open_cameras(self) -> Cameras:
-        *preferred, last = self.capabilities.renderers if self._optics else ("rays",)
-        for renderer in preferred:
-            try:
-                return self._cameras_by(renderer)
-            except Exception as error:  # noqa: BLE001, graphics libraries raise what they like
-                self.warnings.append(f"cameras use the renderer {last}: {renderer} does not work: {error}")
-        return self._cameras_by(last)
-
-    def _cameras_by(self, renderer: str) -> Cameras:
-        """Open a renderer and take a picture with each camera; the first one is slow."""
-        cameras: Cameras
-        if renderer == "gl":
-            cameras = GlCameras(self._built, self._data, self._optics, headless.library() or "egl")
-        else:
-            cameras = RayCameras(self._built, self._data, self._optics)
-        for path in self._optics:
-            cameras.picture(path)
-        return cameras
 
     def _do_advance(self, steps: int) -> None:
         mujoco.mj_step(self._model, self._data, steps)
@@ -98,7 +77,7 @@ class MujocoWorld(World):
         self._drives[model, drive].aim(velocity)
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        self._model.geom_rgba[self._built.visuals[visual]] = flat(rgba)
+        self._cameras.set_color(visual, rgba)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         self._refresh()

@@ -21,8 +21,8 @@ class PybulletOptions(PhysicsOptions):
     """Options of the ``pybullet`` backend."""
 
     renderer: Annotated[
-        Literal["auto", "tiny"],
-        Field(description="of the cameras: tiny is PyBullet's own software renderer"),
+        Literal["auto", "raster", "tiny"],
+        Field(description="of cameras: raster draws on the CPU, tiny is PyBullet's own, slower way to do so"),
     ] = "auto"
 
 
@@ -36,7 +36,7 @@ class PybulletBackend(WorldBackend):
         return WorldCapabilities(
             step_ns=options.timestep,
             determinism=Determinism.MACHINE,
-            renderers=("tiny",),
+            renderers=("raster", "tiny") if options.renderer == "auto" else (options.renderer,),
             snapshot=True,
             releases_gil=False,
         )
@@ -45,7 +45,8 @@ class PybulletBackend(WorldBackend):
         if find_spec("pybullet") is not None:
             return [Diagnosis("PyBullet", True, "worlds can run in PyBullet")]
         meaning = "no wheel for this Python and platform; worlds run in other engines"
-        return [Diagnosis("PyBullet", False, meaning, f"{REMEDY}  # compiles it, about 12 minutes")]
+        remedy = f"{REMEDY}  # compiles it, about 12 minutes"
+        return [Diagnosis("PyBullet", False, meaning, remedy, needed=True)]
 
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
         assert isinstance(options, PybulletOptions)

@@ -9,7 +9,7 @@ from math import isfinite
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
-from nrp_core.world.physics.bodies import Body, bodies_of
+from nrp_core.world.physics.bodies import Body, bodies_of, tree_of
 from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
 from nrp_core.world.scene.pose import Pose
@@ -47,8 +47,14 @@ class Built:
     visuals: Mapping[str, tuple[Place, int]]
 
 
-def build(scene: Scene, *, timestep_ns: int, client: int) -> Built:
+def build(scene: Scene, *, timestep_ns: int, client: int, visuals: bool = True) -> Built:
     """Load a scene.
+
+    Args:
+        scene: what to load.
+        timestep_ns: the physics step.
+        client: the physics client.
+        visuals: whether PyBullet shall know what things look like.
 
     Raises:
         SceneError: PyBullet refuses it, or it contradicts itself.
@@ -59,7 +65,7 @@ def build(scene: Scene, *, timestep_ns: int, client: int) -> Built:
     )
     try:
         with quiet():
-            return _Builder(scene, client).built()
+            return _Builder(scene, client, visuals).built()
     except bullet.error as error:
         raise SceneError(f"PyBullet cannot build the scene: {error}") from error
 
@@ -86,8 +92,8 @@ class _Link:
 class _Builder:
     """Loads a scene into a client."""
 
-    def __init__(self, scene: Scene, client: int) -> None:
-        self._scene, self._client = scene, client
+    def __init__(self, scene: Scene, client: int, with_visuals: bool) -> None:
+        self._scene, self._client, self._with_visuals = scene, client, with_visuals
         self._bodies: dict[str, list[tuple[Body, Place]]] = {}
         self._joints: dict[str, dict[str, Place]] = {}
         self._drives: dict[tuple[str, str], PlanarServo] = {}
@@ -115,13 +121,13 @@ class _Builder:
         """Add a root and all that hangs on it as one multi-body."""
         links: list[_Link] = []
         numbers: dict[int, int] = {}
-        for index, body in enumerate(bodies):  # parents come before children
-            if index == root or body.parent in numbers:
-                numbers[index] = len(links)
-                parent = None if body.parent is None else numbers[body.parent]
-                shapes, *more = shapes_of(model, body)
-                links.append(_Link(parent, body.pose, shapes, body.inertial or MASSLESS, body.joint))
-                links.extend(_Link(numbers[index], Pose(), shapes) for shapes in more)
+        for index in tree_of(root, bodies):
+            body = bodies[index]
+            numbers[index] = len(links)
+            parent = None if body.parent is None else numbers[body.parent]
+            shapes, *more = shapes_of(model, body, self._with_visuals)
+            links.append(_Link(parent, body.pose, shapes, body.inertial or MASSLESS, body.joint))
+            links.extend(_Link(numbers[index], Pose(), shapes) for shapes in more)
         multibody = self._create(links)
         places.update({index: Place(multibody, number - 1) for index, number in numbers.items()})
         for number, link in enumerate(links):

@@ -1,38 +1,70 @@
-"""The cameras of a scene, drawn by PyBullet's software renderer."""
+"""The cameras of a scene by the renderers that PyBullet can feed: the shared one, and its own."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import degrees
 
 import numpy as np
 
 from nrp_core.world.interface import ImageArray
-from nrp_core.world.physics.bodies import Body, body_of
-from nrp_core.world.physics.mass import rotation_matrix
-from nrp_core.world.physics.optics import SKY, CameraPath, Optics, bytes_of, looking
+from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.render.optics import SKY, CameraPath, Optics, bytes_of, eye_of, flat
+from nrp_core.world.render.raster import RasterCameras, ReadFrames
+from nrp_core.world.render.scene_mesh import BodyPath, FloatArray, matrix_of
+from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.pose import Pose
-from nrp_world_pybullet.build import Built, Place
+from nrp_world_pybullet.build import Built
 from nrp_world_pybullet.engine import bullet
-from nrp_world_pybullet.motion import pose_of
+from nrp_world_pybullet.motion import PlaceOf, place_of
 
 
-class TinyCameras:
-    """Draws the pictures of all cameras."""
+def open_cameras(renderer: str, built: Built, client: int, optics: Mapping[CameraPath, Optics]) -> Cameras:
+    """Open a renderer and take a picture with each camera, because the first one is slow.
 
-    def __init__(self, built: Built, optics: Mapping[CameraPath, Optics], client: int) -> None:
-        self._client, self._optics = client, optics
+    Args:
+        renderer: ``raster`` or ``tiny``.
+        built: the scene; for ``tiny`` with its visuals.
+        client: the physics client.
+        optics: of each camera.
+    """
+    cameras: Cameras
+    if renderer == "tiny":
+        cameras = TinyCameras(built, client, optics)
+    else:
+        bodies = {model: [body for body, _ in each] for model, each in built.bodies.items()}
+        cameras = RasterCameras(bodies, optics, lambda paths: _frame_reader(built, client, paths))
+    for path in optics:
+        cameras.picture(path)
+    return cameras
+
+
+def _frame_reader(built: Built, client: int, paths: Sequence[BodyPath]) -> ReadFrames:
+    places = [place_of(*built.bodies[model][index], Pose(), client) for model, index in paths]
+
+    def read(frames: FloatArray) -> None:
+        for frame, place in zip(frames, places, strict=True):
+            position, orientation = place()
+            frame[:, :3] = np.reshape(bullet.getMatrixFromQuaternion(orientation), (3, 3))
+            frame[:, 3] = position
+
+    return read
+
+
+class TinyCameras(Cameras):
+    """PyBullet's software renderer."""
+
+    def __init__(self, built: Built, client: int, optics: Mapping[CameraPath, Optics]) -> None:
+        self._client, self._optics, self._visuals = client, optics, built.visuals
         self._projections = {path: _projection(each) for path, each in optics.items()}
-        self._eyes = {path: _eye(built, path) for path in optics}
+        self._eyes = {path: self._eye(built, path, client) for path in optics}
 
     def picture(self, path: CameraPath) -> ImageArray:
-        """Return what a camera sees, shape ``(height, width, 3)``, RGB, a fresh array."""
         optics = self._optics[path]
-        body, place, in_body = self._eyes[path]
         _, _, colors, _, shown = bullet.getCameraImage(
             optics.width,
             optics.height,
-            _view(pose_of(body, place, self._client) @ in_body),
+            _view(Pose(*self._eyes[path]())),
             self._projections[path],
             shadow=0,
             lightAmbientCoeff=1,
@@ -45,22 +77,23 @@ class TinyCameras:
         picture[shown < 0] = bytes_of(SKY)
         return picture
 
+    def set_color(self, visual: str, rgba: Rgba) -> None:
+        place, shape = self._visuals[visual]
+        where = (place.multibody, place.link, shape)
+        bullet.changeVisualShape(*where, rgbaColor=flat(rgba), physicsClientId=self._client)
 
-def _eye(built: Built, path: CameraPath) -> tuple[Body, Place, Pose]:
-    """Return the body that holds a camera, where that is in the engine, and how the camera looks from it."""
-    model, link_name, sensor_name = path
-    bodies = built.bodies[model]
-    body, place = bodies[body_of([each for each, _ in bodies], link_name)]
-    link = next(link for link in body.links if link.name == link_name)
-    sensor = next(sensor for sensor in link.sensors if sensor.name == sensor_name)
-    return body, place, looking(link.pose @ sensor.pose)
+    @staticmethod
+    def _eye(built: Built, path: CameraPath, client: int) -> PlaceOf:
+        """Return what reads where a camera is and how it looks."""
+        bodies = built.bodies[path[0]]
+        index, eye = eye_of([body for body, _ in bodies], path)
+        return place_of(*bodies[index], eye, client)
 
 
 def _projection(optics: Optics) -> list[float]:
     aspect = optics.width / optics.height
-    matrix = list(
-        bullet.computeProjectionMatrixFOV(degrees(optics.vertical_fov), aspect, optics.near, optics.far)
-    )
+    fov = degrees(optics.vertical_fov)
+    matrix = list(bullet.computeProjectionMatrixFOV(fov, aspect, optics.near, optics.far))
     # TinyRenderer samples a pixel at its corner; half a pixel more, and it does so at the centre
     matrix[8] += 1 / optics.width
     matrix[9] += 1 / optics.height
@@ -69,9 +102,6 @@ def _projection(optics: Optics) -> list[float]:
 
 def _view(eye: Pose) -> list[float]:
     """Return the matrix from the world to a camera, column by column as OpenGL has it."""
-    to_camera = eye.inverse()
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation_matrix(to_camera.orientation)
-    matrix[:3, 3] = to_camera.position
-    flat: list[float] = matrix.T.ravel().tolist()
-    return flat
+    matrix = np.vstack([matrix_of(eye.inverse()), (0.0, 0.0, 0.0, 1.0)])
+    columns: list[float] = matrix.T.ravel().tolist()
+    return columns

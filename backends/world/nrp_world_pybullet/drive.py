@@ -24,10 +24,17 @@ class Drive:
         body: the body it drives, the base of a multi-body.
         wheels: places of the wheels, in the servo's order.
         step_s: the physics step.
+        gravity: of the scene.
     """
 
     def __init__(
-        self, client: int, servo: PlanarServo, body: Body, wheels: Sequence[Place], step_s: float
+        self,
+        client: int,
+        servo: PlanarServo,
+        body: Body,
+        wheels: Sequence[Place],
+        step_s: float,
+        gravity: Vector,
     ) -> None:
         assert body.inertial is not None
         self._client, self._servo = client, servo
@@ -38,6 +45,7 @@ class Drive:
         self._forces = [min(wheel.limit, _STRONG) for wheel in servo.wheels]
         self._shares = [ServoedWheel.share_in(step_s)] * len(wheels)
         self._step_s = step_s
+        self._fall = gravity[0] * step_s, gravity[1] * step_s, gravity[2] * step_s
         self._gain, self._limit = servo.explicit_gain(step_s), servo.limit
         self._ahead, self._aside = in_engine.rotate((1.0, 0.0, 0.0)), in_engine.rotate((0.0, 1.0, 0.0))
         self._up = in_engine.rotate((0.0, 0.0, 1.0))
@@ -85,9 +93,11 @@ class Drive:
             bullet.applyExternalForce(body, BASE, pull, point, bullet.LINK_FRAME, client)
 
     def _velocities(self) -> Vector:
-        """Return the velocities of the centre ahead and to the left and the turn rate."""
+        """Return the centre's velocities ahead and to the left and the turn rate, after a step of fall."""
         _, (x, y, z, w) = bullet.getBasePositionAndOrientation(self._multibody, self._client)
         (vx, vy, vz), (wx, wy, wz) = bullet.getBaseVelocity(self._multibody, self._client)
+        fx, fy, fz = self._fall
+        vx, vy, vz = vx + fx, vy + fy, vz + fz
         # the rows of the matrix from the base to the world
         rxx, rxy, rxz = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
         ryx, ryy, ryz = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)

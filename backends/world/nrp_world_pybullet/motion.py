@@ -10,11 +10,12 @@ import numpy as np
 from nrp_core.world.parts.base import JointStates, ModelMotion
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.pose import Pose, Quaternion, Vector
 from nrp_world_pybullet.build import BASE, Place
 from nrp_world_pybullet.engine import bullet
 
 MotionOf = Callable[[], ModelMotion]
+PlaceOf = Callable[[], tuple[Vector, Quaternion]]
 
 
 def motion_of(model: Model, body: Body, place: Place, client: int) -> MotionOf:
@@ -33,12 +34,20 @@ def motion_of(model: Model, body: Body, place: Place, client: int) -> MotionOf:
     return Moving(place, body.inertial.pose.inverse() @ body.in_model.inverse(), client)
 
 
-def pose_of(body: Body, place: Place, client: int) -> Pose:
-    """Return where a body's frame is in the world."""
+def place_of(body: Body, place: Place, held: Pose, client: int) -> PlaceOf:
+    """Return what reads where a frame is that is held by a body.
+
+    Args:
+        body: the body.
+        place: where that is in the engine.
+        held: the frame in the body's frame.
+        client: the physics client.
+    """
     if body.fixed:
-        return body.pose
+        still = body.pose @ held
+        return lambda: (still.position, still.orientation)
     assert body.inertial is not None
-    return Moving(place, body.inertial.pose.inverse(), client)().pose
+    return Moving(place, body.inertial.pose.inverse() @ held, client).place
 
 
 class Moving:
@@ -62,6 +71,18 @@ class Moving:
             state = bullet.getLinkState(body, link, 1, 1, self._client)
             position, orientation, linear, angular = state[0], state[1], state[6], state[7]
         return ModelMotion(Pose(position, orientation), linear, angular).at(self._offset)
+
+    def place(self) -> tuple[Vector, Quaternion]:
+        """Return where the frame is; quicker than its motion."""
+        body, link, client = self._place.multibody, self._place.link, self._client
+        if link == BASE:
+            inertial = bullet.getBasePositionAndOrientation(body, client)
+        else:
+            inertial = bullet.getLinkState(body, link, 0, 1, client)[:2]
+        offset = self._offset
+        frame: tuple[Vector, Quaternion]
+        frame = bullet.multiplyTransforms(*inertial, offset.position, offset.orientation, client)
+        return frame
 
     def set_velocity(self, motion: ModelMotion) -> None:
         """Let a base move as a motion of the frame says, from where it is."""

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from typing import Any, TypeVar
 
 from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.optics import drawn, flat
+from nrp_core.world.render.optics import drawn, flat
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -43,12 +43,12 @@ class Shapes:
     visuals: Sequence[tuple[str, Visual]] = ()
 
 
-def shapes_of(model: str, body: Body) -> list[Shapes]:
+def shapes_of(model: str, body: Body, with_visuals: bool) -> list[Shapes]:
     """Return the shapes of a body, for as many links as PyBullet needs for them, one at least."""
     visuals = [
         (f"{model}/{link.name}/{visual.name}", replace(visual, pose=link.pose @ visual.pose))
         for link in body.links
-        for visual in link.visuals
+        for visual in (link.visuals if with_visuals else ())
     ]
     by_friction: dict[float, list[Collision]] = {}
     for link in body.links:

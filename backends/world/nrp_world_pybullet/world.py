@@ -15,12 +15,12 @@ from nrp_core.errors import DivergedError
 from nrp_core.world.interface import ImageArray, World, WorldCapabilities
 from nrp_core.world.parts.base import BodyVelocity, JointStates, ModelMotion
 from nrp_core.world.physics.bodies import body_of
-from nrp_core.world.physics.optics import flat, optics_of
+from nrp_core.world.render.optics import optics_of
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_world_pybullet.backend import PybulletOptions
 from nrp_world_pybullet.build import build
-from nrp_world_pybullet.cameras import TinyCameras
+from nrp_world_pybullet.cameras import open_cameras
 from nrp_world_pybullet.drive import Drive
 from nrp_world_pybullet.engine import bullet
 from nrp_world_pybullet.motion import JointReader, MotionOf, motion_of
@@ -45,14 +45,14 @@ class PybulletWorld(World):
 
     def _open(self, scene: Scene, options: PybulletOptions) -> None:
         client = self._client
-        self._optics = optics_of(scene, options.image_scale)
-        self._built = build(scene, timestep_ns=options.timestep, client=client)
+        renderer, optics = self.capabilities.renderers[0], optics_of(scene, options.image_scale)
+        self._built = build(scene, timestep_ns=options.timestep, client=client, visuals=renderer != "raster")
         self._drives = {path: self._drive_of(path, seconds(options.timestep)) for path in self._built.drives}
         self._joints = {name: JointReader(joints, client) for name, joints in self._built.joints.items()}
         # of these not even the base moves, by which divergence would be noticed
         self._anchored = [self._joints[model.name] for model in scene.models if _is_anchored(model)]
         self._motions = {model.name: self._motion_of(model) for model in scene.models}
-        self._cameras = TinyCameras(self._built, self._optics, client)
+        self._cameras = open_cameras(renderer, self._built, client, optics)
         self._efforts: dict[str, FloatArray] = {}
         self._start = bullet.saveState(physicsClientId=client)
 
@@ -60,7 +60,8 @@ class PybulletWorld(World):
         servo = self._built.drives[path]
         body, _ = self._built.bodies[path[0]][servo.body]
         joints = self._built.joints[path[0]]
-        return Drive(self._client, servo, body, [joints[wheel.joint] for wheel in servo.wheels], step_s)
+        wheels = [joints[wheel.joint] for wheel in servo.wheels]
+        return Drive(self._client, servo, body, wheels, step_s, self.scene.gravity)
 
     def _motion_of(self, model: Model) -> MotionOf:
         bodies = self._built.bodies[model.name]
@@ -93,10 +94,7 @@ class PybulletWorld(World):
         self._drives[model, drive].aim(velocity)
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        place, shape = self._built.visuals[visual]
-        bullet.changeVisualShape(
-            place.multibody, place.link, shape, rgbaColor=flat(rgba), physicsClientId=self._client
-        )
+        self._cameras.set_color(visual, rgba)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         return self._cameras.picture((model, link, camera))

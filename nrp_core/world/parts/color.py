@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from nrp_core.errors import TopicError
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.parts.base import Engine, Part
 from nrp_core.world.scene.model import Rgba
@@ -18,16 +17,13 @@ class ColorPart(Part):
         self._visual, self._initial, self._engine = visual, rgba, engine
         self._rgba = rgba
         what = f"colour of the visual {visual}"
-        self.topics = (TopicInfo(f"/{visual}/color", ColorRGBA, Direction.BOTH, what=what),)
+        self.topics = (TopicInfo(f"/{visual}/color", ColorRGBA, Direction.BOTH, what=what, limits=(0, 1)),)
 
     def read(self, topic: str, now_ns: int) -> ColorRGBA:
         return ColorRGBA(*self._rgba)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        rgba = (float(message.r), float(message.g), float(message.b), float(message.a))
-        if not all(0 <= channel <= 1 for channel in rgba):
-            raise TopicError(f"{topic}: each channel of a colour is from 0 to 1, not {rgba}")
-        self._set(rgba)
+        self._set((float(message.r), float(message.g), float(message.b), float(message.a)))
 
     def reset(self) -> None:
         self._set(self._initial)

@@ -1,1 +1,1 @@
-"""What every physics engine needs of a scene, prepared once: bodies, drives, optics, options."""
+"""What every physics engine needs of a scene, prepared once: bodies, drives, options."""

@@ -40,6 +40,11 @@ class Body:
     inertial: Inertial | None
     links: tuple[Link, ...]
 
+    @property
+    def floats(self) -> bool:
+        """Whether it is a root that can go anywhere."""
+        return self.parent is None and not self.fixed
+
 
 def bodies_of(model: Model) -> tuple[Body, ...]:
     """Return the bodies of a model, parents before children, roots in the order of the links.
@@ -53,6 +58,15 @@ def bodies_of(model: Model) -> tuple[Body, ...]:
 def body_of(bodies: Sequence[Body], link: str) -> int:
     """Return the index of the body that a link is part of."""
     return next(i for i, body in enumerate(bodies) if any(part.name == link for part in body.links))
+
+
+def tree_of(root: int, bodies: Sequence[Body]) -> list[int]:
+    """Return the index of a root and those of all bodies that hang on it, parents before children."""
+    tree = [root]
+    for index, body in enumerate(bodies):
+        if body.parent in tree:
+            tree.append(index)
+    return tree
 
 
 class _Merger:

@@ -77,32 +77,21 @@ def _to_camera(
         for column in range(3):
             turn[row, column] = _row_times_column(held, row, eye, column)
     points = np.empty_like(vertices)
+    seen_from = np.empty(3)  # a vertex relative to the camera, along the world's axes
     for i in range(len(vertices)):
         frame, vertex = frames[vertex_frames[i]], vertices[i]
-        x = (
-            frame[0, 0] * vertex[0]
-            + frame[0, 1] * vertex[1]
-            + frame[0, 2] * vertex[2]
-            + frame[0, 3]
-            - place[0]
-        )
-        y = (
-            frame[1, 0] * vertex[0]
-            + frame[1, 1] * vertex[1]
-            + frame[1, 2] * vertex[2]
-            + frame[1, 3]
-            - place[1]
-        )
-        z = (
-            frame[2, 0] * vertex[0]
-            + frame[2, 1] * vertex[1]
-            + frame[2, 2] * vertex[2]
-            + frame[2, 3]
-            - place[2]
-        )
+        for row in range(3):
+            turned = frame[row, 0] * vertex[0] + frame[row, 1] * vertex[1] + frame[row, 2] * vertex[2]
+            seen_from[row] = turned + frame[row, 3] - place[row]
         for axis in range(3):
-            points[i, axis] = turn[0, axis] * x + turn[1, axis] * y + turn[2, axis] * z
+            points[i, axis] = _column_times(turn, axis, seen_from)
     return points
+
+
+@jit
+def _column_times(a: FloatArray, column: int, vector: FloatArray) -> float:
+    product: float = a[0, column] * vector[0] + a[1, column] * vector[1] + a[2, column] * vector[2]
+    return product
 
 
 @jit

@@ -73,10 +73,16 @@ def engines() -> list[WorldBackend]:
     return [load(name) for name in BACKENDS]
 
 
-RENDERERS = (("mujoco", "gl"), ("mujoco", "rays"), ("pybullet", "tiny"))
+RENDERERS = (
+    ("mujoco", "raster"),
+    ("mujoco", "gl"),
+    ("mujoco", "rays"),
+    ("pybullet", "raster"),
+    ("pybullet", "tiny"),
+)
 
 
-@pytest.fixture(params=RENDERERS, ids=lambda pair: pair[1])
+@pytest.fixture(params=RENDERERS, ids="-".join)
 def renderer(request: pytest.FixtureRequest) -> tuple[WorldBackend, str]:
     """Each renderer with its backend."""
     return available(*request.param)
@@ -113,7 +119,7 @@ def look_with_all() -> Callable[..., dict[str, npt.NDArray[np.uint8]]]:
             if renderer in backend.capabilities(backend.options()).renderers:
                 chosen = backend.options(renderer=renderer, **options)
                 with backend.open(Scene(models), seed=1, options=chosen) as world:
-                    pictures[renderer] = world.render("husky", "eye", "camera")
+                    pictures[f"{name}-{renderer}"] = world.render("husky", "eye", "camera")
         return pictures
 
     return look_with_all

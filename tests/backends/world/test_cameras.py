@@ -14,7 +14,7 @@ import pytest
 
 from nrp_core.errors import CapabilityError
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.physics.optics import SKY, bytes_of
+from nrp_core.world.render.optics import SKY, bytes_of
 from nrp_core.world.scene.model import (
     Box,
     Camera,
@@ -192,10 +192,8 @@ def test_renderers_agree_on_all_shapes(look_with_all, parts, tmp_path):
     mesh.write_text(
         "v 1 1 0\nv -1 1 0\nv -1 -1 0\nv 1 -1 0\nv 0 0 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 4 3 2 1\n"
     )
-    shapes = [
-        Box((0.3, 0.6, 0.4)), Sphere(0.3), Cylinder(0.2, 0.6), Capsule(0.15, 0.4), Mesh(mesh, (0.3, 0.3, 0.6)),
-        Plane((0.5, 0.8)),
-    ]  # fmt: skip
+    round_ones = [Sphere(0.3), Cylinder(0.2, 0.6), Capsule(0.15, 0.4)]
+    shapes = [Box((0.3, 0.6, 0.4)), *round_ones, Mesh(mesh, (0.3, 0.3, 0.6)), Plane((0.5, 0.8))]
     turned = Pose.from_rpy((0, 0, 0), 0.4, -0.8, 0.3)
     things = [
         ahead(
@@ -211,7 +209,7 @@ def test_renderers_agree_on_all_shapes(look_with_all, parts, tmp_path):
         for i, shape in enumerate(shapes)
     ]
     pictures = look_with_all(parts.floor(), *things, parts.husky(width=320, height=240))
-    reference = pictures["rays"]
+    reference = pictures["mujoco-rays"]
     for i in range(len(shapes)):
         color = bytes_of((0.1 + 0.15 * i, 0.5, 0.3, 1))
         assert (reference == color).all(axis=2).sum() > 100, f"{shapes[i]} is seen"
@@ -227,9 +225,9 @@ def test_renderers_agree_on_how_much_red_is_left_and_right(look_with_all, parts)
         hsv = cv2.cvtColor(np.ascontiguousarray(picture), cv2.COLOR_RGB2HSV)
         red = cv2.inRange(hsv, np.array([0, 30, 30]), np.array([0, 255, 255])) > 0
         shares[name] = (red[:, :160].mean(), red[:, 160:].mean())
-    assert shares["rays"][0] > 0.1
+    assert shares["mujoco-rays"][0] > 0.1
     for name, share in shares.items():
-        assert share == pytest.approx(shares["rays"], abs=0.0025), name
+        assert share == pytest.approx(shares["mujoco-rays"], abs=0.0025), name
 
 
 def test_pictures_of_two_worlds_opened_at_once_do_not_mix(renderer, parts):
@@ -250,7 +248,7 @@ def test_without_graphics_libraries_cameras_are_cast_by_rays():
     script = """
 from nrp_core.registry import worlds
 backend = worlds().load("mujoco")
-assert backend.capabilities(backend.options()).renderers == ("rays",)
+assert backend.capabilities(backend.options()).renderers == ("raster", "rays")
 assert not backend.diagnose()[0].present
 import nrp_world_mujoco.world
 import sys
@@ -267,5 +265,7 @@ def test_a_forced_renderer_that_does_not_work_is_an_error(parts, monkeypatch):
     from nrp_core.registry import worlds
 
     backend = worlds().load("mujoco")
-    with pytest.raises(CapabilityError, match="renderer 'gl' does not work on this machine; use 'rays'"):
+    with pytest.raises(
+        CapabilityError, match="the renderer 'gl' does not work on this machine; use 'raster'"
+    ):
         backend.open(scene_of(parts.husky()), seed=1, options=backend.options(renderer="gl"))

@@ -46,23 +46,20 @@ def test_a_command_is_carried_out(open_world, parts, driver, forward, turn, expe
     assert off(pose, expected) == pytest.approx((0, 0), abs=2e-3)
 
 
-@pytest.mark.parametrize("timestep", ["1 ms", "2 ms", "5 ms"])
+@pytest.mark.parametrize(("timestep", "tolerance"), [("1 ms", 2e-3), ("2 ms", 2e-3), ("5 ms", 6e-3)])
 @pytest.mark.parametrize("seed", range(3))
 def test_thirty_seconds_of_random_commands_end_where_the_unicycle_does(
-    open_world, parts, driver, seed, timestep
+    open_world, parts, driver, seed, timestep, tolerance
 ):
     random = np.random.default_rng(seed)
-    commands = [
-        (float(v), float(w))
-        for v, w in zip(random.uniform(-1, 1, 30), random.uniform(-2, 2, 30), strict=True)
-    ]
+    commands = list(zip(random.uniform(-1, 1, 30), random.uniform(-2, 2, 30), strict=True))
     world = open_world(parts.floor(), parts.husky(), timestep=timestep)
     robot = driver(world)
     for forward, turn in commands:
         pose = robot.drive(forward, turn, 1.0)
     distance, angle = off(pose, unicycle(commands, 1.0))
-    assert distance < 0.01
-    assert angle < 0.1
+    assert distance < tolerance
+    assert angle < 0.02
 
 
 @settings(max_examples=8, deadline=None)
@@ -179,6 +176,12 @@ def test_weak_motors_push_weakly(open_world, parts, driver):
         moved.append(world.model_motion("heavy").pose.position[0] - 0.9)
     assert moved[0] > 0.8
     assert moved[1] < 0.1
+
+
+def test_without_weight_there_is_no_traction(open_world, parts, driver):
+    world = open_world(Scene((parts.floor(), parts.husky()), gravity=(0.0, 0.0, 0.0)))
+    x, y, _ = driver(world).drive(1.0, 1.0, 0.5).position  # the wheels' reaction rocks it a little
+    assert hypot(x, y) < 0.02
 
 
 def test_robots_in_one_world_drive_on_their_own(open_world, parts, driver):

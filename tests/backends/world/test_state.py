@@ -52,7 +52,7 @@ class Watched:
 
     def _take(self) -> bytes:
         random = np.random.default_rng(self.step)
-        for name, commands in self._commands.items():
+        for commands in self._commands.values():
             if random.random() < 0.7:
                 commands.publish(
                     Twist(Vector3(random.uniform(-0.5, 1)), Vector3(0, 0, random.uniform(-3, 3)))
@@ -229,3 +229,16 @@ def test_divergence_of_a_joint_of_something_anchored_is_noticed(open_world, part
     world = open_world(Scene((anchored,), gravity=(float("nan"), 0, 0)))
     with pytest.raises(DivergedError):
         world.run_until(20_000_000)
+
+
+def test_looking_does_not_change_what_happens(open_world, parts):
+    ends = []
+    for watched in (False, True):
+        world = open_world(crowded(parts), image_scale=0.1)
+        if watched:
+            world.subscribe("/husky/camera")
+            world.subscribe("/other/odom")
+        robot = Watched(world)
+        robot.steps(40)
+        ends.append([world.model_motion(name) for name in robot.MODELS])
+    assert ends[0] == ends[1]
