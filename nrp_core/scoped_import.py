@@ -27,11 +27,18 @@ class Scope:
     Args:
         roots: top-level packages below which there are substitutes.
         substitute: returns the module that a dotted name stands for, or None for the real one.
+        folders: whose files count as neighbours too.
     """
 
-    def __init__(self, roots: Iterable[str], substitute: Callable[[str], ModuleType | None]) -> None:
+    def __init__(
+        self,
+        roots: Iterable[str],
+        substitute: Callable[[str], ModuleType | None],
+        folders: Iterable[Path] = (),
+    ) -> None:
         self._packages = {root: self._package(root) for root in roots}
         self._substitute = substitute
+        self._folders = tuple(folders)
         self._importlib = ModuleType("importlib", importlib.__doc__)
         self._importlib.__dict__.update(vars(importlib), import_module=self._import_module)
         self._builtins = {**vars(builtins), "__import__": self._import}
@@ -121,6 +128,9 @@ class Scope:
             substitute = self._substitute(f"{name}.{child}")
             if substitute is not None:
                 return substitute
+            own = self._substitute(name)
+            if own is not None:
+                return getattr(own, child)
             real = importlib.import_module(name)
             if not hasattr(real, child) and find_spec(f"{name}.{child}"):
                 return importlib.import_module(f"{name}.{child}")
@@ -130,15 +140,19 @@ class Scope:
         return package
 
     def _neighbour(self, name: str, importer: Mapping[str, Any] | None) -> ModuleType | None:
-        """Return the module in a file beside the importing one, executed once in this scope."""
+        """Return the module in a file beside the importing one, or in a folder; it is executed once."""
         if "." in name or name in sys.stdlib_module_names or not (importer or {}).get("__file__"):
             return None
-        path = Path(importer["__file__"]).with_name(f"{name}.py")  # type: ignore[index]
-        if path not in self._neighbours and path.is_file():
+        folders = (Path(importer["__file__"]).parent, *self._folders)  # type: ignore[index]
+        paths = [folder / f"{name}.py" for folder in folders]
+        path = next((path for path in paths if path in self._neighbours or path.is_file()), None)
+        if path is None:
+            return None
+        if path not in self._neighbours:
             self._neighbours[path] = ModuleType(name)  # known at once, for modules that import each other
             try:
                 self.run(path, self._neighbours[path])
             except BaseException:
                 del self._neighbours[path]
                 raise
-        return self._neighbours.get(path)
+        return self._neighbours[path]

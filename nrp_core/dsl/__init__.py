@@ -14,21 +14,25 @@ from nrp_core.dsl import tf_lib
 from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.kinds import (
+    ac_source,
     dc_source,
     fixed_frequency,
     leaky_integrator_alpha,
     leaky_integrator_exp,
+    nc_source,
     poisson,
     population_rate,
     spike_recorder,
 )
 from nrp_core.dsl.mappings import (
+    MapCSVRecorder,
     MapRobotPublisher,
     MapRobotSubscriber,
     MapSpikeSink,
     MapSpikeSource,
     MapVariable,
 )
+from nrp_core.dsl.monitors import NeuronMonitor
 from nrp_core.dsl.selectors import brain, chain_neurons, map_neurons, nrange, resolve
 from nrp_core.dsl.topics import Topic
 from nrp_core.dsl.variables import GLOBAL, TRANSFER_FUNCTION_LOCAL
@@ -36,15 +40,18 @@ from nrp_core.dsl.variables import GLOBAL, TRANSFER_FUNCTION_LOCAL
 __all__ = [
     "GLOBAL",
     "TRANSFER_FUNCTION_LOCAL",
+    "MapCSVRecorder",
     "MapRobotPublisher",
     "MapRobotSubscriber",
     "MapSpikeSink",
     "MapSpikeSource",
     "MapVariable",
     "Neuron2Robot",
+    "NeuronMonitor",
     "Robot2Neuron",
     "Topic",
     "TransferFunction",
+    "ac_source",
     "brain",
     "chain_neurons",
     "dc_source",
@@ -52,6 +59,7 @@ __all__ = [
     "leaky_integrator_alpha",
     "leaky_integrator_exp",
     "map_neurons",
+    "nc_source",
     "nrange",
     "poisson",
     "population_rate",

@@ -45,12 +45,15 @@ class _FunctionDecorator:
             )
         if not hasattr(function, "__code__"):
             raise self.place.error(f"@{self.flow.value} decorates a function, not {function!r}")
-        made = TransferFunction(
+        made = self._made(function)
+        register(made)
+        return made
+
+    def _made(self, function: Callable[..., Any]) -> TransferFunction:
+        return TransferFunction(
             function, flow=self.flow, topic=self.topic, triggers=self._triggers,
             throttling_rate=self._throttling_rate, priority=self._priority,
         )  # fmt: skip
-        register(made)
-        return made
 
 
 class Neuron2Robot(_FunctionDecorator):

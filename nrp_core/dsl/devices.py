@@ -118,6 +118,23 @@ class CurrentGenerator(Device):
     amplitude = Setting("Current into each neuron, nA: one number, or one for each neuron.")
 
 
+class SineCurrentGenerator(CurrentGenerator):
+    """A sinusoidal current."""
+
+    __slots__ = ()
+    offset = Setting("Mean current into each neuron, nA.")
+    frequency = Setting("Frequency, Hz.")
+    phase = Setting("Phase at the start, degrees.")
+
+
+class NoiseCurrentGenerator(Device):
+    """A noisy current."""
+
+    __slots__ = ()
+    mean = Setting("Mean current into each neuron, nA: one number, or one for each neuron.")
+    stdev = Setting("Its standard deviation, nA.")
+
+
 class LeakyIntegratorDevice(Device):
     """A leaky integrator of the spikes of all its neurons."""
 

@@ -11,23 +11,29 @@ import importlib.abc
 import importlib.machinery
 import importlib.util
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from types import ModuleType
 
 from nrp_core.dsl.messages import message_packages
 from nrp_core.scoped_import import Scope
 
 
-def file_scope(framework: ModuleType, substitutes: Mapping[str, ModuleType]) -> Scope:
+def file_scope(
+    framework: ModuleType,
+    substitutes: Mapping[str, ModuleType] | None = None,
+    folders: Iterable[Path] = (),
+) -> Scope:
     """Return the scope of a transfer function file.
 
     Args:
         framework: what ``import hbp_nrp_client.tf_framework`` gives.
         substitutes: further modules, by their dotted names.
+        folders: where modules are looked for that do not stand beside the file.
     """
     known = {f"{name}.msg": package.msg for name, package in message_packages().items()}
-    known |= {"hbp_nrp_client.tf_framework": framework, **substitutes}
-    return Scope({name.partition(".")[0] for name in known if "." in name}, known.get)
+    known |= {"hbp_nrp_client.tf_framework": framework, **(substitutes or {})}
+    return Scope({name.partition(".")[0] for name in known if "." in name}, known.get, folders)
 
 
 class _MessageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):

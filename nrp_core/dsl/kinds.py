@@ -76,6 +76,8 @@ class DeviceKind:
 poisson = DeviceKind("poisson", sources.PoissonSource, devices.SpikeGenerator)
 fixed_frequency = DeviceKind("fixed_frequency", sources.FixedFrequencySource, devices.SpikeGenerator)
 dc_source = DeviceKind("dc_source", sources.DCSource, devices.CurrentGenerator)
+ac_source = DeviceKind("ac_source", sources.ACSource, devices.SineCurrentGenerator)
+nc_source = DeviceKind("nc_source", sources.NoisyCurrentSource, devices.NoiseCurrentGenerator)
 leaky_integrator_alpha = DeviceKind(
     "leaky_integrator_alpha", sinks.LeakyIntegratorAlpha, devices.LeakyIntegratorDevice
 )
@@ -88,7 +90,7 @@ spike_recorder = DeviceKind(
 )
 
 KINDS = (
-    poisson, fixed_frequency, dc_source,
+    poisson, fixed_frequency, dc_source, ac_source, nc_source,
     leaky_integrator_alpha, leaky_integrator_exp, population_rate, spike_recorder,
 )  # fmt: skip
 """All kinds."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any
 
 from nrp_core import dsl
@@ -14,13 +13,15 @@ from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.imports import file_scope
 from nrp_core.dsl.messages import message_packages
 from nrp_core.errors import TransferFunctionError, did_you_mean
+from nrp_core.scoped_import import Scope
 
 
 def load_transfer_functions(
     path: Path | str,
     *,
     module: ModuleType | None = None,
-    substitutes: Mapping[str, ModuleType] | None = None,
+    code: CodeType | None = None,
+    scope: Scope | None = None,
 ) -> list[TransferFunction]:
     """Execute a file and return the transfer functions that it declares, in their order.
 
@@ -29,7 +30,8 @@ def load_transfer_functions(
     Args:
         path: the file.
         module: what the file's names go into; by default a fresh one for each file.
-        substitutes: further modules that the file can import, by their dotted names.
+        code: what the file means, where it is not Python itself.
+        scope: what the file can import, where several files share that; see :func:`file_scope`.
 
     Raises:
         TransferFunctionError: the file cannot be read or executed, or declares nothing.
@@ -41,12 +43,12 @@ def load_transfer_functions(
         hint = did_you_mean(path.name, siblings) if siblings else ""
         raise TransferFunctionError(f"there is no such file{hint}", path=path)
     names = file_names()
-    scope = file_scope(names["nrp"], substitutes or {})
+    scope = scope or file_scope(names["nrp"])
     target = ModuleType(path.stem) if module is None else module
     vars(target).update({name: value for name, value in names.items() if name not in vars(target)})
     with collecting() as functions:
         try:
-            scope.run(path, target)
+            scope.run(path, target, code)
         except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything
             located = scope.located(error, TransferFunctionError, path)
             raise located from (error.__cause__ if located is error else error)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sized
+from collections.abc import Callable, Sequence, Sized
 from typing import Any, ClassVar
 
 import numpy as np
 
 from nrp_core.dsl.binding import Adapter, Binding, Mapping
+from nrp_core.dsl.csv_recorder import CSVRecorder
 from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
 from nrp_core.dsl.devices import Device
 from nrp_core.dsl.function import Flow, TransferFunction
@@ -162,7 +163,7 @@ class MapVariable(_MappingDecorator):
         parameter_name: name of the parameter.
         global_key: what functions call it that share it; by default the name of the parameter.
         initial_value: its value at time 0; it may depend on the brain. The first function that
-            names a shared variable decides.
+            gives a shared variable one decides.
         scope: ``nrp.GLOBAL`` (shared by all functions of an experiment) or
             ``nrp.TRANSFER_FUNCTION_LOCAL``.
 
@@ -189,11 +190,39 @@ class MapVariable(_MappingDecorator):
         initial = evaluate(self.initial_value, binding.root)
         if self.global_key is None:
             return Variable(self.parameter, initial)
-        shared: Variable = binding.variables.setdefault(self.global_key, Variable(self.global_key, initial))
+        shared: Variable = binding.variables.setdefault(self.global_key, Variable(self.global_key))
+        shared.begin_with(initial)
         return shared
 
     def __str__(self) -> str:
         return "variable" if self.global_key is None else f"shared variable '{self.global_key}'"
+
+
+class MapCSVRecorder(_MappingDecorator):
+    """Binds a parameter to a recorder of rows, which go to a CSV file.
+
+    Args:
+        parameter_name: name of the parameter.
+        filename: of the file; recorders of one experiment that name one file write it in turn.
+        headers: of the columns.
+        erase_on_reset: whether a reset forgets the rows; else the next one is marked ``RESET``.
+    """
+
+    flow = Flow.NEURON_TO_ROBOT
+
+    def __init__(
+        self, parameter_name: str, filename: str, headers: Sequence[str], erase_on_reset: bool = False
+    ) -> None:
+        super().__init__(parameter_name)
+        if not isinstance(filename, str) or not filename.strip():
+            raise self.place.error(f"parameter '{parameter_name}': a file has a name, not {filename!r}")
+        self.filename, self.headers, self.erase_on_reset = filename, tuple(map(str, headers)), erase_on_reset
+
+    def _do_bind(self, binding: Binding) -> CSVRecorder:
+        return CSVRecorder(self.filename, self.headers, erase_on_reset=self.erase_on_reset)
+
+    def __str__(self) -> str:
+        return f"records {', '.join(self.headers)} in {self.filename}"
 
 
 def _share(name: str, value: Any, i: int, n: int) -> Any:

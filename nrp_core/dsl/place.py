@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import CodeType, TracebackType
 from typing import TypeVar
@@ -26,9 +27,12 @@ class Place:
 
     @classmethod
     def of_caller(cls) -> Place:
-        """Return the line that called into this package."""
+        """Return the line that called into this package, or into a module that extends it.
+
+        Such a module says so: it has a variable ``__extends_dsl__``.
+        """
         frame = sys._getframe(1)
-        while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith(_PACKAGE):
+        while frame.f_back is not None and _is_language(frame.f_globals):
             frame = frame.f_back
         return cls(frame.f_code.co_filename, frame.f_lineno)
 
@@ -59,6 +63,10 @@ def line_in(trace: TracebackType | None, path: str) -> int | None:
             line = trace.tb_lineno
         trace = trace.tb_next
     return line
+
+
+def _is_language(names: Mapping[str, object]) -> bool:
+    return str(names.get("__name__", "")).startswith(_PACKAGE) or "__extends_dsl__" in names
 
 
 _PACKAGE = __name__.rpartition(".")[0] + "."

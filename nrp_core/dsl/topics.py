@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 from nrp_core.dsl.binding import Adapter
@@ -118,7 +119,7 @@ class SubscribedTopic(Adapter):
 class PublishedTopic(Adapter):
     """A topic that the function publishes on."""
 
-    __slots__ = ("_publication",)
+    __slots__ = ("_publication", "_wrap")
 
     def __init__(self, world: World, topic: Topic) -> None:
         if topic.topic_type is None and topic.name not in world.topics:
@@ -126,11 +127,24 @@ class PublishedTopic(Adapter):
             raise TopicError(f"no topic '{topic.name}'{hint} (a new one needs its type: Topic(name, type))")
         self._publication: Publication = world.advertise(topic.name)
         topic.require_type(self._publication.topic)
+        self._wrap = _wrapper(self._publication.topic.type)
 
     def send_message(self, message: Any) -> None:
         """Send a message; it takes effect in the next step.
 
+        A number or text is taken for the one field of a message that has one field.
+
         Raises:
             TopicError: the message is of another type or holds a number that is not finite.
         """
-        self._publication.publish(message)
+        self._publication.publish(self._wrap(message) if isinstance(message, _PLAIN) else message)
+
+
+_PLAIN = (bool, int, float, str)
+
+
+def _wrapper(kind: type) -> Callable[[Any], Any]:
+    """Return what makes a plain value a message of a type, or leaves it to be refused."""
+    if is_dataclass(kind) and len(fields(kind)) == 1:
+        return kind
+    return lambda value: value

@@ -20,7 +20,8 @@ class Variable(Adapter):
 
     Args:
         name: for messages.
-        initial: the value at time 0, copied, so that changing it in place does not outlive a reset.
+        initial: the value at time 0, copied, so that changing it in place does not outlive a reset;
+            what cannot be copied, such as an open file, stays the same object.
 
     Attributes:
         value: the value now.
@@ -30,11 +31,24 @@ class Variable(Adapter):
 
     def __init__(self, name: str, initial: Any = None) -> None:
         self.name = name
-        self._initial = copy.deepcopy(initial)
+        self._initial = _copied(initial)
         self.reset()
 
+    def begin_with(self, initial: Any) -> None:
+        """Take an initial value, unless there is one."""
+        if self._initial is None and initial is not None:
+            self._initial = _copied(initial)
+            self.reset()
+
     def reset(self) -> None:
-        self.value: Any = copy.deepcopy(self._initial)
+        self.value: Any = _copied(self._initial)
 
     def shown(self) -> str:
         return f"value = {brief(self.value)}"
+
+
+def _copied(value: Any) -> Any:
+    try:
+        return copy.deepcopy(value)
+    except (TypeError, copy.Error):
+        return value

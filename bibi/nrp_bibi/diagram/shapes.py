@@ -1,0 +1,99 @@
+"""What a diagram consists of: cards with text and arrows between them, in pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+TITLE, LINE, PADDING, GAP = 22, 16, 9, 14
+"""Heights of a title and a line of text, the room around text, and that between cards."""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A box with a title and lines of text.
+
+    Args:
+        style: its class in the style sheet.
+        title: in bold.
+        lines: below it.
+        x, width: where it stands.
+        y: top.
+    """
+
+    style: str
+    title: str
+    lines: Sequence[str]
+    x: int
+    width: int
+    y: float = 0
+
+    @property
+    def height(self) -> int:
+        """As high as its text needs."""
+        return TITLE + LINE * len(self.lines) + 2 * PADDING - 4
+
+    @property
+    def middle(self) -> float:
+        """Half-way down."""
+        return self.y + self.height / 2
+
+    @property
+    def texts(self) -> Iterator[tuple[float, str]]:
+        """The lines, each with its base line."""
+        top = self.y + PADDING + TITLE
+        return ((top + LINE * i + 8, self._fitted(text, 7.3)) for i, text in enumerate(self.lines))
+
+    @property
+    def heading(self) -> str:
+        """The title, as much of it as fits."""
+        return self._fitted(self.title, 8.3)
+
+    def _fitted(self, text: str, character: float) -> str:
+        """Return a text, its end left out where it does not fit; a character is so wide."""
+        most = int((self.width - 2 * PADDING) / character)
+        return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """A curve from one card to another beside it.
+
+    Args:
+        start, end: the two ends.
+        is_plain: whether it has no head.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    is_plain: bool = False
+
+    @property
+    def path(self) -> str:
+        """Its path in SVG."""
+        (x, y), (to_x, to_y) = self.start, self.end
+        between = (x + to_x) / 2
+        return f"M{x:g},{y:g} C{between:g},{y:g} {between:g},{to_y:g} {to_x:g},{to_y:g}"
+
+
+@dataclass(slots=True)
+class Picture:
+    """Cards and arrows."""
+
+    cards: list[Card] = field(default_factory=list)
+    arrows: list[Arrow] = field(default_factory=list)
+
+
+def stacked(cards: Sequence[Card], top: float, height: float) -> list[Card]:
+    """Return cards below each other, in the middle of a height."""
+    y = top + (height - height_of(cards)) / 2
+    placed = []
+    for card in cards:
+        placed.append(replace(card, y=y))
+        y += card.height + GAP
+    return placed
+
+
+def height_of(cards: Sequence[Card]) -> int:
+    """Return how high cards are below each other."""
+    return sum(card.height for card in cards) + GAP * max(len(cards) - 1, 0)

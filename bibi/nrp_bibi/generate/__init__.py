@@ -1,0 +1,1 @@
+"""The transformation of models to Python."""

@@ -1,0 +1,160 @@
+"""What a model must keep to so that it has one meaning."""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from nrp_bibi.model.channels import AnyDevice
+from nrp_bibi.model.expressions import ArgumentReference, Call, FlowExpression
+from nrp_bibi.model.functions import (
+    Bibi,
+    BIBITransferFunction,
+    ChannelTransferFunction,
+    Neuron2Monitor,
+    PythonTransferFunction,
+)
+from nrp_bibi.model.metamodel import Node, features
+from nrp_bibi.model.selectors import (
+    ChainSelector,
+    MapSelector,
+    NeuronSelector,
+    NeuronSelectorTemplate,
+    Population,
+)
+from nrp_core.dsl.function import TIME
+from nrp_core.dsl.messages import message_packages
+from nrp_core.errors import TransferFunctionError, did_you_mean
+
+
+class Checker:
+    """Checks a model and makes errors about its parts.
+
+    Args:
+        path: the file that it comes from.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def refuse(self, node: Node, message: str) -> TransferFunctionError:
+        """Return an error that points to a part of the model."""
+        return TransferFunctionError(message, path=self._path, line=node.line or None)
+
+    def check(self, model: Bibi) -> None:
+        """Check all transfer functions.
+
+        Raises:
+            TransferFunctionError: one has no meaning, or more than one.
+        """
+        taken: dict[str, Node] = {}
+        for function in model.transfer_function:
+            if isinstance(function, PythonTransferFunction):
+                self._check_python(function)
+            elif isinstance(function, BIBITransferFunction):
+                self._check_name(function, function.name, taken, "transfer function")
+                self._check_function(function)
+
+    def _check_python(self, function: PythonTransferFunction) -> None:
+        if (function.src is None) is not bool(function.code):
+            raise self.refuse(function, "a PythonTransferFunction has either a src or code in it")
+
+    def _check_function(self, function: BIBITransferFunction) -> None:
+        taken: dict[str, Node] = {}
+        for channel in channels(function):
+            if not isinstance(function, Neuron2Monitor):
+                self._check_name(channel, channel.name, taken, "channel")
+            if isinstance(channel, AnyDevice):
+                self._check_neurons(channel.neurons)
+        for local in function.local:
+            self._check_expression(local.body, taken)
+            self._check_name(local, local.name, taken, "local")
+        for body in bodies(function):
+            self._check_expression(body, taken)
+
+    def _check_name(self, node: Node, name: str | None, taken: dict[str, Node], what: str) -> None:
+        if name is None:
+            raise self.refuse(node, f"a {what} needs a name")
+        if keyword.iskeyword(name) or name in (TIME, "nrp", "Topic", *message_packages()):
+            raise self.refuse(node, f"a {what} cannot be called '{name}': the name is taken")
+        if name in taken:
+            raise self.refuse(node, f"'{name}' is used twice, first in line {taken[name].line}; rename one")
+        taken[name] = node
+
+    def _check_expression(self, body: FlowExpression, known: dict[str, Node]) -> None:
+        for part in parts(body):
+            if isinstance(part, ArgumentReference) and part.name not in (TIME, *known):
+                hint = did_you_mean(part.name, known)
+                raise self.refuse(
+                    part, f"there is no channel, and no local before, called '{part.name}'{hint}"
+                )
+            if isinstance(part, Call):
+                self._check_call(part)
+
+    def _check_call(self, call: Call) -> None:
+        names = [argument.name for argument in call.argument]
+        given = [name for name in names if name is not None]
+        if given != names[len(names) - len(given) :]:
+            raise self.refuse(call, f"'{call.type}': arguments without a name come first")
+        for i, name in enumerate(given):
+            if keyword.iskeyword(name) or name in given[:i]:
+                raise self.refuse(call, f"'{call.type}' cannot be given '{name}': the name is taken")
+
+    def _check_neurons(self, selector: Node) -> None:
+        for part in parts(selector):
+            if isinstance(part, MapSelector) and (part.count is None) is (part.source is None):
+                raise self.refuse(part, "a MapSelector has either a count or a source")
+            if isinstance(part, MapSelector) and _is_whole(part.source):
+                raise self.refuse(part, "the Population that a MapSelector counts needs a count or its name")
+            if isinstance(part, ChainSelector) and not (part.neurons or part.connectors):
+                raise self.refuse(part, "a ChainSelector needs neurons or connectors")
+        for one in _selecting(selector):
+            if one.population is None:
+                raise self.refuse(one, f'this {type(one).__name__} needs population="..."')
+            if not one.population.isidentifier() or keyword.iskeyword(one.population):
+                raise self.refuse(
+                    one, f"a population that is selected from cannot be called '{one.population}'"
+                )
+
+
+def channels(function: BIBITransferFunction) -> list[Any]:
+    """Return all channels of a transfer function, in the order of its parameters."""
+    match function:
+        case ChannelTransferFunction(topic=topics, device=own, device_group=groups, return_value=returned):
+            more = [returned] if isinstance(returned, AnyDevice) else []
+            return [*topics, *own, *more, *groups]
+        case Neuron2Monitor(device=device):
+            return [device]
+        case _:
+            return []
+
+
+def bodies(function: BIBITransferFunction) -> Iterator[FlowExpression]:
+    """Yield every expression that is written somewhere, what is returned last."""
+    returned = getattr(function, "return_value", None)
+    for channel in (*channels(function), returned):
+        if channel is not None and channel.body is not None:
+            yield channel.body
+
+
+def parts(node: Node) -> Iterator[Node]:
+    """Yield a node and everything below it."""
+    yield node
+    for feature in features(type(node)):
+        value = getattr(node, feature.field)
+        for one in value if feature.many else (value,):
+            if isinstance(one, Node):
+                yield from parts(one)
+
+
+def _selecting(selector: Node) -> Iterable[NeuronSelector | NeuronSelectorTemplate]:
+    """Return the selectors that name a population; the source of a map may only count."""
+    sources = {id(part.source) for part in parts(selector) if isinstance(part, MapSelector)}
+    found = (part for part in parts(selector) if isinstance(part, (NeuronSelector, NeuronSelectorTemplate)))
+    return (part for part in found if part.population is not None or id(part) not in sources)
+
+
+def _is_whole(source: Node | None) -> bool:
+    return isinstance(source, Population) and source.count is None and source.population is None

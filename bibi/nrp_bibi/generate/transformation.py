@@ -1,0 +1,167 @@
+"""From a model to the Python language of transfer functions."""
+
+from __future__ import annotations
+
+import ast
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from nrp_bibi.generate.checks import Checker, bodies, channels
+from nrp_bibi.generate.expressions import as_python
+from nrp_bibi.generate.imports import imports
+from nrp_bibi.generate.part import Part
+from nrp_bibi.generate.selectors import selection
+from nrp_bibi.generate.settings import settings
+from nrp_bibi.model.channels import AnyDevice, TopicChannel
+from nrp_bibi.model.functions import (
+    Bibi,
+    BIBITransferFunction,
+    Neuron2Monitor,
+    PythonTransferFunction,
+    TransferFunction,
+)
+from nrp_bibi.python.layout import laid_out
+from nrp_bibi.python.printer import flat, quoted
+from nrp_bibi.templates import environment
+from nrp_core.errors import did_you_mean
+
+_MARK = "\x1f"
+
+
+def generate(model: Bibi, path: Path, *, with_imports: bool = True) -> str:
+    """Return the Python file that a model stands for.
+
+    Args:
+        model: the model.
+        path: its file; Python transfer functions are looked for beside it.
+        with_imports: whether it begins with imports, which transfer functions can do without.
+
+    Raises:
+        TransferFunctionError: the model has no meaning, or names a file that does not exist.
+    """
+    parts = transformed(model, path)
+    return "\n\n\n".join(part.text for part in (parts if with_imports else parts[1:])) + "\n"
+
+
+def transformed(model: Bibi, path: Path) -> list[Part]:
+    """Return the imports of a model and the Python of each transfer function, in order.
+
+    Raises:
+        TransferFunctionError: as of :func:`generate`.
+    """
+    return list(Transformation(model, path).parts())
+
+
+class Transformation:
+    """One model on its way to Python.
+
+    Args:
+        model: the model.
+        path: its file.
+    """
+
+    def __init__(self, model: Bibi, path: Path) -> None:
+        self._model, self._path = model, path
+        self._checker = Checker(path)
+        self._checker.check(model)
+
+    def parts(self) -> Iterator[Part]:
+        """Yield the parts of the code, in the order of the model."""
+        needed = imports(self._model)
+        yield Part("\n".join(needed), self._path, tuple(needed.values()))
+        for function in self._model.transfer_function:
+            if isinstance(function, BIBITransferFunction):
+                yield self._blocks(function)
+            elif isinstance(function, PythonTransferFunction):
+                yield self._python(function)
+
+    # -- building blocks
+
+    def _blocks(self, function: BIBITransferFunction) -> Part:
+        template = environment().get_template("transfer_function.py.j2")
+        text = template.render(
+            **self._channels(function),
+            tf=function,
+            kind=type(function).__name__,
+            origin=f"{self._path.name}:{function.line}" if function.line else self._path.name,
+            at=lambda node: f"{_MARK}{node.line}",
+            python=lambda expression: flat(as_python(expression)),
+            quoted=quoted,
+            selection=selection,
+            settings=lambda device: settings(device, self._model, self._checker.refuse),
+        )
+        priority = function.priority if isinstance(function, Neuron2Monitor) else 0
+        text = text.rstrip("\n") + _settled(function, [function.name], priority)
+        return _marked(text, self._path, function.line)
+
+    def _channels(self, function: BIBITransferFunction) -> dict[str, Any]:
+        """Return what the template is told of the channels."""
+        monitor = function.device if isinstance(function, Neuron2Monitor) else None
+        mapped = [] if monitor else channels(function)
+        returned = getattr(function, "return_value", None)
+        return {
+            "topics": [channel for channel in mapped if isinstance(channel, TopicChannel)],
+            "devices": [channel for channel in mapped if isinstance(channel, AnyDevice)],
+            "parameters": [channel.name for channel in mapped],
+            "monitor": monitor,
+            "returned": returned if isinstance(returned, TopicChannel) else None,
+            "is_empty": not function.local and not any(bodies(function)),
+        }
+
+    # -- Python
+
+    def _python(self, function: PythonTransferFunction) -> Part:
+        if function.src is None:
+            path, code, first = self._path, function.code, function.code_line
+        else:
+            path, first = self._source(function, function.src), 1
+            code = self._read(function, path)
+        lines = [*range(first, first + code.count("\n") + 1)]
+        settled = _settled(function, _declared(code), function.priority)
+        return Part(code + settled, path, (*lines, *[first] * settled.count("\n")))
+
+    def _read(self, function: PythonTransferFunction, path: Path) -> str:
+        try:
+            with tokenize.open(path) as file:
+                return file.read().rstrip()
+        except (SyntaxError, UnicodeDecodeError):
+            raise self._checker.refuse(function, f"{path} is not text in the encoding it states") from None
+
+    def _source(self, function: PythonTransferFunction, name: str) -> Path:
+        """Return a file beside the model, or beside the folder of the model, as in experiments of old."""
+        for folder in (self._path.parent, self._path.parent.parent):
+            if (folder / name).is_file():
+                return folder / name
+        beside = [found.name for found in self._path.parent.glob("*.py")]
+        hint = did_you_mean(name, beside) if beside else ""
+        raise self._checker.refuse(function, f"no file '{name}' in {self._path.parent}{hint}")
+
+
+def _marked(text: str, path: Path, first: int) -> Part:
+    """Break the lines that are too long; remember where each comes from."""
+    written: list[str] = []
+    lines: list[int] = []
+    for line in text.rstrip("\n").split("\n"):
+        code, _, mark = line.partition(_MARK)
+        broken = laid_out(code).split("\n")
+        written += broken
+        lines += [int(mark or first)] * len(broken)
+    return Part("\n".join(written), path, tuple(lines))
+
+
+def _settled(function: TransferFunction, names: list[str], priority: int = 0) -> str:
+    """Return the statements after functions that make them what a decorator does not say."""
+    stated = [f"{name}.priority = {priority}" for name in names if priority]
+    stated += [f"{name}.active = False" for name in names if not function.active]
+    return "\n\n\n" + "\n".join(stated) if stated else ""
+
+
+def _declared(code: str) -> list[str]:
+    """Return the names of the transfer functions in a piece of Python."""
+    try:
+        tree = ast.parse(code)
+    except SyntaxError:
+        return []
+    return [item.name for item in tree.body if isinstance(item, ast.FunctionDef) and item.decorator_list]

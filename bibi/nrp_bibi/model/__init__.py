@@ -1,0 +1,1 @@
+"""The metamodel: every element of a BIBI document as a class."""

@@ -1,0 +1,135 @@
+"""The transfer functions, and the model that holds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from nrp_bibi.model.channels import DeviceChannel, DeviceGroupChannel, Local, TopicChannel
+from nrp_bibi.model.metamodel import Node, attribute, child, children, content
+from nrp_bibi.model.selectors import MultiNeuronSelector
+from nrp_bibi.model.synapses import NeuronConnector, SynapseDynamics
+from nrp_bibi.model.values import CODE, FILE, NAME, NATURAL, POSITIVE, TRUTH, WORD
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TransferFunction(Node, abstract=True):
+    """What connects brain and robot; of those that run in a step, a higher priority runs first."""
+
+    active: bool = attribute(TRUTH, True)
+    priority: int = attribute(NATURAL, 0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PythonTransferFunction(TransferFunction):
+    """Python, in a file or in place.
+
+    Args:
+        src: the file, relative to the model.
+        code: what stands in place.
+        code_line: where it begins.
+    """
+
+    src: str | None = attribute(FILE, None)
+    code: str = content(CODE, "")
+    code_line: int = field(default=0, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BIBITransferFunction(TransferFunction, abstract=True):
+    """Building blocks: locals, then what is written to devices and topics."""
+
+    name: str = attribute(NAME)
+    local: tuple[Local, ...] = children(Local)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelTransferFunction(BIBITransferFunction, abstract=True):
+    """One with channels; the return value is sent to a topic of its own."""
+
+    device: tuple[DeviceChannel, ...] = children(DeviceChannel)
+    device_group: tuple[DeviceGroupChannel, ...] = children(DeviceGroupChannel)
+    topic: tuple[TopicChannel, ...] = children(TopicChannel)
+    return_value: TopicChannel | DeviceChannel | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Neuron2Robot(ChannelTransferFunction):
+    """From the brain to the robot."""
+
+    return_value: TopicChannel | None = child(TopicChannel, None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Robot2Neuron(ChannelTransferFunction):
+    """From the robot to the brain; what it returns is one more device that is written."""
+
+    return_value: DeviceChannel | None = child(DeviceChannel, None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Neuron2Monitor(BIBITransferFunction):
+    """Shows what a device reads."""
+
+    device: DeviceChannel = child(DeviceChannel)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelFile(Node, abstract=True):
+    """A file of the brain or of a robot, and where it comes from."""
+
+    model: str | None = attribute(WORD, None)
+    is_custom: bool = attribute(TRUTH, False)
+    custom_model_path: str | None = attribute(FILE, None)
+    custom_asset: bool = attribute(TRUTH, False)
+    asset_path: str | None = attribute(FILE, None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BrainModel(ModelFile):
+    """The brain and the names of parts of it."""
+
+    file: str | None = child(FILE, None, bare=True)
+    populations: tuple[MultiNeuronSelector, ...] = children(MultiNeuronSelector, aliases={"neuronGroup": ""})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BodyModel(ModelFile):
+    """A robot."""
+
+    robot_id: str | None = attribute(WORD, None)
+    file: str = content(FILE, "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Configuration(Node):
+    """A file for a part of the platform, such as ``retina`` or ``brainvisualizer``."""
+
+    type: str = attribute(WORD)
+    src: str = attribute(FILE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bibi(Node):
+    """A whole model: what integrates a brain and a body.
+
+    Args:
+        timestep: of the loop, ms.
+        mode: the kind of brain simulation that a legacy experiment asks for.
+        ext_robot_controller: a script that a legacy experiment starts beside the robot.
+    """
+
+    timestep: int | None = child(POSITIVE, None)
+    brain_model: BrainModel | None = child(BrainModel, None)
+    body_model: tuple[BodyModel, ...] = children(BodyModel)
+    mode: str | None = child(WORD, None)
+    ext_robot_controller: str | None = child(FILE, None)
+    configuration: tuple[Configuration, ...] = children(Configuration)
+    connectors: tuple[NeuronConnector, ...] = children(NeuronConnector)
+    synapse_dynamics: tuple[SynapseDynamics, ...] = children(SynapseDynamics)
+    transfer_function: tuple[TransferFunction, ...] = children(
+        TransferFunction,
+        aliases={
+            "transferFunctionImport": "PythonTransferFunction",
+            "transferFunctionInline": "PythonTransferFunction",
+        },
+    )

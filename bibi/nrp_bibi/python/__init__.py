@@ -1,0 +1,1 @@
+"""Python as generated code needs it: syntax trees to text, laid out as ``ruff format`` would."""

@@ -1,0 +1,116 @@
+"""From the Python language of transfer functions back to models."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path
+
+from nrp_bibi.generate.imports import imports
+from nrp_bibi.generate.transformation import generate
+from nrp_bibi.model.functions import Bibi, BIBITransferFunction, PythonTransferFunction, TransferFunction
+from nrp_bibi.reverse.functions import as_function
+from nrp_bibi.reverse.refusal import NotExpressibleError
+from nrp_bibi.reverse.selectors import Normalized
+from nrp_core.dsl.messages import message_packages
+from nrp_core.errors import TransferFunctionError
+
+
+def reverse_file(path: Path) -> Bibi:
+    """Return the model that stands for a file; see :func:`reverse`.
+
+    Raises:
+        TransferFunctionError: it cannot be read, or is not Python.
+    """
+    try:
+        return reverse(path.read_text(encoding="utf-8-sig"), path)
+    except OSError as error:
+        raise TransferFunctionError(f"cannot be read: {error.strerror}", path=path) from None
+    except UnicodeDecodeError:
+        raise TransferFunctionError("cannot be read: it is not text in UTF-8", path=path) from None
+
+
+def reverse(code: str, path: Path) -> Bibi:
+    """Return the model that stands for a file of transfer functions.
+
+    What building blocks can express becomes building blocks; each other function, with whatever else
+    stands in the file, is kept as Python.
+
+    Args:
+        code: the file.
+        path: its name, for messages.
+
+    Raises:
+        TransferFunctionError: it is not Python.
+    """
+    try:
+        tree = ast.parse(code)
+    except SyntaxError as error:
+        raise TransferFunctionError(
+            f"this is not Python: {error.msg}", path=path, line=error.lineno
+        ) from None
+    found: list[BIBITransferFunction | ast.stmt] = []
+    for statement in tree.body:
+        if _switches_off(statement, found):
+            found[-1] = replace(found[-1], active=False)  # type: ignore[type-var]
+        else:
+            found.append(_expressed(statement) or statement)
+    return Bibi(transfer_function=tuple(_grouped(found, code)))
+
+
+def _grouped(found: list[BIBITransferFunction | ast.stmt], code: str) -> Iterator[TransferFunction]:
+    """Yield building blocks, and what stands between them as one piece each; known imports are left out."""
+    blocks = tuple(one for one in found if isinstance(one, BIBITransferFunction))
+    known = {*imports(Bibi(transfer_function=blocks)), *(f"import {name}.msg" for name in message_packages())}
+    needed = (one for one in found if not (isinstance(one, ast.Import) and _imports(one) <= known))
+    for is_python, run in groupby(needed, lambda one: isinstance(one, ast.stmt)):
+        if is_python:
+            yield _kept([one for one in run if isinstance(one, ast.stmt)], code)
+        else:
+            yield from (one for one in run if isinstance(one, BIBITransferFunction))
+
+
+def _switches_off(statement: ast.stmt, found: Sequence[object]) -> bool:
+    """Return whether a statement makes the building blocks right before it inactive."""
+    last = found[-1] if found else None
+    if not isinstance(last, BIBITransferFunction):
+        return False
+    return ast.unparse(statement) == f"{last.name}.active = False"
+
+
+def _expressed(statement: ast.stmt) -> BIBITransferFunction | None:
+    """Return a function as building blocks, if those generate exactly the same again."""
+    if not isinstance(statement, ast.FunctionDef):
+        return None
+    try:
+        function = as_function(statement)
+        again = ast.parse(
+            generate(Bibi(transfer_function=(function,)), Path("model.bibi"), with_imports=False)
+        )
+    except (NotExpressibleError, TransferFunctionError):
+        return None
+    same = _dump(again.body[-1:]) == _dump([statement])
+    return function if same else None
+
+
+def _dump(statements: list[ast.stmt]) -> str:
+    return ast.dump(Normalized().visit(ast.Module(statements, [])))
+
+
+def _kept(statements: list[ast.stmt], code: str) -> PythonTransferFunction:
+    """Return statements as they are written, comments between them included."""
+    lines = code.split("\n")
+    first, last = _begin(statements[0]), statements[-1].end_lineno
+    return PythonTransferFunction(code="\n".join(lines[first - 1 : last]))
+
+
+def _begin(statement: ast.stmt) -> int:
+    decorators: list[ast.expr] = getattr(statement, "decorator_list", [])
+    return min([statement.lineno, *(decorator.lineno for decorator in decorators)])
+
+
+def _imports(statement: ast.Import) -> set[str]:
+    """Return the statement as one for each module."""
+    return {ast.unparse(ast.Import([alias])) for alias in statement.names}

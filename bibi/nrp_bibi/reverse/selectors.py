@@ -1,0 +1,131 @@
+"""Python selectors as those of the model."""
+
+from __future__ import annotations
+
+import ast
+from typing import Any
+
+from nrp_bibi.model.metamodel import Value
+from nrp_bibi.model.selectors import (
+    ChainSelector,
+    Index,
+    IndexTemplate,
+    List,
+    ListTemplate,
+    MapSelector,
+    MultiNeuronSelector,
+    NeuronGroupSelector,
+    NeuronSelector,
+    NeuronSelectorTemplate,
+    Population,
+    Range,
+    RangeTemplate,
+)
+from nrp_bibi.model.values import NATURAL, TEMPLATE
+from nrp_bibi.reverse.expressions import dotted_name
+from nrp_bibi.reverse.refusal import NotExpressibleError
+
+_BRAIN = "nrp.brain."
+
+
+class Normalized(ast.NodeTransformer):
+    """Writes alike what is alike: ``[slice(0, 3, 2)]`` as ``[0:3:2]``, ``[[0, 2]]`` as ``[0, 2]``."""
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.Subscript:
+        self.generic_visit(node)
+        match node.slice:
+            case ast.Call(func=ast.Name(id="slice"), args=[start, stop, *step], keywords=[]):
+                node.slice = ast.Slice(start, stop, *step)
+            case ast.List(elts=[_, _, *_] as elements):
+                node.slice = ast.Tuple(elements, ast.Load())
+        return node
+
+
+def as_selector(node: ast.expr) -> NeuronSelector | NeuronGroupSelector:
+    """Return what selects the same neurons.
+
+    Raises:
+        NotExpressibleError: there is nothing in the model for it.
+    """
+    return _group(node) if isinstance(node, ast.Call) else _neurons(node)
+
+
+def _group(node: ast.Call) -> NeuronGroupSelector:
+    match dotted_name(node.func), node.args:
+        case "nrp.map_neurons", [items, ast.Lambda(args=ast.arguments(args=[ast.arg(arg="i")]), body=body)]:
+            count, source = _items(items)
+            return MapSelector(count=count, source=source, pattern=_template(body))
+        case "nrp.chain_neurons", parts:
+            selectors = [as_selector(part) for part in parts]
+            neurons = tuple(one for one in selectors if isinstance(one, NeuronSelector))
+            groups = tuple(one for one in selectors if isinstance(one, NeuronGroupSelector))
+            return ChainSelector(neurons=neurons, connectors=groups)
+        case _:
+            raise NotExpressibleError.of(node)
+
+
+def _items(node: ast.expr) -> tuple[int | None, MultiNeuronSelector | None]:
+    """Return the number of items, or where they come from."""
+    match node:
+        case ast.Call(func=ast.Name(id="range"), args=[count], keywords=[]):
+            return _value(count, NATURAL), None
+        case ast.Call(func=ast.Name(id="range"), args=[start, stop, *step], keywords=[]):
+            return None, _range(start, stop, step[0] if step else None)
+        case ast.List(elts=elements):
+            return None, List(element=tuple(_value(element, NATURAL) for element in elements))
+        case ast.Attribute(value=owner, attr="size"):
+            return None, Population(population=_population(owner))
+        case _:
+            raise NotExpressibleError.of(node)
+
+
+def _neurons(node: ast.expr) -> NeuronSelector:
+    if not isinstance(node, ast.Subscript):
+        return Population(population=_population(node))
+    population = _population(node.value)
+    match Normalized().visit(node).slice:
+        case ast.Slice(lower=ast.expr() as start, upper=ast.expr() as stop, step=step):
+            return _range(start, stop, step, population=population)
+        case ast.Tuple(elts=elements) | ast.List(elts=elements):
+            chosen = tuple(_value(one, NATURAL) for one in elements)
+            return List(population=population, element=chosen)
+        case index:
+            return Index(population=population, index=_value(index, NATURAL))
+
+
+def _range(
+    start: ast.expr, stop: ast.expr, step: ast.expr | None = None, population: str | None = None
+) -> Range:
+    by = None if step is None else _value(step, NATURAL)
+    return Range(population=population, from_=_value(start, NATURAL), to=_value(stop, NATURAL), step=by)
+
+
+def _template(node: ast.expr) -> NeuronSelectorTemplate:
+    if not isinstance(node, ast.Subscript):
+        raise NotExpressibleError.of(node)
+    population = _population(node.value)
+    match node.slice:
+        case ast.Slice(lower=ast.expr() as start, upper=ast.expr() as stop, step=step):
+            by = None if step is None else _value(step, TEMPLATE)
+            first, end = _value(start, TEMPLATE), _value(stop, TEMPLATE)
+            return RangeTemplate(population=population, from_=first, to=end, step=by)
+        case ast.Tuple(elts=elements) | ast.List(elts=elements):
+            chosen = tuple(_value(one, TEMPLATE) for one in elements)
+            return ListTemplate(population=population, element=chosen)
+        case index:
+            return IndexTemplate(population=population, index=_value(index, TEMPLATE))
+
+
+def _population(node: ast.expr) -> str:
+    name = dotted_name(node)
+    population = name.removeprefix(_BRAIN)
+    if name == population or "." in population:
+        raise NotExpressibleError.of(node)
+    return population
+
+
+def _value(node: ast.AST, kind: Value) -> Any:
+    try:
+        return kind.parse(ast.unparse(node))
+    except ValueError:
+        raise NotExpressibleError.of(node) from None

@@ -1,0 +1,5 @@
+"""Write ``bibi.xsd`` anew."""
+
+from nrp_bibi.schema import SCHEMA, schema_text
+
+SCHEMA.write_text(schema_text(), encoding="utf-8")

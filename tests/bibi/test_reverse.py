@@ -1,0 +1,76 @@
+"""From Python to models and back."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import nrp_experiments.braitenberg_husky as experiment
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+from nrp_bibi import Bibi, bibi_text, generate, parse_bibi, read_bibi
+from nrp_bibi.model.functions import PythonTransferFunction, Robot2Neuron
+from nrp_bibi.reverse import reverse, reverse_file
+
+from nrp_core.errors import ExperimentError
+
+FOLDER = Path(experiment.__file__).parent
+PATH = Path("model.bibi")
+
+
+@given(data=st.data())
+@settings(deadline=None, max_examples=20)
+def test_what_a_model_generates_becomes_a_model_that_generates_the_same(
+    models: SearchStrategy[Bibi], data: st.DataObject
+) -> None:
+    model = data.draw(models)
+    code = generate(model, PATH)
+    again = reverse(code, Path("made.py"))
+    assert generate(again, PATH) == code
+    assert not any(isinstance(one, PythonTransferFunction) for one in again.transfer_function)
+    assert reverse(generate(again, PATH), PATH) == again == parse_bibi(bibi_text(again))
+
+
+@pytest.mark.parametrize("name", ["listing1", "listing2"])
+def test_the_listings_become_their_models(name: str) -> None:
+    assert reverse_file(FOLDER / f"{name}.py") == read_bibi(FOLDER / f"{name}.bibi")
+
+
+def test_both_spellings_of_a_selector_are_understood() -> None:
+    kinds = [type(one) for one in reverse_file(FOLDER / "nrp_gains.py").transfer_function]
+    assert kinds == [PythonTransferFunction, Robot2Neuron, PythonTransferFunction]
+
+
+HEAD = '@nrp.MapSpikeSink("d", nrp.brain.p[0], nrp.population_rate)\n'
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        f"{HEAD}@nrp.Neuron2Robot()\ndef f(t, d):\n    if d.rate > 3:\n        print(t)",
+        f"{HEAD}@nrp.Neuron2Robot()\ndef f(t, d):\n    x = d.rate**2",
+        f"{HEAD}@nrp.Neuron2Robot(throttling_rate=3.0)\ndef f(t, d):\n    x = d.rate",
+        f'{HEAD}@nrp.Neuron2Robot()\ndef f(t, d):\n    """A docstring."""\n    x = 1',
+        f"{HEAD}@nrp.Neuron2Robot()\ndef f(t, d):\n    x = unknown + 1",
+        f"{HEAD}@nrp.Neuron2Robot()\ndef f(t, d=3):\n    x = 1",
+        '@nrp.MapVariable("d", initial_value=3)\n@nrp.Neuron2Robot()\ndef f(t, d):\n    x = d.value',
+        '@nrp.MapSpikeSource("d", nrp.brain.p[0], nrp.poisson)\n'
+        "@nrp.Robot2Neuron()\ndef f(t, d):\n    d.active = 1",
+        "import numpy as np",
+        "def helper(x):\n    return x",
+        "f.active = False",
+    ],
+)  # fmt: skip
+def test_what_building_blocks_cannot_say_is_kept_as_it_is_written(code: str) -> None:
+    model = reverse(f"import hbp_nrp_client.tf_framework as nrp\n\n{code}\n", Path("f.py"))
+    assert model.transfer_function == (PythonTransferFunction(code=code),)
+    assert ast.dump(ast.parse(generate(model, PATH, with_imports=False))) == ast.dump(ast.parse(code))
+
+
+def test_what_is_not_python_is_refused_with_its_line(tmp_path: Path) -> None:
+    broken = tmp_path / "f.py"
+    broken.write_text("x = 1\ndef f(:\n")
+    with pytest.raises(ExperimentError, match=r"f\.py:2: this is not Python"):
+        reverse_file(broken)
