@@ -92,7 +92,8 @@ def report(rows: list[Row]) -> None:
     groups = defaultdict(list)
     for row in rows:
         groups[row.case.variant.lstrip("/") or "left first", row.case.brain, row.case.world].append(row)
-    print(f"{'variant':24}{'brain':12}{'world':10}{'passed':>8}{'to left s':>20}{'to right s':>20}{'x real time':>13}")
+    timed = f"{'to left s':>20}{'to right s':>20}{'x real time':>13}"
+    print(f"{'variant':24}{'brain':12}{'world':10}{'passed':>8}{timed}")
     for (variant, brain, world), group in groups.items():
         passed = f"{sum(row.passed for row in group)}/{len(group)}"
         factor = statistics.median(row.factor for row in group)

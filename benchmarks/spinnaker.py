@@ -30,10 +30,13 @@ _LEAKY = {
     "v_rest": -65.0, "cm": 1.0, "tau_m": 20.0, "tau_refrac": 2.0, "v_reset": -65.0, "v_thresh": -50.0,
     "tau_syn_E": 5.0, "tau_syn_I": 5.0, "e_rev_E": 0.0, "e_rev_I": -70.0, "i_offset": 0.7,
 }  # fmt: skip
+_SIMPLE = ("IF_curr_exp", "IF_cond_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_alpha")
 _CELLS = {
-    **dict.fromkeys(("IF_curr_exp", "IF_cond_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_alpha"), _LEAKY),
+    **dict.fromkeys(_SIMPLE, _LEAKY),
     "IZK_curr_exp": {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0, "i_offset": 10.0},
-    "EIF_cond_exp_isfa_ista": _LEAKY | {"v_spike": -40.0, "delta_T": 2.0, "a": 4.0, "b": 0.08, "tau_w": 144.0},
+    "EIF_cond_exp_isfa_ista": {
+        **_LEAKY, "v_spike": -40.0, "delta_T": 2.0, "a": 4.0, "b": 0.08, "tau_w": 144.0,
+    },
     "HH_cond_exp": {
         "gbar_Na": 20.0, "gbar_K": 6.0, "g_leak": 0.01, "cm": 0.2, "v_offset": -63.0, "e_rev_Na": 50.0,
         "e_rev_K": -90.0, "e_rev_leak": -65.0, "i_offset": 0.7,

@@ -7,7 +7,6 @@ One broken plugin hides no other.
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint
 from typing import Any, ClassVar, Generic, TypeVar, cast
@@ -40,7 +39,8 @@ class _Driver(DriverManager[Any]):
     """
 
     def list_entry_points(self) -> list[EntryPoint]:
-        return list(importlib.metadata.entry_points(group=self.namespace))
+        # what pip leaves behind when it is interrupted lists a distribution's entries a second time
+        return list(dict.fromkeys(importlib.metadata.entry_points(group=self.namespace)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,8 +168,3 @@ def worlds() -> Registry[WorldBackend]:
 def plugins(group: str, kind: str) -> Registry[Any]:
     """Return the registry of any other entry-point group, whose plugins are plain objects."""
     return Registry(group, kind)
-
-
-def all_groups() -> Iterable[Registry[Any]]:
-    """Return both registries of backends."""
-    return brains(), worlds()

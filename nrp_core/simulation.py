@@ -11,15 +11,15 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
-from types import TracebackType
-from typing import Any, Self, final
+from typing import Any, final
 
 from nrp_core.clock import seconds
+from nrp_core.closing import Closing
 from nrp_core.errors import (
     CapabilityError,
     ExperimentError,
@@ -67,7 +67,7 @@ class Snapshot:
     payload: bytes
 
 
-class Simulation(ABC):
+class Simulation(Closing):
     """A brain or a world that can be stepped.
 
     Args:
@@ -157,14 +157,6 @@ class Simulation(ABC):
         if self._state is not State.CLOSED:
             self._state = State.CLOSED
             self._do_close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     # -- for the two sides (brain and world), which wrap the backend's own methods
 

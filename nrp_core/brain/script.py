@@ -7,7 +7,7 @@ Whatever PyNN simulator the script imports, ``nrp_core.pynn`` included, is the b
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -41,6 +41,7 @@ def load_network(
     seed: int = 0,
     simulators: Iterable[str] = (),
     code: CodeType | None = None,
+    adapt: Callable[[ModuleType], None] | None = None,
 ) -> Network:
     """Execute a brain script and return its network.
 
@@ -51,8 +52,9 @@ def load_network(
         populations: names for neurons of the script's ``circuit``, a population, view or assembly. A
             ``circuit`` that is a dictionary gives its populations the names of its keys instead.
         seed: all random numbers that the script does not seed itself follow from it.
-        simulators: dotted names of further modules that the script imports as its simulator.
+        simulators: further modules, ``package.module``, that the script imports as its simulator.
         code: what the script means, where it is not Python itself.
+        adapt: changes the simulator before the script sees it, say for the spellings of another version.
 
     Raises:
         NetworkError: the script is missing, is not Python, raises, or builds what cannot be; with
@@ -69,6 +71,8 @@ def load_network(
     except MissingFileError as error:
         raise NetworkError(str(error)) from None
     sim = builder(seed)
+    if adapt is not None:
+        adapt(sim)
     scope = scope_of(sim, simulators)
     try:
         module = scope.run(file, code=code)
@@ -90,14 +94,20 @@ def scope_of(sim: ModuleType, simulators: Iterable[str] = ()) -> Scope:
     """
     from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
 
-    more = frozenset(simulators)
+    more = dict.fromkeys(simulators, sim)
+    for name in list(more):
+        parent, _, child = name.rpartition(".")
+        package = more.setdefault(parent, ModuleType(parent))
+        setattr(package, child, sim)
 
     @cache
     def substitute(name: str) -> ModuleType | None:
         root, _, rest = name.partition(".")
         child = rest.partition(".")[0]
-        if name == sim.__name__ or name in more:
+        if name == sim.__name__:
             return sim
+        if name in more:
+            return more[name]
         if root != "pyNN" or not child:
             return None
         if child in _LIBRARY:

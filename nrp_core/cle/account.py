@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass, field
 
-from nrp_core.clock import seconds
-
 
 @dataclass(slots=True)
 class TimeAccount:
@@ -17,7 +15,7 @@ class TimeAccount:
         world_ns: advancing the world.
         both_ns: advancing both; less than the sum of the two where they ran at once.
         function_ns: running each transfer function, by name.
-        total_ns: all steps as a whole.
+        total_ns: all steps as a whole; a step is added when it ends.
     """
 
     brain_ns: int = 0
@@ -33,8 +31,8 @@ class TimeAccount:
 
     @property
     def engine_ns(self) -> int:
-        """The loop itself, hooks included."""
-        return self.total_ns - self.both_ns - self.functions_ns
+        """The loop itself, hooks included; 0 while the first step is under way."""
+        return max(0, self.total_ns - self.both_ns - self.functions_ns)
 
     def shares(self) -> dict[str, float]:
         """Return each one's share of the work, which add up to 1 (all 0 before the first step)."""
@@ -46,7 +44,3 @@ class TimeAccount:
         }
         total = sum(work.values()) or 1
         return {name: spent / total for name, spent in work.items()}
-
-    def function_times(self) -> dict[str, float]:
-        """Return the seconds that each transfer function took, by name."""
-        return {name: seconds(spent) for name, spent in self.function_ns.items()}

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 from time import perf_counter_ns
-from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.account import TimeAccount
@@ -22,13 +21,14 @@ from nrp_core.cle.pacing import AsFastAsPossible, Pacing
 from nrp_core.cle.sides import Sides
 from nrp_core.cle.wiring import connect
 from nrp_core.clock import StepPlan, milliseconds, seconds
+from nrp_core.closing import Closing
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.errors import LifecycleError, SimulationError, TimestepError
 from nrp_core.world.interface import World
 from nrp_core.world.topics import Publication, check_message
 
 
-class ClosedLoop:
+class ClosedLoop(Closing):
     """A brain and a world, coupled by transfer functions. It closes neither of the two.
 
     Args:
@@ -115,6 +115,15 @@ class ClosedLoop:
 
     def _step(self) -> None:
         began = perf_counter_ns()
+        try:
+            failure = self._step_through()
+        finally:
+            self.account.total_ns += perf_counter_ns() - began
+        if failure is not None:
+            raise failure.to_error() from failure.error
+
+    def _step_through(self) -> Failure | None:
+        """Do all that belongs to one step and return the failure that ends the run, if any."""
         start_ns = self.now_ns
         self._deliver_published()
         self._call(self.hooks.before_step)
@@ -123,9 +132,7 @@ class ClosedLoop:
         self._call(self.hooks.before_functions)
         failure = self._run_functions(start_ns)
         self._call(self.hooks.after_step)
-        self.account.total_ns += perf_counter_ns() - began
-        if failure is not None:
-            raise failure.to_error() from failure.error
+        return failure
 
     def _run_functions(self, start_ns: int) -> Failure | None:
         """Run what is due and return the failure that ends the run, if any."""
@@ -149,7 +156,7 @@ class ClosedLoop:
             function.run(now_ns, t)
         except (SimulationError, LifecycleError):
             raise  # an engine failed while the function used it
-        except Exception as error:  # noqa: BLE001 - whatever users write may raise anything
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever users write may raise anything
             return Failure.of(function, error, step=self.steps, t_ns=now_ns)
         return None
 
@@ -203,11 +210,3 @@ class ClosedLoop:
         for function in self.functions:
             function.unbind()
         self._sides.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -30,11 +30,11 @@ class Failure:
     line: int
     step: int
     t_ns: int
-    error: Exception
+    error: BaseException
     inputs: dict[str, str]
 
     @classmethod
-    def of(cls, function: TransferFunction, error: Exception, *, step: int, t_ns: int) -> Failure:
+    def of(cls, function: TransferFunction, error: BaseException, *, step: int, t_ns: int) -> Failure:
         """Describe what happened."""
         path = function.place.path
         line = line_in(error.__traceback__, path) or function.place.line
@@ -43,12 +43,12 @@ class Failure:
     def __str__(self) -> str:
         error = self.error
         message = error.message if isinstance(error, ExperimentError) else str(error)
-        lines = [
-            f"{self.path}:{self.line}: transfer function '{self.function}' raised "
-            f"{type(error).__name__}: {message}",
-            f"  in step {self.step}, at {seconds(self.t_ns):g} s, with",
-        ]
-        return "\n".join([*lines, *(f"    {name}: {seen}" for name, seen in self.inputs.items())])
+        what = f"{type(error).__name__}{': ' if message else ''}{message}"
+        return "\n".join([
+            f"{self.path}:{self.line}: transfer function '{self.function}' raised {what}",
+            f"  in step {self.step}, at {seconds(self.t_ns):g} s{', with' if self.inputs else ''}",
+            *(f"    {name}: {seen}" for name, seen in self.inputs.items()),
+        ])  # fmt: skip
 
     def to_error(self) -> TransferFunctionRaisedError:
         """Return the error that stops a run."""

@@ -44,3 +44,19 @@ def declare_topics(functions: Sequence[TransferFunction], world: World) -> None:
             between = topic.name in read and topic.name not in world.topics
             if between and topic.topic_type is not None:
                 world.declare(topic.name, topic.topic_type)
+
+
+def declare_unserved(functions: Sequence[TransferFunction], world: World) -> list[str]:
+    """Declare every topic that a function names and no part of the world serves; return their names.
+
+    One whose type nobody says carries anything.
+    """
+    named = [topic for function in functions for topic in (*function.published, *function.subscribed)]
+    unserved = [topic for topic in named if topic.name not in world.topics]
+    types: dict[str, type] = {}
+    for topic in unserved:
+        known = types.get(topic.name, object)
+        types[topic.name] = known if known is not object else topic.topic_type or object
+    for name, kind in types.items():
+        world.declare(name, kind)
+    return list(types)

@@ -1,12 +1,13 @@
 """The command line, ``nrp``; scripts may rely on its options, JSON and exit codes.
 
 Exit codes: 0 all is well; 1 the answer is no, or a run failed; 2 the command is used wrongly; 3 an
-experiment is not valid; 4 a backend is missing; 130 interrupted by Ctrl-C.
+experiment is not valid; 4 a backend is missing; 130 interrupted by Ctrl-C or SIGTERM.
 """
 
 from __future__ import annotations
 
 import io
+import signal
 import sys
 
 from nrp_core.cli.app import run_app
@@ -17,4 +18,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal may not have every character
+    if callable(signal.getsignal(signal.SIGINT)):  # a job in the background may have to ignore it
+        # what batch systems and containers send ends a run as Ctrl-C does: between two steps
+        signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     sys.exit(run_app(sys.argv[1:]))

@@ -12,7 +12,7 @@ from nrp_core.cli.backends import backends
 from nrp_core.cli.conformance import conformance
 from nrp_core.cli.doctor import doctor
 from nrp_core.cli.extensions import CommandGroup
-from nrp_core.cli.failure import INTERRUPTED, report, report_usage
+from nrp_core.cli.failure import report, report_interrupt, report_usage
 from nrp_core.cli.output import reserve_stdout
 from nrp_core.cli.plot import plot
 from nrp_core.cli.publish import publish
@@ -50,7 +50,7 @@ def run_app(arguments: Sequence[str]) -> int:
     except _UsageError as error:
         return report_usage(error, as_json=as_json)
     except typer.Abort:
-        return INTERRUPTED
+        return report_interrupt(as_json=as_json)
     except Exception as error:  # noqa: BLE001  the last resort: one readable line instead of a traceback
         return report(error, as_json=as_json, debug=_is_set("NRP_DEBUG") or "--debug" in arguments)
 

@@ -88,23 +88,24 @@ def _parsed(options: list[str]) -> dict[str, str]:
 
 def _run(kind: Kind, name: str, options: dict[str, str], level: Level) -> Any:
     """Run the kit in a process of its own; what its pytest tells goes to standard error."""
-    from nrp_core.errors import NrpError
+    from nrp_core.conformance.run import ALONE
+    from nrp_core.errors import ExperimentError, NrpError
 
     with TemporaryDirectory() as folder:
         written = Path(folder, "report.json")
-        done = subprocess.run(
-            [
-                sys.executable, "-m", "nrp_core.conformance", kind, name,
-                "--level", level, "--options", json.dumps(options), "--report", str(written),
-            ],
-            stdout=2, check=False,
-        )  # fmt: skip
+        asked = {"kind": kind, "name": name, "options": options, "level": level}
+        command = [sys.executable, "-m", "pytest", *ALONE, "-p", "nrp_core.conformance.plugin"]
+        command += ["--prove", json.dumps(asked), "--write", str(written)]
+        done = subprocess.run(command, stdout=2, check=False)
         if not written.exists():
             raise NrpError(
                 f"the tests of {kind} '{name}' ended with exit code {done.returncode} and without a report; "
                 "what they said is above"
             )
-        return json.loads(written.read_text("utf-8"))
+        found = json.loads(written.read_text("utf-8"))
+    if "refused" in found:
+        raise ExperimentError(found["refused"])
+    return found
 
 
 def _write(path: Path, found: Any) -> None:

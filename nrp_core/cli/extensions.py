@@ -39,6 +39,17 @@ class CommandGroup(TyperGroup):
             self.commands[cmd_name] = _load(cmd_name)
         return super().get_command(ctx, cmd_name)
 
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was called.
+
+        Raises:
+            typer.Abort: Ctrl-C; typer itself would end without a word.
+        """
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise typer.Abort from None
+
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands for the help text."""
         rows = [(name, command.get_short_help_str(80)) for name, command in self.commands.items()]

@@ -43,6 +43,15 @@ def report_usage(error: Any, *, as_json: bool) -> int:
     return USAGE
 
 
+def report_interrupt(*, as_json: bool) -> int:
+    """Say that Ctrl-C ended a command before it had anything to show."""
+    if as_json:
+        document({"error": {"kind": "Interrupted", "message": "interrupted"}})
+    else:
+        complain("interrupted")
+    return INTERRUPTED
+
+
 def lines(error: Exception) -> Iterator[str]:
     """Return what is wrong, a line for each finding."""
     findings = getattr(error, "findings", ())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import entry_points
+from json import dumps
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -45,6 +46,17 @@ Overrides = Annotated[
 ]
 BrainName = Annotated[str | None, _backend_option("brain")]
 WorldName = Annotated[str | None, _backend_option("world")]
+Models = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--models",
+        metavar="DIR",
+        envvar="NRP_MODELS",
+        exists=True,
+        file_okay=False,
+        help="A folder that models are looked for in.",
+    ),
+]
 Seed = Annotated[
     int | None, typer.Option("--seed", envvar="NRP_SEED", help="What everything random follows from.")
 ]
@@ -55,10 +67,16 @@ SocketPath = Annotated[
 
 
 def overrides_of(
-    given: Sequence[str] | None, *, brain: str | None, world: str | None, **values: object
+    given: Sequence[str] | None,
+    *,
+    brain: str | None,
+    world: str | None,
+    models: Sequence[Path] | None = None,
+    **values: object,
 ) -> list[str]:
     """Return all overrides in the form of ``--set``; an option of its own wins over ``--set``."""
-    named = {"brain.backend": brain, "world.backend": world, **values}
+    folders = dumps([str(folder.absolute()) for folder in models]) if models else None
+    named = {"brain.backend": brain, "world.backend": world, "models": folders, **values}
     return [*(given or ()), *(f"{key}={value}" for key, value in named.items() if value is not None)]
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from nrp_core.cli.failure import NO, report
-from nrp_core.cli.options import Json, SocketPath
+from nrp_core.cli.options import Json, SocketPath, usage_errors
 from nrp_core.cli.output import document
 
 
@@ -23,7 +23,8 @@ def publish(
     from nrp_core.experiment.tree import Place
     from nrp_core.experiment.yaml_tree import parse_tree
 
-    given = parse_tree(value, Place(override=f"{topic}={value}")).plain()
+    with usage_errors("VALUE"):
+        given = parse_tree(value, Place()).plain()
     try:
         send_publish(socket, topic, given)
     except ExperimentError as error:

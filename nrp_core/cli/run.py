@@ -7,7 +7,16 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.options import BrainName, ExperimentName, Json, Overrides, Seed, WorldName, overrides_of
+from nrp_core.cli.options import (
+    BrainName,
+    ExperimentName,
+    Json,
+    Models,
+    Overrides,
+    Seed,
+    WorldName,
+    overrides_of,
+)
 from nrp_core.recording.layout import Pictures
 
 
@@ -16,6 +25,7 @@ def run(
     brain: BrainName = None,
     world: WorldName = None,
     overrides: Overrides = None,
+    models: Models = None,
     until: Annotated[
         str | None, typer.Option(metavar="TIME", envvar="NRP_UNTIL", help="Stop at this time, e.g. 20s.")
     ] = None,
@@ -52,6 +62,6 @@ def run(
     """
     from nrp_core.cli.session import Request, Session
 
-    settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace)
+    settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed, pace=pace)
     request = Request(experiment, settings, until, record, pictures, plot, control)
     raise typer.Exit(Session(request).run(as_json=json))

@@ -104,6 +104,8 @@ class Session:
             return None
         until_ns = time_ns(self._request.until)
         with usage_errors("--until"):
+            if until_ns < 0:
+                raise ValueError(f"a run begins at 0 s, so it cannot stop at {self._request.until}")
             if until_ns % experiment.timestep:
                 step = f"{milliseconds(experiment.timestep):g} ms"
                 raise ValueError(f"{self._request.until} is not a whole number of steps of {step}")
@@ -126,6 +128,7 @@ class Session:
             if self._request.control is not None:
                 stack.enter_context(ControlServer(self._request.control, simulation.publish))
             warnings = self._step(simulation, until_s, folder, files)
+            self._write_csv(simulation)
             result = simulation.result()
         return replace(result, warnings=[*result.warnings, *warnings])
 
@@ -151,6 +154,13 @@ class Session:
     def _complete(self, capsule: Capsule, state: str) -> None:
         try:
             capsule.close(state)
+        except NrpError as error:
+            self._error = self._error or error
+
+    def _write_csv(self, simulation: Run) -> None:
+        recorded = self._request.record
+        try:
+            simulation.write_csv(None if recorded is None else recorded / "csv")
         except NrpError as error:
             self._error = self._error or error
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from nrp_core.cli.failure import INVALID, NO_BACKEND, complain
-from nrp_core.cli.options import BrainName, ExperimentName, Json, Overrides, WorldName, overrides_of
+from nrp_core.cli.options import BrainName, ExperimentName, Json, Models, Overrides, WorldName, overrides_of
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
@@ -21,12 +21,13 @@ def validate(
     brain: BrainName = None,
     world: WorldName = None,
     overrides: Overrides = None,
+    models: Models = None,
     json: Json = False,
 ) -> None:
     """Check an experiment without starting a simulator."""
     from nrp_core.experiment.validate import validate_file
 
-    findings = validate_file(experiment, overrides_of(overrides, brain=brain, world=world))
+    findings = validate_file(experiment, overrides_of(overrides, brain=brain, world=world, models=models))
     code = _exit_code(findings)
     if json:
         document({"valid": code == 0, "findings": [finding.to_dict() for finding in findings]})

@@ -14,9 +14,9 @@ import stat
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
+from nrp_core.closing import Closing
 from nrp_core.errors import ExperimentError, NrpError, did_you_mean
 
 MAX_LINE = 1 << 20
@@ -25,7 +25,7 @@ MAX_LINE = 1 << 20
 Publish = Callable[[str, Any], None]
 
 
-class ControlServer:
+class ControlServer(Closing):
     """Listens on a Unix socket that only this user can open; removes it in the end.
 
     Args:
@@ -53,14 +53,6 @@ class ControlServer:
             self._thread.join()
             self._server.server_close()
             self._path.unlink(missing_ok=True)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def send_publish(path: Path, topic: str, value: Any, *, timeout_s: float = 5.0) -> None:

@@ -9,7 +9,16 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainValidator, PrivateAttr, WithJsonSchema, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    PrivateAttr,
+    StrictInt,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+)
 
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.messages import message_type
@@ -43,6 +52,12 @@ def _pace(value: object) -> str | float:
     raise ValueError(f"a pace is 'max', 'realtime' or a factor above 0, not {value!r}")
 
 
+def _six_values(value: object) -> object:
+    if isinstance(value, (list, tuple)) and len(value) != 6:
+        raise ValueError(f"a pose is [x, y, z, roll, pitch, yaw], 6 values, not {len(value)}")
+    return value
+
+
 Selection = Annotated[
     str | int | list[int],
     PlainValidator(_selection),
@@ -56,7 +71,9 @@ Pace = Annotated[
 MessageType = Annotated[
     type, PlainValidator(message_type), WithJsonSchema({"type": "string", "examples": ["std_msgs/Float64"]})
 ]
-PoseList = tuple[LengthM, LengthM, LengthM, AngleRad, AngleRad, AngleRad]
+PoseList = Annotated[
+    tuple[LengthM, LengthM, LengthM, AngleRad, AngleRad, AngleRad], BeforeValidator(_six_values)
+]
 
 
 class BackendSection(Section):
@@ -114,7 +131,7 @@ class Experiment(Section):
     """Period of the closed loop."""
     duration: DurationNs
     """Simulated time of a run."""
-    seed: int = 0
+    seed: StrictInt = 0
     """Everything random follows from it."""
     brain: BrainSection
     """The brain side."""
@@ -147,21 +164,24 @@ class Experiment(Section):
     _source: Tree = PrivateAttr(default_factory=lambda: Tree({}))
     _maker: Maker = PrivateAttr(default_factory=Maker)
 
-    @model_validator(mode="after")
-    def _whole_steps(self) -> Experiment:
-        if self.duration % self.timestep:
+    @field_validator("duration")
+    @classmethod
+    def _whole_steps(cls, duration: int, before: ValidationInfo) -> int:
+        timestep = before.data.get("timestep")
+        if timestep and duration % timestep:
             raise ValueError(
-                f"the duration of {milliseconds(self.duration):g} ms must be a multiple of the time step, "
-                f"{milliseconds(self.timestep):g} ms"
+                f"{milliseconds(duration):g} ms must be a multiple of the time step, "
+                f"{milliseconds(timestep):g} ms"
             )
-        return self
+        return duration
 
-    @model_validator(mode="after")
-    def _free_names(self) -> Experiment:
+    @field_validator("events")
+    @classmethod
+    def _free_names(cls, events: dict[str, Event]) -> dict[str, Event]:
         for name in (START, END):
-            if name in self.events:
+            if name in events:
                 raise ValueError(f"no event can be called '{name}': that is a moment of every run")
-        return self
+        return events
 
     def with_source(self, source: Tree) -> Experiment:
         """Return the same experiment, knowing where each value was written."""

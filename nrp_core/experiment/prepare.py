@@ -161,8 +161,16 @@ class Examination:
     def _check_steps(self) -> None:
         brain_step_ns = self.brain.capabilities.resolution_ns if self.brain else None
         world_step_ns = self.world.capabilities.step_ns if self.world else None
-        with self.collector.during(Code.NRP207, "timestep"):
+        with self.collector.during(Code.NRP207, *self._step_written()):
             StepPlan(self._experiment.timestep, brain_step_ns, world_step_ns)
+
+    def _step_written(self) -> tuple[Key, ...]:
+        """Return the keys of a time step that is written for one side, else those of the loop's own."""
+        for side in ("world", "brain"):
+            keys = (side, "options", "timestep")
+            if self._experiment.source.nearest(keys)[1] == keys:
+                return keys
+        return ("timestep",)
 
     def _check_event_names(self) -> None:
         events = self._experiment.events

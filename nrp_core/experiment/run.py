@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from pathlib import Path
 from time import perf_counter
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.network import Network
 from nrp_core.cle import ClosedLoop, pacing_of
 from nrp_core.clock import from_seconds, seconds
+from nrp_core.closing import Closing
+from nrp_core.dsl.csv_recorder import write_csv
+from nrp_core.errors import SimulationError
 from nrp_core.experiment.backends import named
 from nrp_core.experiment.collector import Collector
 from nrp_core.experiment.criteria import all_passed
@@ -38,7 +41,7 @@ from nrp_core.world.scene.model import Scene
 Observer = Callable[["Run"], None]
 
 
-class Run:
+class Run(Closing):
     """An experiment on its two engines, from opening to result.
 
     Args:
@@ -50,6 +53,7 @@ class Run:
         brain, world: the two engines.
         loop: what steps them.
         on_step: called after every step, when events have happened and criteria are decided.
+        on_close: called before the engines are released.
 
     Raises:
         BackendError: a backend is missing, broken or does not open.
@@ -62,6 +66,7 @@ class Run:
         plan = prepare(experiment, say)
         self.experiment = experiment
         self.on_step: list[Observer] = []
+        self.on_close: list[Callable[[], None]] = []
         self._warnings = [str(finding.as_error()) for finding in plan.warnings]
         with ExitStack() as opened:
             say(f"opening the world ({experiment.world.backend})")
@@ -208,17 +213,26 @@ class Run:
             warnings=list(dict.fromkeys([*self._warnings, *self.world.warnings, *self.brain.warnings])),
         )
 
+    def write_csv(self, folder: Path | None = None) -> list[Path]:
+        """Write what CSV recorders have so far, and return the files.
+
+        Args:
+            folder: where to; by default the experiment's ``csv_folder``.
+
+        Raises:
+            SimulationError: a file cannot be written.
+        """
+        try:
+            return write_csv(self.loop.functions, folder or self.experiment.csv_folder)
+        except OSError as error:
+            message = f"the CSV records cannot be written: {error.strerror or error}"
+            raise SimulationError(message, t_ns=self.loop.now_ns) from error
+
     def close(self) -> None:
         """Release both engines; the result stays."""
+        while self.on_close:
+            self.on_close.pop()()
         self._close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _open(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:

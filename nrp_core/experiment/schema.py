@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import Any
 
 from pydantic import BaseModel
@@ -18,7 +19,7 @@ def experiment_schema() -> dict[str, Any]:
     """Return the JSON Schema, with the options of every installed backend that loads.
 
     A file that extends another may leave out what that one has, so below the top nothing is required,
-    and ``null`` may stand where a name is to be removed.
+    and ``null`` may stand where something is to be removed.
     """
     schema = {"$schema": DIALECT, **Experiment.model_json_schema()}
     extends = {
@@ -27,21 +28,33 @@ def experiment_schema() -> dict[str, Any]:
         "description": "What this experiment is laid over: files or names, one or a list.",
     }
     schema["properties"] = {EXTENDS: extends, **schema["properties"]}
-    schema["anyOf"] = [{"required": [EXTENDS]}, {"required": schema.pop("required")}]
+    required = schema["required"]
     definitions = schema["$defs"]
-    for section in definitions.values():
-        section.pop("required", None)
-        _allow_removal(section)
-    _allow_removal(schema)
+    for section in (schema, *definitions.values()):
+        _allow_removal(section, section.pop("required", ()))
+    schema["anyOf"] = [{"required": [EXTENDS]}, {"required": required}]
     for model, registry in ((BrainSection, brains()), (WorldSection, worlds())):
         _add_backends(model, registry, definitions)
     return schema
 
 
-def _allow_removal(section: dict[str, Any]) -> None:
-    for value in section.get("properties", {}).values():
+def _allow_removal(section: dict[str, Any], required: Container[str]) -> None:
+    """Allow ``null`` for every key that can be missing, and for every name below one."""
+    for key, value in section.get("properties", {}).items():
+        if key not in required:
+            _allow_null(value)
         for pattern, named in value.get("patternProperties", {}).items():
             value["patternProperties"][pattern] = {"anyOf": [named, {"type": "null"}]}
+
+
+def _allow_null(value: dict[str, Any]) -> None:
+    if "type" in value:
+        types = value["type"] if isinstance(value["type"], list) else [value["type"]]
+        value["type"] = [*types, "null"]
+    if "enum" in value:
+        value["enum"] = [*value["enum"], None]
+    if "anyOf" in value:
+        value["anyOf"] = [*value["anyOf"], {"type": "null"}]
 
 
 def _add_backends(model: type[BaseModel], registry: Registry[Any], definitions: dict[str, Any]) -> None:

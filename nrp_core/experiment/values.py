@@ -60,6 +60,8 @@ def _message(wanted: type, value: Any) -> Any:
     names = [field.name for field in dataclasses.fields(wanted)]
     if wanted is ColorRGBA and isinstance(value, str):
         return ColorRGBA(*color_of(value))
+    if wanted is ColorRGBA and isinstance(value, (list, tuple)) and len(value) < 3:
+        raise ValueError(f"a colour is [r, g, b] or [r, g, b, a], not {value!r}")
     if isinstance(value, Mapping):
         given = dict(value)
     elif isinstance(value, (list, tuple)) and len(names) > 1:

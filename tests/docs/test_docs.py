@@ -1,8 +1,8 @@
 """Every block of code in the documentation runs.
 
-Blocks of one page run in order, in one fresh folder: ``sh`` as a script, ``python`` as a program; a block whose first line
-is a comment with a file name is written to that file instead. Blocks of language ``text`` show output. A
-block after ``<!-- not run: reason -->`` is skipped.
+Blocks of one page run in order, in one fresh folder: ``sh`` as a script, ``python`` as a program; a
+block whose first line is a comment with a file name is written to that file instead. Blocks of language
+``text`` show output. A block after ``<!-- not run: reason -->`` is skipped.
 """
 
 from __future__ import annotations

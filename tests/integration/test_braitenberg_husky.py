@@ -42,9 +42,10 @@ def test_the_robot_goes_to_each_screen_that_turns_red_on_every_pair_and_repeats_
 
 
 @pytest.mark.parametrize("variant", ["/right_first", "/nrp_gains", "/nrp_gains_right_first"])
-@pytest.mark.parametrize("brain", ["event", "spinnaker"])
-def test_every_variant_passes(variant: str, brain: str) -> None:
-    assert not failed(result_of(variant, f"brain.backend={brain}", "duration=24 s"))
+@pytest.mark.parametrize(("brain", "world"), PAIRS)
+def test_every_variant_passes_on_every_pair(variant: str, brain: str, world: str) -> None:
+    overrides = f"brain.backend={brain}", f"world.backend={world}", "duration=24 s"
+    assert not failed(result_of(variant, *overrides))
 
 
 @pytest.mark.parametrize("variant", ["/no_red", "/nrp_gains_no_red"])

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
@@ -56,13 +57,19 @@ def test_an_installed_backend_is_found_at_once_and_made(install: Install) -> Non
     assert str(brains().provider("acme")).startswith("acme-brain 2.0 (acme_")
 
 
+def test_what_an_interrupted_pip_leaves_behind_does_no_harm(install: Install, tmp_path: Path) -> None:
+    install("acme")
+    copytree(tmp_path / "acme-brain-2.0.dist-info", tmp_path / "~cme-brain-2.0.dist-info")
+    assert isinstance(brains().load("acme"), BrainBackend)
+
+
 def test_a_typo_gets_the_nearest_name() -> None:
     with pytest.raises(UnknownBackendError, match="no brain backend is called 'evnt'; did you mean 'event'"):
         brains().load("evnt")
 
 
 def test_an_empty_group_says_what_to_install() -> None:
-    with pytest.raises(UnknownBackendError, match="none is installed: .*pip install"):
+    with pytest.raises(UnknownBackendError, match=r"none is installed: .*pip install"):
         Registry("nobody.has.this", "brain backend").load("event")
 
 

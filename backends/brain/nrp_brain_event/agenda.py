@@ -1,35 +1,43 @@
 """A calendar of what is to come: arriving spikes, and neurons that wake by themselves.
 
 Time is cut into windows no longer than the shortest delay, so what happens in a window arrives in later
-ones, and each neuron can pass through a window alone. Windows lie on a ring of lists; what is further
-ahead waits in one more list, which is sorted in once every round. A neuron stands in at most one list.
+ones, and each neuron can pass through a window alone. The windows lie on a ring of lists; what is
+further ahead waits in one more list, which is sorted in once every round. A neuron stands in at most one.
 """
 
 from __future__ import annotations
 
 from math import inf
 
+from nrp_brain_event.records import Array, Cell, Clock, Event
 from nrp_core.jit import jit
-
-from nrp_brain_event.records import Array, Record
 
 
 @jit
-def post(engine_clock: Record, slots: Array, events: Array, time: float, target: int, weight: float) -> None:
-    """Let a spike arrive at a target (see :class:`~nrp_brain_event.records.Engine`); needs a free event."""
-    index = engine_clock.free
+def post(clock: Clock, slots: Array, events: Array, time: float, target: int, weight: float) -> None:
+    """Let a spike arrive at a target; there must be a free event."""
+    index = clock.free
     event = events[index]
-    engine_clock.free = event.after
-    engine_clock.n_free -= 1
-    event.time, event.weight = time, weight
-    event.cell, event.receptor = target >> 1, target & 1
-    slot = _slot(engine_clock, len(slots) - 1, time)
+    clock.free = event.after
+    clock.n_free -= 1
+    event.time, event.target, event.weight = time, target, weight
+    slot = _slot(clock, len(slots) - 1, time)
     event.after = slots[slot]
     slots[slot] = index
 
 
 @jit
-def schedule(clock: Record, slots: Array, cells: Array, row: int) -> None:
+def release(clock: Clock, events: Array, cell: Cell) -> None:
+    """Give the first arrival of a neuron back to the pool."""
+    index = cell.arrivals
+    cell.arrivals = events[index].after
+    events[index].after = clock.free
+    clock.free = index
+    clock.n_free += 1
+
+
+@jit
+def schedule(clock: Clock, slots: Array, cells: Array, row: int) -> None:
     """Put a neuron where its waking time belongs."""
     cell = cells[row]
     slot = _slot(clock, len(slots) - 1, cell.wake) if cell.wake < inf else -1
@@ -47,7 +55,7 @@ def schedule(clock: Record, slots: Array, cells: Array, row: int) -> None:
 
 @jit
 def gather(
-    clock: Record,
+    clock: Clock,
     event_slots: Array,
     cell_slots: Array,
     events: Array,
@@ -63,8 +71,9 @@ def gather(
         event = events[index]
         following = event.after
         if event.time < end:
-            _hand_over(events, cells[event.cell], index)
-            _get_ready(clock, cells, ready, event.cell)
+            row = event.target >> 1
+            _hand_over(events, cells[row], index)
+            _get_ready(clock, cells, ready, row)
         else:
             event.after = event_slots[slot]
             event_slots[slot] = index
@@ -77,8 +86,8 @@ def gather(
 
 
 @jit
-def next_round(clock: Record, event_slots: Array, cell_slots: Array, events: Array, cells: Array) -> None:
-    """At the beginning of a round take in what was too far ahead in the last one."""
+def next_round(clock: Clock, event_slots: Array, cell_slots: Array, events: Array, cells: Array) -> None:
+    """At the beginning of a round, take in what was too far ahead in the last one."""
     n = len(event_slots) - 1
     index = event_slots[n]
     event_slots[n] = -1
@@ -97,17 +106,7 @@ def next_round(clock: Record, event_slots: Array, cell_slots: Array, events: Arr
 
 
 @jit
-def release(clock: Record, events: Array, cell: Record) -> None:
-    """Give the first arrival of a neuron back to the pool."""
-    index = cell.arrivals
-    cell.arrivals = events[index].after
-    events[index].after = clock.free
-    clock.free = index
-    clock.n_free += 1
-
-
-@jit
-def _slot(clock: Record, n: int, time: float) -> int:
+def _slot(clock: Clock, n: int, time: float) -> int:
     """Return the list of a time on a ring of n windows; times gone by count as now."""
     if time >= (clock.slot + n) * clock.width:
         return n
@@ -115,7 +114,7 @@ def _slot(clock: Record, n: int, time: float) -> int:
 
 
 @jit
-def _unlink(slots: Array, cells: Array, cell: Record) -> None:
+def _unlink(slots: Array, cells: Array, cell: Cell) -> None:
     if cell.before >= 0:
         cells[cell.before].after = cell.after
     else:
@@ -125,7 +124,7 @@ def _unlink(slots: Array, cells: Array, cell: Record) -> None:
 
 
 @jit
-def _get_ready(clock: Record, cells: Array, ready: Array, row: int) -> None:
+def _get_ready(clock: Clock, cells: Array, ready: Array, row: int) -> None:
     cell = cells[row]
     if not cell.ready:
         cell.ready = 1
@@ -134,7 +133,7 @@ def _get_ready(clock: Record, cells: Array, ready: Array, row: int) -> None:
 
 
 @jit
-def _hand_over(events: Array, cell: Record, index: int) -> None:
+def _hand_over(events: Array, cell: Cell, index: int) -> None:
     """Sort an event in among the arrivals of its neuron.
 
     The order is by time, receptor and weight, so that sums are the same bit for bit however the events
@@ -152,9 +151,9 @@ def _hand_over(events: Array, cell: Record, index: int) -> None:
 
 
 @jit
-def _earlier(a: Record, b: Record) -> bool:
+def _earlier(a: Event, b: Event) -> bool:
     if a.time != b.time:
-        return bool(a.time < b.time)
-    if a.receptor != b.receptor:
-        return bool(a.receptor < b.receptor)
-    return bool(a.weight < b.weight)
+        return a.time < b.time
+    if a.target != b.target:
+        return a.target < b.target
+    return a.weight < b.weight

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from pydantic import Field
+
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network import STATIC, TSODYKS_MARKRAM, Network
 from nrp_core.simulation import Determinism
-from pydantic import Field
 
 
 class EventOptions(BrainOptions):
-    """Options of the ``event`` backend.
+    """Options of the ``event`` backend."""
 
-    Args:
-        tolerance: largest local error, in mV, of an integration step of the membranes without a closed
-            form (conductance-based, exponential, Izhikevich, Hodgkin-Huxley).
-    """
-
-    tolerance: float = Field(default=1e-8, gt=1e-13, le=1e-2)
+    tolerance: float = Field(
+        default=1e-9,
+        gt=1e-13,
+        le=1e-2,
+        description="largest local error (mV) of an integration step, for cells without a closed form: "
+        "conductance-based, adaptive exponential, Izhikevich, Hodgkin-Huxley",
+    )
 
 
 class EventBackend(BrainBackend):

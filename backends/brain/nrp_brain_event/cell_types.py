@@ -1,67 +1,83 @@
-"""PyNN's standard cells that the engine knows, and what makes their parameters possible."""
+"""PyNN's standard cells that the engine simulates."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 from nrp_brain_event.records import (
-    ADAPTIVE_EXPONENTIAL, ALPHA, CONDUCTANCE, EXPONENTIAL, HODGKIN_HUXLEY, IZHIKEVICH, JUMP, LINEAR,
-)  # fmt: skip
+    ADAPTIVE_EXPONENTIAL,
+    ALPHA,
+    CONDUCTANCE,
+    EXPONENTIAL,
+    HODGKIN_HUXLEY,
+    IZHIKEVICH,
+    JUMP,
+    LINEAR,
+)
 
-_INTEGRATE_AND_FIRE = ("v_rest", "v_reset", "tau_m", "cm", "tau_refrac", "i_offset", "v_thresh")
-TIME_CONSTANTS = ("tau_syn_E", "tau_syn_I")
-_SYNAPSES = (*TIME_CONSTANTS, "e_rev_E", "e_rev_I")
+TIME_CONSTANTS: Final = {"tau_syn_E": 0, "tau_syn_I": 1}
+"""PyNN's names, and the synapse that they belong to."""
+GATES: Final = ("m", "h", "n")
+
+_INTEGRATE_AND_FIRE = ("v_rest", "v_reset", "v_thresh", "tau_m", "cm", "tau_refrac", "i_offset")
+_REVERSALS = ("e_rev_E", "e_rev_I")
 _ADAPTIVE = ("v_spike", "a", "b", "delta_T", "tau_w")
-_IZHIKEVICH = ("a", "b", "c", "d", "i_offset")
-_HODGKIN_HUXLEY = (
-    "gbar_Na", "gbar_K", "g_leak", "cm", "v_offset", "e_rev_Na", "e_rev_K", "e_rev_leak", "i_offset",
-)  # fmt: skip
-
-POSITIVE = frozenset({"tau_m", "cm", "tau_syn_E", "tau_syn_I", "tau_w"})
-NOT_NEGATIVE = frozenset({"tau_refrac", "delta_T", "gbar_Na", "gbar_K", "g_leak"})
-MAY_BE_INFINITE = frozenset({"v_thresh", "v_spike"})
-
-IZHIKEVICH_PEAK_MV: Final = 30.0
-HODGKIN_HUXLEY_THRESHOLD_MV: Final = -20.0
+_CHANNELS = ("gbar_Na", "gbar_K", "g_leak", "v_offset", "e_rev_Na", "e_rev_K", "e_rev_leak")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class CellType:
     """How the engine simulates one of PyNN's standard cells.
 
     Args:
-        membrane, synapse: kinds, see :mod:`nrp_brain_event.records`.
+        membrane: kind, see :mod:`nrp_brain_event.records`.
+        synapse: kind, likewise.
         parameters: PyNN's names.
-        initial: PyNN's initial values of the state variables.
+        initial: the state variables that a network may set, with PyNN's initial values; the gates of
+            HH_cond_exp are not among them, see :func:`nrp_brain_event.cells.load_cells`.
     """
 
     membrane: int
     synapse: int
     parameters: tuple[str, ...]
-    initial: dict[str, float] = field(default_factory=lambda: {"v": -65.0})
+    initial: dict[str, float]
 
     @property
     def state_variables(self) -> tuple[str, ...]:
         """PyNN's names of what can be read while running."""
-        if self.membrane in (LINEAR, IZHIKEVICH):
-            return tuple(self.initial)
-        return (*(name for name in self.initial if name not in "mhn"), "gsyn_exc", "gsyn_inh")
+        synaptic = () if self.membrane in (LINEAR, IZHIKEVICH) else ("gsyn_exc", "gsyn_inh")
+        return (*self.initial, *synaptic)
+
+
+def _linear(synapse: int) -> CellType:
+    constants = () if synapse == JUMP else tuple(TIME_CONSTANTS)
+    return CellType(LINEAR, synapse, (*_INTEGRATE_AND_FIRE, *constants), {"v": -65.0})
+
+
+def _conductance(synapse: int) -> CellType:
+    parameters = (*_INTEGRATE_AND_FIRE, *TIME_CONSTANTS, *_REVERSALS)
+    return CellType(CONDUCTANCE, synapse, parameters, {"v": -65.0})
 
 
 def _adaptive_exponential(synapse: int) -> CellType:
-    parameters = (*_INTEGRATE_AND_FIRE, *_SYNAPSES, *_ADAPTIVE)
+    parameters = (*_INTEGRATE_AND_FIRE, *TIME_CONSTANTS, *_REVERSALS, *_ADAPTIVE)
     return CellType(ADAPTIVE_EXPONENTIAL, synapse, parameters, {"v": -70.6, "w": 0.0})
 
 
 CELL_TYPES: Final = {
-    "IF_curr_exp": CellType(LINEAR, EXPONENTIAL, (*_INTEGRATE_AND_FIRE, *TIME_CONSTANTS)),
-    "IF_curr_alpha": CellType(LINEAR, ALPHA, (*_INTEGRATE_AND_FIRE, *TIME_CONSTANTS)),
-    "IF_curr_delta": CellType(LINEAR, JUMP, _INTEGRATE_AND_FIRE),
-    "IF_cond_exp": CellType(CONDUCTANCE, EXPONENTIAL, (*_INTEGRATE_AND_FIRE, *_SYNAPSES)),
-    "IF_cond_alpha": CellType(CONDUCTANCE, ALPHA, (*_INTEGRATE_AND_FIRE, *_SYNAPSES)),
+    "IF_curr_exp": _linear(EXPONENTIAL),
+    "IF_curr_alpha": _linear(ALPHA),
+    "IF_curr_delta": _linear(JUMP),
+    "IF_cond_exp": _conductance(EXPONENTIAL),
+    "IF_cond_alpha": _conductance(ALPHA),
     "EIF_cond_exp_isfa_ista": _adaptive_exponential(EXPONENTIAL),
     "EIF_cond_alpha_isfa_ista": _adaptive_exponential(ALPHA),
-    "Izhikevich": CellType(IZHIKEVICH, JUMP, _IZHIKEVICH, {"v": -70.0, "u": -14.0}),
-    "HH_cond_exp": CellType(HODGKIN_HUXLEY, EXPONENTIAL, (*_HODGKIN_HUXLEY, *_SYNAPSES)),
+    "Izhikevich": CellType(IZHIKEVICH, JUMP, ("a", "b", "c", "d", "i_offset"), {"v": -70.0, "u": -14.0}),
+    "HH_cond_exp": CellType(
+        HODGKIN_HUXLEY,
+        EXPONENTIAL,
+        ("cm", "i_offset", *TIME_CONSTANTS, *_REVERSALS, *_CHANNELS),
+        {"v": -65.0},
+    ),
 }

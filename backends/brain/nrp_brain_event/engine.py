@@ -6,80 +6,82 @@ from math import floor, log2
 from typing import Final
 
 import numpy as np
-from nrp_core.brain.network import Network
 
-from nrp_brain_event.agenda import schedule
 from nrp_brain_event.cells import load_cells
-from nrp_brain_event.connections import load_connections
-from nrp_brain_event.records import CLOCK, EVENT, SPIKE, WORK, Array, Engine
+from nrp_brain_event.connections import delay_range, load_connections
+from nrp_brain_event.records import CONSTANT, Array, Clock, Engine, Event, Spike, Work
+from nrp_core.brain.network import Network
 
 _ROOM: Final = 1024
 """Events and spikes for which there is room at first."""
-_WINDOWS: Final = (64, 4096)
-"""Fewest and most windows of the calendar; what lies further ahead is sorted in later."""
+_LONGEST_WINDOW_MS: Final = 1.0
+_FEWEST_WINDOWS: Final = 64
+_MOST_WINDOWS: Final = 4096
 
 
 def build_engine(network: Network, tolerance_mv: float) -> Engine:
-    """Return the engine of a network at time 0.
+    """Return the engine of a network at time 0, all neurons about to start.
 
     Raises:
         NetworkError: the network has parameters or delays that cannot be.
     """
+    shortest_ms, longest_ms = delay_range(network)
+    width_ms = 2.0 ** floor(log2(min(shortest_ms, _LONGEST_WINDOW_MS)))
+    n_windows = min(max(int(longest_ms / width_ms) + 2, _FEWEST_WINDOWS), _MOST_WINDOWS)
+    n_windows = 1 << (n_windows - 1).bit_length()
     cells, row_of = load_cells(network, tolerance_mv)
-    connections = load_connections(network, cells, row_of)
-    clock = np.zeros(1, CLOCK)
-    width = 2.0 ** floor(log2(connections.shortest_delay_ms))
-    clock["width"], clock["free"] = width, -1
-    horizon = int(connections.longest_delay_ms / width) + 2
-    n_windows = 1 << (min(max(horizon, _WINDOWS[0]), _WINDOWS[1]) - 1).bit_length()
-    engine = Engine(
+    clock, events = np.zeros(1, Clock.dtype()), np.zeros(_ROOM, Event.dtype())
+    clock["width"] = width_ms
+    _chain_free(clock, events, 0)
+    return Engine(
         cells=cells,
         row_of=row_of,
-        first=connections.first,
-        target=connections.target,
-        weight=connections.weight,
-        delay=connections.delay,
-        dynamics=connections.dynamics,
-        short_term=connections.short_term,
+        **load_connections(network, cells, row_of),
         clock=clock,
-        events=np.zeros(0, EVENT),
+        events=events,
         event_slots=np.full(n_windows + 1, -1),
-        cell_slots=np.full(n_windows + 1, -1),
+        cell_slots=_first_window(cells, n_windows),
         ready=np.zeros(len(cells), np.int64),
-        spikes=np.zeros(0, SPIKE),
-        work=np.zeros(1, WORK),
+        spikes=np.zeros(_ROOM, Spike.dtype()),
+        work=np.zeros(1, Work.dtype()),
     )
-    for row in range(len(cells)):
-        schedule(clock[0], engine.cell_slots, cells, row)
-    return with_room(engine, _ROOM, _ROOM)
 
 
-def with_room(engine: Engine, events: int, spikes: int) -> Engine:
-    """Return the engine with room for at least so many more events and spikes."""
-    clock = engine.clock[0]
-    missing = max(0, events - int(clock.n_free))
-    if missing:
-        engine = engine._replace(events=_more_events(engine, max(missing, len(engine.events))))
-    missing = max(0, spikes - (len(engine.spikes) - int(clock.n_spikes)))
-    if missing:
-        more = np.zeros(max(missing, len(engine.spikes)), SPIKE)
-        engine = engine._replace(spikes=np.concatenate([engine.spikes, more]))
-    return engine
+def enlarged(engine: Engine) -> Engine:
+    """Return the engine with twice the room for spikes, if that is used up, else for events."""
+    clock, n_events = engine.clock, len(engine.events)
+    if clock["n_spikes"][0] == len(engine.spikes):
+        return engine._replace(spikes=_doubled(engine.spikes))
+    events = _doubled(engine.events)
+    _chain_free(clock, events, n_events)
+    return engine._replace(events=events)
 
 
-def copied(engine: Engine) -> Engine:
-    """Return the engine with arrays of its own; what never changes is shared."""
-    constant = {"row_of", "first", "target", "weight", "delay", "dynamics"}
-    arrays = {name: array.copy() for name, array in engine._asdict().items() if name not in constant}
-    return engine._replace(**arrays)
+def changing(engine: Engine) -> dict[str, Array]:
+    """Return copies of all arrays that change while running, by name."""
+    return {name: array.copy() for name, array in engine._asdict().items() if name not in CONSTANT}
 
 
-def _more_events(engine: Engine, n: int) -> Array:
-    """Return the pool enlarged by n events, the new ones at the head of the list of free ones."""
-    clock, n_before = engine.clock[0], len(engine.events)
-    more = np.zeros(n, EVENT)
-    more["after"] = np.arange(n_before + 1, n_before + n + 1)
-    more["after"][-1] = clock.free
-    clock.free = n_before
-    clock.n_free += n
-    return np.concatenate([engine.events, more])
+def _doubled(array: Array) -> Array:
+    larger = np.zeros(2 * len(array), array.dtype)
+    larger[: len(array)] = array
+    return larger
+
+
+def _chain_free(clock: Array, events: Array, first: int) -> None:
+    """Put the events from ``first`` on at the head of the list of free ones."""
+    events["after"][first:] = np.arange(first + 1, len(events) + 1)
+    events["after"][-1] = clock["free"][0] if clock["n_free"][0] else -1
+    clock["free"] = first
+    clock["n_free"] += len(events) - first
+
+
+def _first_window(cells: Array, n_windows: int) -> Array:
+    """Return the calendar with all neurons in the first window."""
+    slots = np.full(n_windows + 1, -1)
+    if len(cells):
+        slots[0] = cells["slot"][:] = 0
+        cells["before"] = np.arange(-1, len(cells) - 1)
+        cells["after"] = np.arange(1, len(cells) + 1)
+        cells["after"][-1] = -1
+    return slots

@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from nrp_core.jit import borrowed, jit
-
 from nrp_brain_event.agenda import gather, next_round, post, schedule
 from nrp_brain_event.neuron import advance, fire, move, voltage_at
-from nrp_brain_event.records import DIVERGED, DONE, FULL, FIRE, START, Array, Engine, Record
+from nrp_brain_event.records import DIVERGED, DONE, FIRE, FULL, START, Array, Engine
+from nrp_brain_event.runge_kutta import state_at
 from nrp_brain_event.short_term import released_share
-from nrp_brain_event.synapses import excitation, inhibition
+from nrp_brain_event.synapses import remaining_at
+from nrp_core.jit import borrowed, jit
+
+READABLE = ("v", "u", "w", "gsyn_exc", "gsyn_inh")
+"""State variables by number, see :func:`read`."""
 
 
 @jit
 def run(engine: Engine, until: float, end: float) -> int:
-    """Simulate everything up to and including ``until``.
-
-    Args:
-        engine: the state.
-        until: the time to reach.
-        end: the next floating-point number after it.
+    """Simulate everything up to and including ``until``; ``end`` is the next number after it.
 
     Returns:
         ``DONE``; ``FULL`` where events or spikes need more room (give it and call again);
         ``DIVERGED`` where a neuron cannot be integrated.
     """
-    clock, work = borrowed(engine.clock)[0], borrowed(engine.work)[0]
-    cells, events, spikes = borrowed(engine.cells), borrowed(engine.events), borrowed(engine.spikes)
+    clock, work, spikes = borrowed(engine.clock)[0], borrowed(engine.work)[0], borrowed(engine.spikes)
+    cells, events, first = borrowed(engine.cells), borrowed(engine.events), borrowed(engine.first)
     event_slots, cell_slots = borrowed(engine.event_slots), borrowed(engine.cell_slots)
-    ready, first = borrowed(engine.ready), borrowed(engine.first)
+    ready = borrowed(engine.ready)
     last = len(event_slots) - 2
     while True:
         window_end = min((clock.slot + 1) * clock.width, end)
@@ -53,6 +51,7 @@ def run(engine: Engine, until: float, end: float) -> int:
                 schedule(clock, cell_slots, cells, row)
                 clock.n_ready -= 1
         if window_end >= end:
+            clock.now = until
             return DONE
         clock.slot += 1
         if clock.slot & last == 0:
@@ -80,7 +79,7 @@ def emit(engine: Engine, neurons: Array, times: Array, begin: int) -> int:
     Returns:
         How many of all are done; less than all where events need more room.
     """
-    clock = engine.clock[0]
+    clock = borrowed(engine.clock)[0]
     for k in range(begin, len(neurons)):
         if clock.n_free < engine.first[neurons[k] + 1] - engine.first[neurons[k]]:
             return k
@@ -89,49 +88,39 @@ def emit(engine: Engine, neurons: Array, times: Array, begin: int) -> int:
 
 
 @jit
-def inject(
-    row_of: Array, clocks: Array, slots: Array, events: Array, neurons: Array, times: Array, weights: Array,
-    receptor: int, begin: int,
-) -> int:  # fmt: skip
-    """Let events arrive at neurons (global ids), from number ``begin`` on.
-
-    Returns:
-        How many of all are done; less than all where events need more room.
-    """
-    clock = borrowed(clocks)[0]
-    slots, events = borrowed(slots), borrowed(events)
+def inject(engine: Engine, neurons: Array, times: Array, weights: Array, inhibitory: int, begin: int) -> int:
+    """Let events arrive at neurons (global ids), from number ``begin`` on; returns as :func:`emit`."""
+    clock = borrowed(engine.clock)[0]
+    slots, events, row_of = borrowed(engine.event_slots), borrowed(engine.events), borrowed(engine.row_of)
     for k in range(begin, len(neurons)):
         if clock.n_free == 0:
             return k
-        post(clock, slots, events, times[k], 2 * row_of[neurons[k]] + receptor, weights[k])
+        post(clock, slots, events, times[k], 2 * row_of[neurons[k]] + inhibitory, weights[k])
     return len(neurons)
 
 
 @jit
-def set_currents(engine: Engine, currents: Array, now: float) -> None:
+def set_currents(engine: Engine, currents: Array) -> None:
     """Hold these currents (nA, by global id) from now on; neurons whose current stays are not touched."""
-    clock = engine.clock[0]
-    for row in range(len(engine.cells)):
-        cell = engine.cells[row]
+    clock, cells, slots = engine.clock[0], engine.cells, engine.cell_slots
+    for row in range(len(cells)):
+        cell = cells[row]
         if currents[cell.id] != cell.current:
-            move(cell, now)
+            move(cell, clock.now)
             cell.current = currents[cell.id]
-            cell.on_wake, cell.wake = START, now
-            schedule(clock, engine.cell_slots, engine.cells, row)
+            cell.on_wake, cell.wake = START, clock.now
+            schedule(clock, slots, cells, row)
 
 
 @jit
-def read_voltages(cells: Array, rows: Array, now: float, out: Array) -> None:
-    """Store the voltages of neurons, mV."""
-    for k in range(len(rows)):
-        cell = cells[rows[k]]
-        out[k] = voltage_at(cell, now)
-
-
-@jit
-def read_synapses(cells: Array, rows: Array, receptor: int, now: float, out: Array) -> None:
-    """Store what is left of the arrivals at one receptor of neurons: uS, or nA on current-based ones."""
-    for k in range(len(rows)):
-        cell = cells[rows[k]]
-        dt = now - cell.t
-        out[k] = excitation(cell, dt) if receptor == 0 else inhibition(cell, dt)
+def read(engine: Engine, neurons: Array, variable: int, out: Array) -> None:
+    """Store a state variable of neurons (global ids): its number in ``READABLE``."""
+    now = engine.clock[0].now
+    for k in range(len(neurons)):
+        cell = engine.cells[engine.row_of[neurons[k]]]
+        if variable == 0:
+            out[k] = voltage_at(cell, now)
+        elif variable <= 2:
+            out[k] = state_at(cell, 1, now)
+        else:
+            out[k] = remaining_at(cell, variable - 3, now - cell.t)

@@ -10,30 +10,25 @@ from __future__ import annotations
 from math import exp, expm1
 from typing import Final
 
+from nrp_brain_event.records import ADAPTIVE_EXPONENTIAL, CONDUCTANCE, HODGKIN_HUXLEY, Cell, Work
 from nrp_core.jit import jit
-
-from nrp_brain_event.records import ADAPTIVE_EXPONENTIAL, CONDUCTANCE, HODGKIN_HUXLEY, Record
 
 _PER_NA: Final = 1000.0
 """PyNN's factor between nA and the unit of current of Izhikevich's model."""
 _STEEPEST: Final = 200.0
-"""Largest exponent of a spike's upstroke: the integration step is refused long before."""
+"""Largest exponent of a spike's upstroke: an integration step is refused long before."""
 
 
 @jit
-def slopes(cell: Record, g_e: float, g_i: float, work: Record, s: int) -> None:
-    """Store the derivatives of the state variables, per ms.
+def slopes(cell: Cell, work: Work, s: int) -> None:
+    """Store the derivatives of the state variables at stage s of a step, per ms, in ``work.stages``.
 
-    Args:
-        cell: the neuron.
-        g_e, g_i: conductances of its synapses, uS.
-        work: its ``y`` is the state: v in mV, then w in nA, or u in mV/ms, or the gates m, h, n;
-            its ``stages`` get the derivatives in row s.
-        s: the stage.
+    The state is ``work.y``: v in mV, then w in nA, or u in mV/ms, or the gates m, h, n. The conductances
+    of the synapses at that stage stand in ``work.conductances``.
     """
-    y, out = work.y, work.stages
+    y, g, out = work.y, work.conductances, work.stages
     v = y[0]
-    current = g_e * (cell.e_rev_E - v) + g_i * (cell.e_rev_I - v) + cell.i_offset + cell.current
+    current = g[s, 0] * (cell.e_rev_E - v) + g[s, 1] * (cell.e_rev_I - v) + cell.i_offset + cell.current
     if cell.membrane == CONDUCTANCE:
         out[s, 0] = (cell.v_rest - v) * cell.leak + current * cell.per_cm
     elif cell.membrane == ADAPTIVE_EXPONENTIAL:
@@ -48,19 +43,18 @@ def slopes(cell: Record, g_e: float, g_i: float, work: Record, s: int) -> None:
 
 
 @jit
-def _adaptive_exponential(cell: Record, current: float, work: Record, s: int) -> None:
-    out = work.stages
+def _adaptive_exponential(cell: Cell, current: float, work: Work, s: int) -> None:
     v, w = work.y[0], work.y[1]
     above_rest = v - cell.v_rest
     upstroke = 0.0
     if cell.delta_T > 0.0:
         upstroke = cell.delta_T * exp(min((v - cell.v_thresh) / cell.delta_T, _STEEPEST))
-    out[s, 0] = (upstroke - above_rest) * cell.leak + (current - w) * cell.per_cm
-    out[s, 1] = (cell.a * 1e-3 * above_rest - w) / cell.tau_w  # a is in nS
+    work.stages[s, 0] = (upstroke - above_rest) * cell.leak + (current - w) * cell.per_cm
+    work.stages[s, 1] = (cell.a * 1e-3 * above_rest - w) / cell.tau_w  # a is in nS
 
 
 @jit
-def _hodgkin_huxley(cell: Record, current: float, work: Record, s: int) -> None:
+def _hodgkin_huxley(cell: Cell, current: float, work: Work, s: int) -> None:
     y, out = work.y, work.stages
     v, m, h, n = y[0], y[1], y[2], y[3]
     sodium = cell.gbar_Na * m * m * m * h * (cell.e_rev_Na - v)

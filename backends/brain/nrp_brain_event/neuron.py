@@ -1,27 +1,36 @@
-"""One neuron through one window: what arrives and when it wakes, in the order of time."""
+"""One neuron through one window: what arrives and what it wakes for, in the order of time."""
 
 from __future__ import annotations
 
 from math import inf
 from typing import Final
 
-from nrp_core.jit import jit
-
 from nrp_brain_event.agenda import release
-from nrp_brain_event.linear import linear_voltage, plan_search, search
+from nrp_brain_event.linear import is_linear, linear_voltage, plan_search, search
 from nrp_brain_event.records import (
-    ADAPTIVE_EXPONENTIAL, HODGKIN_HUXLEY, IZHIKEVICH, JUMP, LINEAR, SEARCH, FIRE, START, Array, Record,
-)  # fmt: skip
+    ADAPTIVE_EXPONENTIAL,
+    FIRE,
+    HODGKIN_HUXLEY,
+    IZHIKEVICH,
+    JUMP,
+    SEARCH,
+    START,
+    Array,
+    Cell,
+    Clock,
+    Work,
+)
 from nrp_brain_event.runge_kutta import rise_within_step, stand_at, state_at, take_step
-from nrp_brain_event.synapses import excite, fade, inhibit
+from nrp_brain_event.synapses import arrive, fade
+from nrp_core.jit import jit
 
 _SIMULTANEOUS: Final = 1e-9
 """ms by which times that are equal on paper may differ in floating point."""
 
 
 @jit
-def advance(cell: Record, clock: Record, events: Array, work: Record, end: float) -> bool:
-    """Take a neuron to the end of the window, or to its next spike: then it wakes with ``FIRE`` before ``end``.
+def advance(cell: Cell, clock: Clock, events: Array, work: Work, end: float) -> bool:
+    """Take a neuron to the end of the window, or to its next spike there, which it then wakes for.
 
     Returns:
         False where its equations cannot be integrated.
@@ -40,15 +49,15 @@ def advance(cell: Record, clock: Record, events: Array, work: Record, end: float
             continue
         else:
             move(cell, cell.wake)
-        if not _begin(cell, work):
+        if not _plan(cell, work):
             return False
 
 
 @jit
-def move(cell: Record, t: float) -> None:
-    """Bring the state of a neuron to a time at which nothing has happened yet."""
+def move(cell: Cell, t: float) -> None:
+    """Bring the state of a neuron to a time up to which nothing happens."""
     dt = t - cell.t
-    if cell.membrane != LINEAR:
+    if not is_linear(cell):
         stand_at(cell, t)
     elif cell.t >= cell.free_at:
         cell.path[0, 0] = linear_voltage(cell, dt)
@@ -57,23 +66,23 @@ def move(cell: Record, t: float) -> None:
 
 
 @jit
-def voltage_at(cell: Record, t: float) -> float:
+def voltage_at(cell: Cell, t: float) -> float:
     """Return the voltage at a time up to which nothing happens, without moving the neuron."""
-    if cell.membrane != LINEAR:
-        return state_at(cell, 0, t)
-    return cell.path[0, 0] if cell.t < cell.free_at else linear_voltage(cell, t - cell.t)
+    if is_linear(cell) and cell.t >= cell.free_at:
+        return linear_voltage(cell, t - cell.t)
+    return state_at(cell, 0, t)
 
 
 @jit
-def fire(cell: Record) -> None:
-    """Let a neuron that wakes with ``FIRE`` fire: reset it and begin its refractory time."""
+def fire(cell: Cell) -> None:
+    """Let a neuron fire at the time it wakes: reset it and begin its refractory time."""
     move(cell, cell.wake)
-    if cell.membrane == IZHIKEVICH:
-        cell.path[0, 0] = cell.c
-        cell.path[1, 0] += cell.d
-    elif cell.membrane == HODGKIN_HUXLEY:
+    if cell.membrane == HODGKIN_HUXLEY:
         cell.path[0, 0] = cell.threshold  # nothing is reset: it has to fall before it can rise again
         cell.armed = 0
+    elif cell.membrane == IZHIKEVICH:
+        cell.path[0, 0] = cell.c
+        cell.path[1, 0] += cell.d
     else:
         cell.path[0, 0] = cell.v_reset
         if cell.membrane == ADAPTIVE_EXPONENTIAL:
@@ -83,41 +92,39 @@ def fire(cell: Record) -> None:
 
 
 @jit
-def _receive(cell: Record, clock: Record, events: Array) -> None:
+def _receive(cell: Cell, clock: Clock, events: Array) -> None:
     """Take in everything that arrives now."""
     while cell.arrivals >= 0 and events[cell.arrivals].time <= cell.t:
         event = events[cell.arrivals]
-        if cell.synapse == JUMP:
-            if cell.free_at - cell.t <= _SIMULTANEOUS:  # else the voltage is held
-                cell.path[0, 0] += event.weight
-        elif event.receptor == 0:
-            excite(cell, event.weight)
-        else:
-            inhibit(cell, event.weight)
+        if cell.synapse != JUMP:
+            arrive(cell, event.target & 1, event.weight)
+        elif cell.free_at - cell.t <= _SIMULTANEOUS:  # else the voltage is held
+            cell.path[0, 0] += event.weight
         release(clock, events, cell)
 
 
 @jit
-def _begin(cell: Record, work: Record) -> bool:
-    """Plan what follows an event: when the neuron wakes, and what for."""
+def _plan(cell: Cell, work: Work) -> bool:
+    """Decide what a neuron wakes for after an event, and when; False where that cannot be computed."""
     held = cell.t < cell.free_at
-    if not held and cell.path[0, 0] >= cell.threshold:
-        if cell.armed:
+    if not held:
+        above = cell.path[0, 0] >= cell.threshold
+        if above and cell.armed:
             cell.on_wake, cell.wake = FIRE, cell.t
             return True
-    elif not held:
-        cell.armed = 1
-    if cell.membrane != LINEAR:
+        if not above:
+            cell.armed = 1
+    if not is_linear(cell):
         return _integrate(cell, work, held)
     if held:
         cell.on_wake, cell.wake = START, cell.free_at
     else:
-        plan_search(cell)
+        plan_search(cell, cell.t)
     return True
 
 
 @jit
-def _integrate(cell: Record, work: Record, held: bool) -> bool:
+def _integrate(cell: Cell, work: Work, held: bool) -> bool:
     if not take_step(cell, work):
         return False
     if not held:

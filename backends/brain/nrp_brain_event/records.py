@@ -75,8 +75,6 @@ class Cell(Record):
     cm: float
     tau_refrac: float
     i_offset: float
-    tau_syn_E: float
-    tau_syn_I: float
     e_rev_E: float
     e_rev_I: float
     v_spike: float
@@ -94,6 +92,8 @@ class Cell(Record):
     e_rev_K: float
     e_rev_leak: float
 
+    tau_syn: Annotated[Array, (2,)]
+    """tau_syn_E and tau_syn_I."""
     threshold: float
     """Voltage at which it fires, mV."""
     leak: float
@@ -105,6 +105,8 @@ class Cell(Record):
     scale: float
     """The same error in the other state variables, per mV."""
     longest_step: float
+    shortest_step: float
+    """A step shorter than this means that the equations have no solution in numbers, ms."""
 
     t: float
     path: Annotated[Array, (4, 5)]
@@ -113,11 +115,9 @@ class Cell(Record):
     next_step: float
     current: float
     """From outside, nA."""
-    x_e: float
-    s_e: float
-    x_i: float
-    s_i: float
-    """What is left of arrivals, ``(x + s dt) exp(-dt / tau_syn)``, uS or nA."""
+    x: Annotated[Array, (2,)]
+    s: Annotated[Array, (2,)]
+    """What is left of arrivals at each synapse, ``(x + s dt) exp(-dt / tau_syn)``, uS or nA."""
     free_at: float
     """End of the refractory time."""
     armed: int
@@ -166,6 +166,7 @@ class ShortTerm(Record):
 class Clock(Record):
     """Where the engine is."""
 
+    now: float
     slot: int
     """The window at work, counted from time 0."""
     width: float
@@ -186,9 +187,8 @@ class Work(Record):
     """Slopes at the stages of an integration step."""
     y: Annotated[Array, (4,)]
     """State at a stage."""
-    g_e: Annotated[Array, (7,)]
-    g_i: Annotated[Array, (7,)]
-    """Conductances at the stages."""
+    conductances: Annotated[Array, (7, 2)]
+    """Of both synapses at the stages."""
     function: Annotated[Array, (10,)]
     zeros: Annotated[Array, (8,)]
     """Coefficients and zeros in the search for a threshold crossing."""

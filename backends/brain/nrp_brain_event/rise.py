@@ -9,8 +9,8 @@ derivatives that ends in one with at most one zero, which is known in closed for
   its derivative, D of that for the membrane, D of that for the first synapse, and once more.
 - ``POLYNOMIAL`` of degree 4 and its derivatives.
 
-The functions of a chain are numbered from the simplest, 0, to the one whose rise is sought, 3. The
-coefficients stand in ``work.function``; room for zeros is in ``work.zeros``.
+The functions of a chain are numbered from the simplest, 0, to the one whose rise is sought, 3; only their
+signs matter. The coefficients stand in ``work.function``; room for zeros is in ``work.zeros``.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ RESPONSE: Final = constant(0)
 POLYNOMIAL: Final = constant(1)
 _SOUGHT: Final = constant(3)
 
-# The coefficients of a RESPONSE; those of a POLYNOMIAL are its own, the constant first.
+# The coefficients of a RESPONSE (a synapse without current has the time constant of the other, or of the
+# membrane); those of a POLYNOMIAL are its own, the constant first.
 SETTLED, ABOVE, TAU_M, CM, TAU_E, X_E, S_E, TAU_I, X_I, S_I = range(10)
 
 _PRECISION: Final = 4e-16
@@ -66,15 +67,105 @@ def _zeros(kind: int, level: int, work: Work, n: int, until: float) -> int:
 @jit
 def _seed(kind: int, work: Work, until: float) -> int:
     """Store the zero of the function below level 0, if it has one in 0..until; return 0 or 1."""
-    c = work.function
     if kind == POLYNOMIAL:
-        slope, offset = 24.0 * c[4], 0.0
-    else:
-        gap = 1.0 / c[TAU_E] - 1.0 / c[TAU_I]
-        p, q = c[S_I] - c[X_I] / c[TAU_I], -c[S_I] / c[TAU_I]
-        slope, offset = gap * q, 2.0 * q + gap * p
-    zero = -offset / slope if slope != 0.0 else -1.0
+        return 0
+    c = work.function
+    gap = 1.0 / c[TAU_E] - 1.0 / c[TAU_I]
+    p, q = c[S_I] - c[X_I] / c[TAU_I], -c[S_I] / c[TAU_I]
+    if gap * q == 0.0:
+        return 0
+    zero = -(2.0 * q + gap * p) / (gap * q)
     if not 0.0 < zero < until:
         return 0
     work.zeros[0] = zero
     return 1
+
+
+@jit
+def _value(kind: int, level: int, work: Work, t: float) -> float:
+    """Return a function of the chain at t."""
+    if kind == POLYNOMIAL:
+        return _polynomial(level, work, t)
+    if level >= 2:
+        return _voltage_or_slope(level, work, t)
+    return _drive(level, work, t)
+
+
+@jit
+def _polynomial(level: int, work: Work, t: float) -> float:
+    c = work.function
+    if level == 3:
+        value = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * c[4])))
+    elif level == 2:
+        value = c[1] + t * (2.0 * c[2] + t * (3.0 * c[3] + t * 4.0 * c[4]))
+    elif level == 1:
+        value = 2.0 * c[2] + t * (6.0 * c[3] + t * 12.0 * c[4])
+    else:
+        value = 6.0 * c[3] + t * 24.0 * c[4]
+    return float(value)
+
+
+@jit
+def _voltage_or_slope(level: int, work: Work, t: float) -> float:
+    """Return voltage minus threshold (level 3), or its derivative, times ``exp(t / slowest tau)``."""
+    c = work.function
+    rate_m, rate_e, rate_i = 1.0 / c[TAU_M], 1.0 / c[TAU_E], 1.0 / c[TAU_I]
+    slowest = min(rate_m, min(rate_e, rate_i))
+    leak, fade_e, fade_i = _decay(rate_m, slowest, t), _decay(rate_e, slowest, t), _decay(rate_i, slowest, t)
+    charge = driven(t, leak, fade_e, rate_e - rate_m, c[X_E], c[S_E])
+    charge += driven(t, leak, fade_i, rate_i - rate_m, c[X_I], c[S_I])
+    above = c[ABOVE] * leak + charge / c[CM]
+    if level == 3:
+        return float(c[SETTLED] * exp(t * slowest) + above)
+    current = (c[X_E] + c[S_E] * t) * fade_e + (c[X_I] + c[S_I] * t) * fade_i
+    return float(current / c[CM] - above * rate_m)
+
+
+@jit
+def _drive(level: int, work: Work, t: float) -> float:
+    """Return the derivative of the current (level 1), or D of that for the first synapse, scaled likewise."""
+    c = work.function
+    rate_e, rate_i = 1.0 / c[TAU_E], 1.0 / c[TAU_I]
+    p_e, q_e = c[S_E] - c[X_E] * rate_e, -c[S_E] * rate_e
+    p_i, q_i = c[S_I] - c[X_I] * rate_i, -c[S_I] * rate_i
+    slowest = rate_i if level == 0 and q_e == 0.0 else min(rate_e, rate_i)
+    fade_e, fade_i = _decay(rate_e, slowest, t), _decay(rate_i, slowest, t)
+    if level == 1:
+        return float((p_e + q_e * t) * fade_e + (p_i + q_i * t) * fade_i)
+    return float(q_e * fade_e + (q_i + (rate_e - rate_i) * (p_i + q_i * t)) * fade_i)
+
+
+@jit
+def _decay(rate: float, slowest: float, t: float) -> float:
+    """Return a decay as seen from the slowest one, so that the sign of a sum never underflows."""
+    return exp(-(rate - slowest) * t) if rate > slowest else 1.0
+
+
+@jit
+def _zero(kind: int, level: int, work: Work, a: float, b: float) -> float:
+    """Return the zero between a and b, where the signs differ, to rounding.
+
+    Inverse quadratic interpolation where it is sure to help, else bisection
+    (Chandrupatla 1997, Advances in Engineering Software 28:145).
+    """
+    f_a, f_b = _value(kind, level, work, a), _value(kind, level, work, b)
+    share = 0.5
+    while True:
+        x = a + share * (b - a)
+        f_x = _value(kind, level, work, x)
+        if (f_x < 0.0) == (f_a < 0.0):
+            older, f_older = a, f_a
+        else:
+            older, f_older = b, f_b
+            b, f_b = a, f_a
+        a, f_a = x, f_x
+        best = a if abs(f_a) < abs(f_b) else b
+        least = _PRECISION * (1.0 + abs(best)) / abs(b - a)
+        if least > 0.5 or f_a == 0.0:
+            return best
+        xi, phi = (a - b) / (older - b), (f_a - f_b) / (f_older - f_b)
+        share = 0.5
+        if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
+            share = f_a / (f_b - f_a) * f_older / (f_b - f_older)
+            share += (older - a) / (b - a) * f_a / (f_older - f_a) * f_b / (f_older - f_b)
+        share = min(1.0 - least, max(least, share))

@@ -12,15 +12,15 @@ from math import inf
 from typing import Final
 
 import numpy as np
-from nrp_core.jit import jit
 
 from nrp_brain_event.membranes import slopes
-from nrp_brain_event.records import CONDUCTANCE, STATE_VARIABLES, STEP, Record
+from nrp_brain_event.records import CONDUCTANCE, STEP, Cell, Work, constant
 from nrp_brain_event.rise import POLYNOMIAL, first_rise
-from nrp_brain_event.synapses import excitation, inhibition, silent
+from nrp_brain_event.synapses import remaining_at, silent
+from nrp_core.jit import jit
 
 _STAGES: Final = 7
-_START: Final = np.int64(0)  # a plain integer would have the slopes compiled twice
+_START: Final = constant(0)
 _NODES: Final = np.array([0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1])
 _WEIGHTS: Final = np.array(
     [
@@ -33,9 +33,8 @@ _WEIGHTS: Final = np.array(
         [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
     ]
 )
-_ERROR: Final = np.array(
-    [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]
-)  # fmt: skip
+_ERROR: Final = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+"""Weights of the stages in the difference between the orders 5 and 4."""
 _BEND: Final = np.array(
     [
         -12715105075 / 11282082432, 0, 87487479700 / 32700410799, -10690763975 / 1880347072,
@@ -43,29 +42,29 @@ _BEND: Final = np.array(
     ]
 )  # fmt: skip
 """Weights of the stages in the fourth-order part of the dense output."""
-_VARIABLES: Final = np.array(STATE_VARIABLES)
+_VARIABLES: Final = np.array([1, 1, 2, 2, 4])
+"""Number of state variables of each kind of membrane."""
 
 _SAFETY: Final = 0.9
 _SHRINK: Final = 0.2
 _GROW: Final = 5.0
 _AT_REST: Final = 1e-12
 """Change, in mV per ms, below which a neuron without input stays as it is."""
-_SHORTEST: Final = 1e-25
-"""A step this short (ms) means that the equations have no solution in numbers."""
 
 
 @jit
-def state_at(cell: Record, variable: int, t: float) -> float:
+def state_at(cell: Cell, variable: int, t: float) -> float:
     """Return a state variable at a time within the present step."""
     c = cell.path
     x = (t - cell.t) / cell.step
-    return c[variable, 0] + x * (
-        c[variable, 1] + x * (c[variable, 2] + x * (c[variable, 3] + x * c[variable, 4]))
-    )
+    value = c[variable, 3] + x * c[variable, 4]
+    for power in range(2, -1, -1):
+        value = c[variable, power] + x * value
+    return float(value)
 
 
 @jit
-def stand_at(cell: Record, t: float) -> None:
+def stand_at(cell: Cell, t: float) -> None:
     """Cut the present step at t: the state there becomes the start of what follows."""
     for variable in range(_VARIABLES[cell.membrane]):
         cell.path[variable, 0] = state_at(cell, variable, t)
@@ -75,7 +74,7 @@ def stand_at(cell: Record, t: float) -> None:
 
 
 @jit
-def take_step(cell: Record, work: Record) -> bool:
+def take_step(cell: Cell, work: Work) -> bool:
     """Take one step from the neuron's time; the neuron wakes at its end, or never if it is at rest.
 
     Returns:
@@ -89,7 +88,8 @@ def take_step(cell: Record, work: Record) -> bool:
     n = _VARIABLES[cell.membrane]
     for variable in range(n):
         work.y[variable] = cell.path[variable, 0]
-    slopes(cell, cell.x_e, cell.x_i, work, _START)
+    work.conductances[0, 0], work.conductances[0, 1] = cell.x[0], cell.x[1]
+    slopes(cell, work, _START)
     if longest == inf and silent(cell) and _at_rest(cell, work, n):
         return True
     step = min(min(cell.next_step, cell.longest_step), longest)
@@ -98,7 +98,7 @@ def take_step(cell: Record, work: Record) -> bool:
         if error <= 1.0:
             break
         step *= max(_SHRINK, _SAFETY * error**-0.2) if error < inf else _SHRINK
-        if step < _SHORTEST:
+        if step < cell.shortest_step:
             return False
     _keep(cell, work, n, step)
     cell.step = step
@@ -109,40 +109,40 @@ def take_step(cell: Record, work: Record) -> bool:
 
 
 @jit
-def rise_within_step(cell: Record, work: Record) -> float:
+def rise_within_step(cell: Cell, work: Work) -> float:
     """Return the time within the present step at which the voltage rises to the threshold, or infinity."""
-    c, threshold = cell.path, cell.threshold
+    c = cell.path
     # the largest of the Bernstein coefficients is a bound on the polynomial
     bound = max(c[0, 0] + c[0, 1] / 4, c[0, 0] + c[0, 1] / 2 + c[0, 2] / 6)
     bound = max(bound, c[0, 0] + 3 * c[0, 1] / 4 + c[0, 2] / 2 + c[0, 3] / 4)
     bound = max(bound, c[0, 0] + c[0, 1] + c[0, 2] + c[0, 3] + c[0, 4])
-    if bound < threshold:
+    if bound < cell.threshold:
         return inf
-    work.function[0] = c[0, 0] - threshold
+    work.function[0] = c[0, 0] - cell.threshold
     for power in range(1, 5):
         work.function[power] = c[0, power]
     return cell.t + cell.step * first_rise(POLYNOMIAL, work, 1.0)
 
 
 @jit
-def _try_step(cell: Record, work: Record, n: int, step: float) -> float:
+def _try_step(cell: Cell, work: Work, n: int, step: float) -> float:
     """Compute the slopes at the stages of a step after the first; return its error, 1 is tolerable."""
-    for s in range(1, _STAGES - 1):
-        work.g_e[s] = excitation(cell, _NODES[s] * step)
-        work.g_i[s] = inhibition(cell, _NODES[s] * step)
-    work.g_e[6], work.g_i[6] = work.g_e[5], work.g_i[5]
+    for k in range(2):
+        for s in range(1, _STAGES - 1):
+            work.conductances[s, k] = remaining_at(cell, k, _NODES[s] * step)
+        work.conductances[6, k] = work.conductances[5, k]
     for s in range(1, _STAGES):
         for variable in range(n):
             change = 0.0
             for j in range(s):
                 change += _WEIGHTS[s, j] * work.stages[j, variable]
             work.y[variable] = cell.path[variable, 0] + step * change
-        slopes(cell, work.g_e[s], work.g_i[s], work, s)
+        slopes(cell, work, s)
     return _error(cell, work, n, step)
 
 
 @jit
-def _error(cell: Record, work: Record, n: int, step: float) -> float:
+def _error(cell: Cell, work: Work, n: int, step: float) -> float:
     """Return the largest local error among the state variables, in units of what is tolerated."""
     largest = 0.0
     allowed = cell.tolerance
@@ -158,7 +158,7 @@ def _error(cell: Record, work: Record, n: int, step: float) -> float:
 
 
 @jit
-def _keep(cell: Record, work: Record, n: int, step: float) -> None:
+def _keep(cell: Cell, work: Work, n: int, step: float) -> None:
     """Store the step as a polynomial in its fraction."""
     for variable in range(n):
         change = bend = 0.0
@@ -175,7 +175,7 @@ def _keep(cell: Record, work: Record, n: int, step: float) -> None:
 
 
 @jit
-def _at_rest(cell: Record, work: Record, n: int) -> bool:
+def _at_rest(cell: Cell, work: Work, n: int) -> bool:
     """Return whether nothing changes any more; on entry the slopes stand in stage 0."""
     allowed = _AT_REST
     for variable in range(n):

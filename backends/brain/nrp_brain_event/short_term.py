@@ -10,14 +10,13 @@ from __future__ import annotations
 
 from math import exp
 
-from nrp_core.jit import jit
-
-from nrp_brain_event.records import Record
+from nrp_brain_event.records import ShortTerm
 from nrp_brain_event.synapses import driven
+from nrp_core.jit import jit
 
 
 @jit
-def released_share(synapse: Record, t: float) -> float:
+def released_share(synapse: ShortTerm, t: float) -> float:
     """Return the share of the weight with which a spike emitted at t arrives, and use it up."""
     dt = t - synapse.t
     if synapse.tau_psc > 0.0:

@@ -1,7 +1,7 @@
 """The two synapses of a neuron: what has arrived fades as ``(x + s dt) exp(-dt / tau_syn)``.
 
-An exponential synapse has only x, an alpha synapse starts with only s; on the neurons whose synapses
-are jumps of the voltage both stay zero.
+An exponential synapse has only x, an alpha synapse begins with only s; on neurons whose synapses are
+jumps of the voltage both stay zero. The excitatory synapse is number 0, the inhibitory one number 1.
 """
 
 from __future__ import annotations
@@ -9,69 +9,47 @@ from __future__ import annotations
 from math import e, exp
 from typing import Final
 
-from nrp_core.brain.filters import driven as _driven
+from nrp_brain_event.records import ALPHA, EXPONENTIAL, Cell
+from nrp_core.brain import filters
 from nrp_core.jit import jit
 
-from nrp_brain_event.records import ALPHA, EXPONENTIAL, Record
-
-driven = jit(_driven)
-
-_NEGLIGIBLE: Final = 1e-30
+_NEGLIGIBLE: Final = 1e-20
 """uS or nA below which a synapse counts as silent."""
 
+driven = jit(filters.driven)
+
 
 @jit
-def fade(cell: Record, dt: float) -> None:
+def fade(cell: Cell, dt: float) -> None:
     """Let both synapses fade for ``dt`` ms."""
-    if cell.x_e != 0.0 or cell.s_e != 0.0:
-        remaining = exp(-dt / cell.tau_syn_E)
-        cell.x_e = (cell.x_e + cell.s_e * dt) * remaining
-        cell.s_e *= remaining
-        if abs(cell.x_e) < _NEGLIGIBLE and abs(cell.s_e) < _NEGLIGIBLE:
-            cell.x_e = cell.s_e = 0.0
-    if cell.x_i != 0.0 or cell.s_i != 0.0:
-        remaining = exp(-dt / cell.tau_syn_I)
-        cell.x_i = (cell.x_i + cell.s_i * dt) * remaining
-        cell.s_i *= remaining
-        if abs(cell.x_i) < _NEGLIGIBLE and abs(cell.s_i) < _NEGLIGIBLE:
-            cell.x_i = cell.s_i = 0.0
+    for k in range(2):
+        if cell.x[k] == 0.0 and cell.s[k] == 0.0:
+            continue
+        remaining = exp(-dt / cell.tau_syn[k])
+        cell.x[k] = (cell.x[k] + cell.s[k] * dt) * remaining
+        cell.s[k] *= remaining
+        if abs(cell.x[k]) < _NEGLIGIBLE and abs(cell.s[k]) < _NEGLIGIBLE:
+            cell.x[k] = cell.s[k] = 0.0
 
 
 @jit
-def excite(cell: Record, weight: float) -> None:
-    """Let a spike arrive at the excitatory synapse."""
+def arrive(cell: Cell, k: int, weight: float) -> None:
+    """Let a spike arrive at synapse k; an alpha course peaks at the weight after one time constant."""
     if cell.synapse == EXPONENTIAL:
-        cell.x_e += weight
+        cell.x[k] += weight
     elif cell.synapse == ALPHA:
-        cell.s_e += weight * e / cell.tau_syn_E
+        cell.s[k] += weight * e / cell.tau_syn[k]
 
 
 @jit
-def inhibit(cell: Record, weight: float) -> None:
-    """Let a spike arrive at the inhibitory synapse."""
-    if cell.synapse == EXPONENTIAL:
-        cell.x_i += weight
-    elif cell.synapse == ALPHA:
-        cell.s_i += weight * e / cell.tau_syn_I
-
-
-@jit
-def excitation(cell: Record, dt: float) -> float:
-    """Return conductance (uS) or current (nA) of the excitatory synapse ``dt`` ms from now."""
-    if cell.x_e == 0.0 and cell.s_e == 0.0:
+def remaining_at(cell: Cell, k: int, dt: float) -> float:
+    """Return conductance (uS) or current (nA) of synapse k ``dt`` ms after the last event."""
+    if cell.x[k] == 0.0 and cell.s[k] == 0.0:
         return 0.0
-    return (cell.x_e + cell.s_e * dt) * exp(-dt / cell.tau_syn_E)
+    return float((cell.x[k] + cell.s[k] * dt) * exp(-dt / cell.tau_syn[k]))
 
 
 @jit
-def inhibition(cell: Record, dt: float) -> float:
-    """Return conductance (uS) or current (nA) of the inhibitory synapse ``dt`` ms from now."""
-    if cell.x_i == 0.0 and cell.s_i == 0.0:
-        return 0.0
-    return (cell.x_i + cell.s_i * dt) * exp(-dt / cell.tau_syn_I)
-
-
-@jit
-def silent(cell: Record) -> bool:
+def silent(cell: Cell) -> bool:
     """Return whether nothing is left of what has arrived."""
-    return cell.x_e == 0.0 and cell.s_e == 0.0 and cell.x_i == 0.0 and cell.s_i == 0.0
+    return bool(cell.x[0] == 0.0 and cell.s[0] == 0.0 and cell.x[1] == 0.0 and cell.s[1] == 0.0)

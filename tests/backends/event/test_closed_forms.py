@@ -142,8 +142,12 @@ drives = st.lists(
     tau_i=st.one_of(tau, st.none()), drive=drives, offset=st.floats(-0.5, 0.9),
 )  # fmt: skip
 @example(
-    cell_type="IF_curr_alpha", tau_m=10.0, tau_e=3.0, tau_i=None,
-    drive=[(0, -3.0, "excitatory"), (30, 2.9, "excitatory")], offset=0.9,
+    cell_type="IF_curr_alpha",
+    tau_m=26.2,
+    tau_e=6.1,
+    tau_i=None,
+    drive=[(0, -0.6, "excitatory"), (24, 2.5, "excitatory")],
+    offset=0.87,
 )
 @example(
     cell_type="IF_curr_exp", tau_m=0.5, tau_e=5.0, tau_i=None, drive=[(0, 3.0, "inhibitory")], offset=0.5

@@ -81,7 +81,9 @@ def test_what_is_saved_goes_on_as_it_would_have() -> None:
     for t in range(5):
         port.current_na(t)
     other.restore(port.save())
-    assert [other.current_na(t).tolist() for t in range(5, 9)] == [port.current_na(t).tolist() for t in range(5, 9)]
+    assert [other.current_na(t).tolist() for t in range(5, 9)] == [
+        port.current_na(t).tolist() for t in range(5, 9)
+    ]
 
 
 def test_a_silenced_current_is_zero_and_keeps_its_settings() -> None:

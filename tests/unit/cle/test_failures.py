@@ -18,6 +18,9 @@ from nrp_core.world.messages.std_msgs import Float64
 PERIOD = 20 * NS_PER_MS
 
 FILE = """
+import sys
+
+
 def ratio(a, b):
     return a / b
 
@@ -49,11 +52,12 @@ def loop_from(folder: Path, statement: str, **options: Any) -> tuple[ClosedLoop,
 @pytest.mark.parametrize(
     ("statement", "line", "message"),
     [
-        ("1 / 0", 13, "ZeroDivisionError: division by zero"),
-        ("ratio(1, 0)", 3, "ZeroDivisionError: division by zero"),
-        ("-5.0", 13, "ValueError: eye: rate must be finite and at least 0, not -5.0"),
-        ("float('nan')", 13, "ValueError: eye: rate must be finite and at least 0, not nan"),
-        ("v.rate", 13, "AttributeError: v is a LeakyIntegratorDevice without attribute 'rate'"),
+        ("1 / 0", 16, "ZeroDivisionError: division by zero"),
+        ("ratio(1, 0)", 6, "ZeroDivisionError: division by zero"),
+        ("-5.0", 16, "ValueError: eye: rate must be finite and at least 0, not -5.0"),
+        ("float('nan')", 16, "ValueError: eye: rate must be finite and at least 0, not nan"),
+        ("sys.exit()", 16, "SystemExit"),
+        ("v.rate", 16, "AttributeError: v is a LeakyIntegratorDevice without attribute 'rate'"),
     ],
 )
 def test_the_report_names_file_line_step_time_and_inputs(
@@ -92,7 +96,7 @@ def test_with_quarantine_the_function_is_set_aside_and_the_rest_runs_on(tmp_path
     loop, world = loop_from(tmp_path, "1 / 0", on_error="quarantine")
     loop.run_until(5 * PERIOD)
     (failure,) = loop.failures
-    assert (failure.function, failure.step, failure.line) == ("fragile", 2, 13)
+    assert (failure.function, failure.step, failure.line) == ("fragile", 2, 16)
     assert len(world.sent("/out")) == 5
     fragile = loop.functions[0]
     assert not fragile.active
@@ -118,8 +122,8 @@ def test_reset_leaves_a_function_inactive_that_was_switched_off(tmp_path: Path) 
 
 def test_a_wrong_return_value_is_reported_at_the_function_with_topic_and_type() -> None:
     @nrp.Neuron2Robot(nrp.Topic("/out", Float64))
-    def drive(t: float) -> float:
-        return 3.0
+    def drive(t: float) -> list[float]:
+        return [3.0]
 
     world = MockWorld({"/out": Float64})
     loop = ClosedLoop(MockBrain({}), world, [drive], period_ns=PERIOD)
@@ -127,7 +131,7 @@ def test_a_wrong_return_value_is_reported_at_the_function_with_topic_and_type() 
         loop.step()
     assert str(caught.value).startswith(
         f"{drive.place}: transfer function 'drive' raised TopicError: return value of 'drive': "
-        "/out carries std_msgs/msg/Float64, not float (3.0)"
+        "/out carries std_msgs/msg/Float64, not list ([3.0])"
     )
 
 

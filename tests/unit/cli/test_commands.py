@@ -118,6 +118,13 @@ def test_a_published_value_is_read_as_yaml(nrp: Nrp, socket: Any, text: str, val
     assert told == [value]
 
 
+def test_a_published_value_that_is_not_yaml_is_a_wrong_call(nrp: Nrp, socket: Any) -> None:
+    path, told = socket
+    done = nrp("publish", path, "/glass", "{linear: [")
+    assert (done.code, told) == (2, [])
+    assert "VALUE: not YAML" in done.err
+
+
 def test_what_the_run_refuses_exits_with_1(nrp: Nrp, socket: Any, tmp_path: Path) -> None:
     path, _ = socket
     done = nrp("publish", path, "/wall", "red")

@@ -128,6 +128,7 @@ def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Pat
         (("run", "{}", "--pace", "fast"), 3, "a pace is 'max', 'realtime' or a factor above 0"),
         (("run", "{}", "--until", "5"), 2, "a time needs a unit"),
         (("run", "{}", "--until", "15ms"), 2, "15ms is not a whole number of steps of 20 ms"),
+        (("run", "{}", "--until=-1s"), 2, "it cannot stop at -1s"),
         (("run", "{}", "--plot", "figure.gif"), 2, "a figure is a .png, .svg or .pdf file"),
         (("run", "{}", "--plot", "no/such/figure.png"), 2, "there is no such folder"),
         (("run", "{}", "--record", "{}"), 2, "a recording begins in a new folder"),
@@ -162,6 +163,22 @@ def test_usage_errors_are_json_too(nrp: Nrp, experiment: Path) -> None:
     done = nrp("run", experiment, "--until", "5", "--json")
     assert done.code == 2
     assert json.loads(done.out)["error"]["kind"] == "UsageError"
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_ctrl_c_before_the_first_step_is_told(
+    nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch, as_json: bool
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Run, "__init__", interrupted)
+    done = nrp("run", experiment, *(["--json"] if as_json else []))
+    assert done.code == 130
+    if as_json:
+        assert json.loads(done.out) == {"error": {"kind": "Interrupted", "message": "interrupted"}}
+    else:
+        assert (done.out, done.err.splitlines()[-1]) == ("", "error: interrupted")
 
 
 def test_a_mistake_in_the_program_is_one_line_unless_asked_for(
@@ -219,9 +236,10 @@ def running(experiment: Path, tmp_path: Path) -> Any:
         process.kill()
 
 
-def test_ctrl_c_ends_the_run_cleanly(running: Any) -> None:
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_or_a_polite_kill_ends_the_run_cleanly(running: Any, sent: signal.Signals) -> None:
     process, folder = running
-    process.send_signal(signal.SIGINT)
+    process.send_signal(sent)
     out, _ = process.communicate()
     data = json.loads(out)
     recording = Recording(folder)

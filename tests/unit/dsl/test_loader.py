@@ -14,6 +14,7 @@ import pytest
 import nrp_core.dsl as nrp
 from nrp_core.dsl.collector import collecting
 from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.imports import file_scope
 from nrp_core.dsl.loader import load_transfer_functions
 from nrp_core.dsl.rig import Rig
 from nrp_core.errors import ExperimentError, NrpError, TransferFunctionError
@@ -117,7 +118,7 @@ def test_further_modules_can_be_lent_to_a_file(tmp_path: Path) -> None:
     path.write_text("from lent.numbers import answer\n@nrp.Robot2Neuron()\ndef f(t): return answer\n")
     lent = ModuleType("lent.numbers")
     lent.answer = 42  # type: ignore[attr-defined]
-    assert load_transfer_functions(path, substitutes={"lent.numbers": lent})[0](0) == 42
+    assert load_transfer_functions(path, scope=file_scope(nrp, {"lent.numbers": lent}))[0](0) == 42
     assert "lent" not in sys.modules
 
 
@@ -200,7 +201,9 @@ def test_threads_that_load_at_once_do_not_meet(tmp_path: Path) -> None:
             f"import gate\n@nrp.Robot2Neuron()\ndef before_{i}(t): pass\ngate.wait()\n"
             f"@nrp.Robot2Neuron()\ndef after_{i}(t): pass\n"
         )
-        loaded[i] = [function.name for function in load_transfer_functions(path, substitutes={"gate": gate})]
+        loaded[i] = [
+            function.name for function in load_transfer_functions(path, scope=file_scope(nrp, {"gate": gate}))
+        ]
 
     threads = [threading.Thread(target=load, args=(i,)) for i in range(4)]
     for thread in threads:

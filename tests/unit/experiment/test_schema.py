@@ -55,6 +55,15 @@ def test_a_file_that_extends_another_need_not_repeat_it(schema: dict[str, Any]) 
     assert all({"type": "null"} in value["anyOf"] for value in named.values())
 
 
+def test_whatever_can_be_missing_can_be_removed_by_null(schema: dict[str, Any]) -> None:
+    properties = schema["properties"]
+    for key in ("events", "aliases", "transfer_functions", "seed", "pace"):
+        assert "null" in properties[key]["type"], key
+    assert None in properties["on_error"]["enum"]
+    assert "null" not in properties["name"]["type"]
+    assert "null" in schema["$defs"]["BrainSection"]["properties"]["populations"]["type"]
+
+
 def test_all_references_lead_somewhere(schema: dict[str, Any]) -> None:
     references = [part.split('"')[0] for part in json.dumps(schema).split('"$ref": "#/$defs/')[1:]]
     assert set(references) <= set(schema["$defs"])

@@ -49,7 +49,7 @@ MISTAKES = [
      "brain backend 'broken' of fakes 1.0 (no_such_module:Backend) does not import: ModuleNotFoundError"),
     ("backend: disc", "backend: disk", "disk", "NRP205",
      "no world backend is called 'disk'; did you mean 'disc'?"),
-    ("timestep: 2 ms", "timestep: 3 ms", "20 ms", "NRP207",
+    ("timestep: 2 ms", "timestep: 3 ms", "3 ms", "NRP207",
      "the loop's period of 20 ms must be a positive multiple of the brain's step (any) and of the world's "
      "step (3 ms)"),
     ('actors: "2:4"', 'actors: "2:9"', "{sensors", "NRP211", "'2:9' reaches outside the circuit"),

@@ -58,6 +58,7 @@ def test_arrays_are_arrays_of_the_fields_type() -> None:
     [
         (ColorRGBA, "rde", "no material 'rde'; did you mean 'red'"),
         (ColorRGBA, [1, 0, 0, 1, 1], "5 values for the 4 fields r, g, b, a"),
+        (ColorRGBA, [1, 0], "a colour is [r, g, b] or [r, g, b, a], not [1, 0]"),
         (ColorRGBA, 1.0, "1.0 is no message; give its fields r, g, b, a"),
         (ColorRGBA, ["a", 0, 0], "'a' is not of type float"),
         (ColorRGBA, [math.nan, 0, 0], "r is nan"),

@@ -1,0 +1,44 @@
+"""Topics under the names that they had at other times.
+
+Until 2018 a robot's topics had no prefix (``/husky/camera``), then that of its id
+(``/husky/husky/camera``); a robot without an id was called ``robot``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nrp_core.world.interface import World
+from nrp_core.world.messages.base import type_name
+
+
+def find_alias(name: str, kind: Any, world: World) -> str | None:
+    """Return the one topic that is served under another prefix than in this name, if there is one.
+
+    Args:
+        name: what a transfer function says.
+        kind: the type that it says, None for any.
+        world: the world, before further topics are declared.
+    """
+    if name in world.topics:
+        return None
+    served = [
+        topic.name
+        for topic in world.topics.values()
+        if _differ_by_prefix(name, topic.name) and (kind is None or type_name(kind) == type_name(topic.type))
+    ]
+    return served[0] if len(served) == 1 else None
+
+
+def _differ_by_prefix(name: str, served: str) -> bool:
+    """Whether two names agree once the first part of one of them, or of both, is left out."""
+    name_rest, served_rest = _without_prefix(name), _without_prefix(served)
+    if not served_rest:
+        return False
+    return served_rest in (name, name_rest) or bool(name_rest and name_rest == served)
+
+
+def _without_prefix(name: str) -> str:
+    """Return a name without its first part, empty where nothing is left."""
+    rest = name.removeprefix("/").partition("/")[2]
+    return f"/{rest}" if rest else ""

@@ -1,0 +1,171 @@
+"""What an experiment of the platform says, in its two documents, as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from nrp_core.xml_tree import Element
+from nrp_legacy.elements import (
+    attribute,
+    child,
+    children,
+    flag,
+    local,
+    number,
+    read_document,
+    seconds_of,
+    text,
+)
+
+ROBOT = "robot"
+"""What a robot is called that has no name."""
+
+_IGNORED = ("rosLaunch", "extRobotController", "events")
+
+
+@dataclass(frozen=True, slots=True)
+class FileNamed:
+    """A file as a document names it.
+
+    Args:
+        name: what stands there, empty where nothing does.
+        element: where it stands.
+        model: the folder of the model library that it belongs to, if that is said.
+    """
+
+    name: str
+    element: Element
+    model: str | None = None
+
+    @classmethod
+    def of(cls, element: Element) -> FileNamed:
+        """Read a file that stands in an attribute, in an element below, or is all that the element says."""
+        model = attribute(element, "model")
+        name = attribute(element, "src", "assetPath") or text(element, "file") or element.text
+        return cls(name.strip() or model or "", element, model)
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """An ``.exc`` document.
+
+    Args:
+        element: its root.
+        environment: the room.
+        poses: where robots start, by their names.
+        bibi: the other document.
+        machines: the state machines, those of the evaluation last.
+        ignored: what has no meaning here.
+    """
+
+    element: Element
+    name: str
+    description: str
+    duration_s: float | None
+    seed: int | None
+    environment: FileNamed | None
+    poses: dict[str, Element]
+    bibi: FileNamed | None
+    machines: tuple[FileNamed, ...]
+    ignored: tuple[Element, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Bibi:
+    """A ``.bibi`` document.
+
+    Args:
+        element: its root.
+        timestep_ms: of the loop.
+        mode: the kind of brain simulation.
+        brain: the file of the brain, None for none.
+        populations: names for neurons of the brain, with the elements that choose them.
+        bodies: the robots by their names.
+        functions: the transfer functions, in order.
+        ignored: what has no meaning here.
+    """
+
+    element: Element
+    timestep_ms: float | None
+    mode: str
+    brain: FileNamed | None
+    populations: dict[str, Element]
+    bodies: dict[str, FileNamed]
+    functions: tuple[Element, ...]
+    ignored: tuple[Element, ...]
+
+
+def read_experiment(path: Path) -> Experiment:
+    """Read an ``.exc`` file.
+
+    Raises:
+        ExperimentError: it is not XML, or holds a number that is none.
+    """
+    root = read_document(path)
+    environment, timeout, seed = (
+        child(root, "environmentModel"),
+        child(root, "timeout"),
+        text(root, "rngSeed"),
+    )
+    bibi = child(root, "bibiConf")
+    poses = [pose for place in (environment, root) if place for pose in children(place, "robotPose")]
+    machines = [
+        FileNamed.of(machine)
+        for place in children(root, "experimentControl", "experimentEvaluation")
+        for machine in children(place, "stateMachine")
+    ]
+    return Experiment(
+        root,
+        text(root, "name") or path.stem,
+        text(root, "description"),
+        None if timeout is None or not timeout.text else seconds_of(timeout),
+        int(seed) if seed.isdigit() else None,
+        None if environment is None else FileNamed.of(environment),
+        {attribute(pose, "robotId") or ROBOT: pose for pose in poses},
+        None if bibi is None else FileNamed.of(bibi),
+        tuple(machine for machine in machines if machine.name),
+        _ignored(root),
+    )
+
+
+def read_bibi(path: Path) -> Bibi:
+    """Read a ``.bibi`` file.
+
+    Raises:
+        ExperimentError: it is not XML, or holds a number that is none.
+    """
+    root = read_document(path)
+    brain, bodies = child(root, "brainModel"), children(root, "bodyModel")
+    chosen = children(brain, "populations", "neuronGroup") if brain is not None else []
+    populations = {attribute(one, "population") or "": one for one in chosen}
+    timestep = child(root, "timestep")
+    return Bibi(
+        root,
+        None if timestep is None or not timestep.text else seconds_of(timestep),
+        text(root, "mode"),
+        None if brain is None or not FileNamed.of(brain).name else FileNamed.of(brain),
+        {name: one for name, one in populations.items() if name},
+        {
+            attribute(body, "robotId") or ROBOT: FileNamed.of(body)
+            for body in bodies
+            if FileNamed.of(body).name
+        },
+        tuple(child for child in root.children if local(child.tag).startswith("transferFunction")),
+        _ignored(root),
+    )
+
+
+def _ignored(root: Element) -> tuple[Element, ...]:
+    said = [one for one in children(root, *_IGNORED) if one.text or one.children or one.attributes]
+    return tuple(said + [one for one in children(root, "physicsEngine") if one.text.lower() == "opensim"])
+
+
+def is_active(function: Element) -> bool:
+    """Return whether a transfer function runs; ``active="false"`` switches one off."""
+    return flag(function, "active", True)
+
+
+def priority_of(function: Element) -> int:
+    """Return the priority of a transfer function; of those that run in a step, a higher one runs first."""
+    return int(number(function, "priority") or 0)

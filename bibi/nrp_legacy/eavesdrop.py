@@ -1,0 +1,78 @@
+"""Let functions read what others send to a robot, and send on topics that only the robot fills, as ROS does.
+
+A world serves each topic one way only. The other way is a topic of its own beside it, under another name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.topics import Topic
+from nrp_core.world.interface import World
+from nrp_core.world.topics import Direction, Stamped
+
+HEARD, UNHEARD = "/heard", "/unheard"
+"""Before the names of what is sent to a robot, and of what is sent to nobody."""
+
+
+def plain_name(topic: Topic) -> str:
+    """Return the name that a user gave to a topic, redirected or not."""
+    lead = next((lead for lead in (HEARD, UNHEARD) if topic.name.startswith(f"{lead}/")), "")
+    return topic.name.removeprefix(lead)
+
+
+def let_all_talk(functions: Sequence[TransferFunction], world: World, aliases: Mapping[str, str]) -> None:
+    """Redirect what functions read and publish against the direction of its topic.
+
+    Args:
+        functions: the transfer functions, not bound.
+        world: the world.
+        aliases: the topics that further names stand for.
+    """
+    redirect = _Redirection(world, aliases)
+    for function in functions:
+        if function.topic is not None:
+            function.topic = redirect.published(function.topic)
+        for mapping in function.mappings.values():
+            if mapping.writes is not None:
+                mapping.writes = redirect.published(mapping.writes)
+            if mapping.reads is not None:
+                mapping.reads = redirect.read(mapping.reads)
+
+
+class _Redirection:
+    def __init__(self, world: World, aliases: Mapping[str, str]) -> None:
+        self._world, self._aliases = world, aliases
+
+    def published(self, topic: Topic) -> Topic:
+        """Return a topic that takes what is meant for one that only the robot fills."""
+        return self._beside(topic, UNHEARD, Direction.IN)[0]
+
+    def read(self, topic: Topic) -> Topic:
+        """Return a topic that repeats what is sent on one that only the robot reads."""
+        beside, is_new = self._beside(topic, HEARD, Direction.OUT)
+        if is_new:
+            self._repeat(beside.name.removeprefix(HEARD), beside.name)
+        return beside
+
+    def _beside(self, topic: Topic, lead: str, wanted: Direction) -> tuple[Topic, bool]:
+        name = plain_name(topic)
+        info = self._world.topics.get(name)
+        if info is None or info.direction & wanted:
+            return topic, False
+        beside = replace(topic, name=f"{lead}{name}")
+        is_new = beside.name not in self._world.topics
+        if is_new:
+            self._world.declare(beside.name, info.type)
+        return beside, is_new
+
+    def _repeat(self, name: str, beside: str) -> None:
+        served, repeated = self._aliases.get(name, name), self._world.advertise(beside)
+
+        def repeat(topic: str, stamped: Stamped) -> None:
+            if topic == served:
+                repeated.publish(stamped.message)
+
+        self._world.add_observer(repeat)

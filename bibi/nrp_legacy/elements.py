@@ -1,0 +1,89 @@
+"""XML read for what it says: by local names, in any order, whatever else stands in it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from nrp_core.errors import ExperimentError
+from nrp_core.xml_tree import Element, parse_xml
+
+_DURATION = re.compile(
+    r"P(?:(?P<days>\d+)D)?(?:T(?:(?P<hours>\d+)H)?(?:(?P<minutes>\d+)M)?(?:(?P<seconds>\d+(?:\.\d*)?)S)?)?"
+)
+_SECONDS = {"days": 86_400.0, "hours": 3600.0, "minutes": 60.0, "seconds": 1.0}
+
+
+def read_document(path: Path) -> Element:
+    """Return the root of a file; blanks before its declaration are forgiven.
+
+    Raises:
+        ExperimentError: there is no such file, or it is not XML.
+    """
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise ExperimentError(f"cannot be read: {error.strerror}", path=path) from error
+    return parse_xml(text.lstrip(), path, ExperimentError)
+
+
+def local(name: str) -> str:
+    """Return a name without its prefix."""
+    return name.rpartition(":")[2]
+
+
+def children(element: Element, *names: str) -> list[Element]:
+    """Return the children of these local names, in their order."""
+    return [child for child in element.children if local(child.tag) in names]
+
+
+def child(element: Element, *names: str) -> Element | None:
+    """Return the first child of one of these local names."""
+    return next(iter(children(element, *names)), None)
+
+
+def text(element: Element, *names: str) -> str:
+    """Return what the first such child says, on one line; empty where there is none."""
+    found = child(element, *names)
+    return " ".join(found.text.split()) if found is not None else ""
+
+
+def attribute(element: Element, *names: str) -> str | None:
+    """Return the first of these attributes that is given, by its local name."""
+    given = {local(name): value.strip() for name, value in element.attributes.items()}
+    return next((given[name] for name in names if given.get(name)), None)
+
+
+def number(element: Element, name: str) -> float | None:
+    """Return an attribute that is a number, None where it is not given.
+
+    Raises:
+        ExperimentError: it is no number.
+    """
+    value = attribute(element, name)
+    try:
+        return None if value is None else float(value)
+    except ValueError:
+        raise element.error(f"'{name}' of <{element.tag}> is a number, not '{value}'") from None
+
+
+def flag(element: Element, name: str, default: bool) -> bool:
+    """Return an attribute that is true or false; what is neither counts as not given."""
+    known = {"true": True, "1": True, "false": False, "0": False}
+    return known.get((attribute(element, name) or "").lower(), default)
+
+
+def seconds_of(element: Element) -> float:
+    """Return the duration that an element holds: ``840``, ``840.0`` or, as XML Schema writes it, ``PT14M``.
+
+    Raises:
+        ExperimentError: it is neither.
+    """
+    said = element.text
+    match = _DURATION.fullmatch(said)
+    if match is not None and any(match.groups()):
+        return sum(float(part) * _SECONDS[unit] for unit, part in match.groupdict().items() if part)
+    try:
+        return float(said)
+    except ValueError:
+        raise element.error(f"<{element.tag}> is a time in seconds or such as PT14M, not '{said}'") from None

@@ -1,0 +1,83 @@
+"""The transfer functions of an experiment: Python by file or in place, and building blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from nrp_bibi.generate.transformation import transformed
+from nrp_bibi.reader import model_of
+
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.loader import load_transfer_functions
+from nrp_core.errors import TransferFunctionError
+from nrp_core.xml_tree import Element
+from nrp_legacy.code import Source
+from nrp_legacy.documents import is_active, priority_of
+from nrp_legacy.elements import attribute, children, local
+from nrp_legacy.files import Library
+from nrp_legacy.namespace import Namespace
+
+Notes = Callable[[str], None]
+
+_PYTHON = ("PythonTransferFunction", "transferFunctionImport", "transferFunctionInline")
+
+
+def load(
+    element: Element, root: Element, library: Library, names: Namespace, notes: Notes
+) -> list[TransferFunction]:
+    """Return the transfer functions of one element.
+
+    Args:
+        element: ``<transferFunction>``, in any of its forms.
+        root: the document, which holds connectors that several refer to.
+        library: where files are.
+        names: the name space that all share.
+        notes: told what was converted.
+
+    Raises:
+        ExperimentError: it is not there, not Python, or has no meaning.
+    """
+    loaded = list(
+        _python(element, library, names, notes) if _is_python(element) else _blocks(element, root, names)
+    )
+    for function in loaded:
+        function.priority = priority_of(element) or function.priority
+        function.active = is_active(element) and function.active
+    return loaded
+
+
+def _is_python(element: Element) -> bool:
+    kind = local(attribute(element, "type") or element.tag)
+    return kind in _PYTHON or not element.children
+
+
+def _python(element: Element, library: Library, names: Namespace, notes: Notes) -> Iterator[TransferFunction]:
+    source = _source(element, library)
+    made = load_transfer_functions(
+        source.path, module=names.module, code=source.compiled(notes), scope=names.scope
+    )
+    if not made:
+        raise TransferFunctionError("declares no transfer function", path=source.path, line=source.first_line)
+    yield from made
+
+
+def _source(element: Element, library: Library) -> Source:
+    name = attribute(element, "src")
+    if name is None and local(element.tag) == "transferFunctionImport":
+        name = element.text
+    if name is None:
+        return Source.of_element(element)
+    path = library.find(name)
+    if path is None:
+        raise element.error(f"there is no transfer function '{name}' in the experiment")
+    return Source.of_file(path)
+
+
+def _blocks(element: Element, root: Element, names: Namespace) -> Iterator[TransferFunction]:
+    shared = children(root, "connectors", "synapseDynamics")
+    alone = replace(root, children=[*shared, element], text="", raw_text="")
+    for part in transformed(model_of(alone), element.path)[1:]:
+        yield from load_transfer_functions(
+            part.path, module=names.module, code=part.compiled(), scope=names.scope
+        )

@@ -1,0 +1,80 @@
+"""State machines beside the loop: each goes on, until it waits, after every step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from nrp_core.cle.engine import ClosedLoop
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.run import Run
+from nrp_legacy.code import Source
+from nrp_legacy.namespace import Namespace
+from nrp_legacy.shims.steps import Task
+
+MACHINE = "sm"
+"""The variable in which a file has its machine."""
+
+
+class StateMachines:
+    """The machines of one run; what goes wrong with one is reported and the rest runs on.
+
+    Args:
+        paths: their files.
+        names: what they begin with and import.
+        run: the run.
+    """
+
+    def __init__(self, paths: list[Path], names: Namespace, run: Run) -> None:
+        self._paths, self._names, self._run = paths, names, run
+        self._tasks: dict[Path, Task] = {}
+        self._begin()
+        run.loop.hooks.after_step.append(self._advance)
+        run.loop.hooks.after_reset.append(self._restart)
+
+    def _begin(self) -> None:
+        for path in self._paths:
+            machine = self._machine(path)
+            if machine is not None:
+                self._tasks[path] = Task(_executing(machine), lambda: self._run.loop.now_ns)
+                self._tasks[path].advance()
+                self._report(path)
+
+    def _machine(self, path: Path) -> Any:
+        """Run a file for the machine that it makes; None where it makes none."""
+        scope, module = self._names.scope, self._names.fresh()
+        try:
+            scope.run(path, module, Source.of_file(path).compiled(self._names.graph.warn))
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything
+            self._names.graph.warn(f"state machine left out: {scope.located(error, ExperimentError, path)}")
+            return None
+        if not hasattr(module, MACHINE):
+            self._names.graph.warn(f"state machine left out: {path} has no variable '{MACHINE}'")
+        return getattr(module, MACHINE, None)
+
+    def _advance(self, loop: ClosedLoop) -> None:
+        for path, task in list(self._tasks.items()):
+            task.advance()
+            self._report(path)
+
+    def _report(self, path: Path) -> None:
+        error = self._tasks[path].error
+        if self._tasks[path].is_over:
+            del self._tasks[path]
+        if error is not None:
+            self._names.graph.warn(f"state machine {path.name} ended by {type(error).__name__}: {error}")
+
+    def _restart(self, loop: ClosedLoop) -> None:
+        self.close()
+        self._begin()
+
+    def close(self) -> None:
+        """End all machines."""
+        for task in self._tasks.values():
+            task.stop()
+        self._tasks.clear()
+
+
+def _executing(machine: Any) -> Callable[[], object]:
+    return lambda: machine.execute(getattr(machine, "userdata", None))

@@ -1,0 +1,121 @@
+"""The names that transfer functions begin with, and the modules that they import."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from nrp_core.dsl.imports import file_scope
+from nrp_core.dsl.loader import file_names
+from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
+from nrp_core.world.messages.std_msgs import Float32, Int32, String
+from nrp_legacy import python2
+from nrp_legacy.framework import framework, topic
+from nrp_legacy.shims.cv_bridge import CvBridge, cv_bridge_module
+from nrp_legacy.shims.graph import Graph, log
+from nrp_legacy.shims.modules import message_modules, module, service_modules
+from nrp_legacy.shims.rospy import rospy_module
+from nrp_legacy.shims.services import Services
+from nrp_legacy.shims.smach import smach_module
+from nrp_legacy.shims.states import nrp_states_module, smach_ros_module
+from nrp_legacy.shims.transformations import transformations_module
+
+
+class ClientLogger:
+    """Shows texts to the user."""
+
+    def info(self, *words: object) -> None:
+        """Show a text."""
+        log.info("%s", " ".join(map(str, words)))
+
+    advertise = info
+
+
+class Namespace:
+    """One module that all transfer functions of an experiment share.
+
+    Args:
+        notes: told what is left out.
+        folders: whose modules can be imported.
+
+    Attributes:
+        graph: what the shims know of the run.
+        module: the names.
+        scope: what can be imported.
+    """
+
+    def __init__(self, notes: Callable[[str], None], folders: Iterable[Path] = ()) -> None:
+        self.graph = Graph()
+        services = Services(self.graph)
+        nrp = framework(notes)
+        vars(nrp)["tf_lib"] = file_names()["nrp"].tf_lib
+        logger, messages = ClientLogger(), message_modules()
+        vars(nrp).update(clientLogger=logger)
+        substitutes = {
+            **messages,
+            **service_modules(),
+            **_cle(nrp, logger, nrp_states_module(self.graph, services)),
+            "rospy": rospy_module(self.graph, services),
+            "rospy.numpy_msg": module("rospy.numpy_msg", numpy_msg=lambda message: message),
+            **dict.fromkeys(("smach", "smach.state", "smach.state_machine"), smach_module()),
+            "smach_ros": smach_ros_module(self.graph, services),
+            "cv_bridge": cv_bridge_module(),
+            "tf.transformations": transformations_module(),
+        }
+        self.scope = file_scope(nrp, substitutes, folders)
+        self.module = module("transfer_functions", **self._names(nrp, logger, messages))
+
+    def fresh(self) -> ModuleType:
+        """Return a module with the names that every file begins with, for a file that shares none."""
+        return module("state_machine", **self._first_names)
+
+    def _names(
+        self, nrp: ModuleType, logger: ClientLogger, messages: dict[str, ModuleType]
+    ) -> dict[str, Any]:
+        packages = {
+            name.partition(".")[0]: module(name.partition(".")[0], msg=one) for name, one in messages.items()
+        }
+        framework_names = {name: value for name, value in vars(nrp).items() if not name.startswith("_")}
+        packages["hbp_nrp_cle"] = module("hbp_nrp_cle", tf_framework=nrp, tf_lib=nrp.tf_lib)
+        self._first_names = {
+            **python2.names(), **packages, **framework_names,
+            "nrp": nrp, "Topic": topic, "clientLogger": logger, "logger": log, "logging": logging, "sys": sys,
+            "np": np, "numpy": np, "cv2": _lazy("cv2"), "CvBridge": CvBridge,
+            "Point": Point, "Pose": Pose, "Quaternion": Quaternion,
+            "Float32": Float32, "Int32": Int32, "String": String,
+        }  # fmt: skip
+        return dict(self._first_names)
+
+
+def _cle(nrp: ModuleType, logger: ClientLogger, states: ModuleType) -> dict[str, ModuleType]:
+    """Return the packages of the platform itself, under the names of all its times."""
+    interface = module("RobotInterface", Topic=topic)
+    found: dict[str, ModuleType] = {}
+    for root in ("hbp_nrp_cle", "python_cle"):
+        found[f"{root}.tf_framework"] = nrp
+        found[f"{root}.tf_framework.tf_lib"] = found[f"{root}.tf_lib"] = nrp.tf_lib
+        found[f"{root}.robotsim"] = module("robotsim", RobotInterface=interface)
+        found[f"{root}.robotsim.RobotInterface"] = interface
+        found[f"{root}.brainsim"] = module("brainsim")
+        found[f"{root}.tf_framework.config"] = nrp.config
+    logs = module("logs", clientLogger=logger)
+    return {
+        **found,
+        "hbp_nrp_excontrol.logs": logs,
+        "hbp_nrp_excontrol.nrp_states": states,
+    }
+
+
+def _lazy(name: str) -> ModuleType:
+    """Return a module that is imported when one of its names is used."""
+    from importlib import import_module
+
+    made = module(name)
+    vars(made)["__getattr__"] = lambda child: getattr(import_module(name), child)
+    return made

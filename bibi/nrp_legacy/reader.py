@@ -1,0 +1,155 @@
+"""Read an ``.exc`` file and what it names into an experiment of ours."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import reduce
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.reader import experiment_of, overridden
+from nrp_core.experiment.tree import Place, Tree
+from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
+from nrp_core.paths import MissingFileError, existing_folder
+from nrp_core.xml_tree import Element
+from nrp_legacy import documents
+from nrp_legacy.elements import local
+from nrp_legacy.files import Library
+from nrp_legacy.maker import LegacyMaker
+from nrp_legacy.poses import pose_of
+
+TIMESTEP_MS = 20.0
+"""Period of a loop that says none."""
+DURATION_S = 600.0
+"""Duration of an experiment that says none."""
+
+_STAND_INS = Path(__file__).with_name("stand_ins")
+
+
+def read_exc(path: Path, overrides: Sequence[str] = ()) -> Experiment:
+    """Read an experiment of the platform, to be run as it is.
+
+    Args:
+        path: the ``.exc`` file; ``..`` and the library of models are looked for from its folder.
+        overrides: ``dotted.key=value`` of our own format; ``models=[DIR]`` says where models are.
+
+    Raises:
+        InvalidExperimentError: the files are not XML, or nothing says how brain and body connect.
+    """
+    path = path.resolve()
+    try:
+        return _Reading(path, overrides).experiment()
+    except InvalidExperimentError:
+        raise
+    except ExperimentError as error:
+        raise InvalidExperimentError([Finding.of(error, Code.NRP200)]) from error
+    except MissingFileError as error:
+        raise InvalidExperimentError([Finding(Code.NRP204, str(error))]) from error
+
+
+class _Reading:
+    def __init__(self, path: Path, overrides: Sequence[str]) -> None:
+        self._path, self._overrides = path, overrides
+        self._exc = documents.read_experiment(path)
+        self._chosen = [one for one in overrides if one.partition("=")[0].strip().startswith("models")]
+        models = reduce(overridden, self._chosen, Tree({})).plain().get("models", [])
+        self._library = Library(path.parent, [existing_folder(folder) for folder in models])
+        self._notes: list[Finding] = []
+        self._bibi = documents.read_bibi(self._bibi_file())
+
+    def experiment(self) -> Experiment:
+        exc, bibi = self._exc, self._bibi
+        for element in (*exc.ignored, *bibi.ignored):
+            self._note(element, f"<{local(element.tag)}> has no meaning here: ignored")
+        timestep_ns = round((bibi.timestep_ms or TIMESTEP_MS) * 1e6)
+        duration_ns = ceil((exc.duration_s or DURATION_S) * 1e9 / timestep_ns) * timestep_ns
+        tree = self._tree({
+            "name": exc.name, "description": exc.description, "seed": exc.seed or 0,
+            "timestep": f"{timestep_ns} ns", "duration": f"{duration_ns} ns",
+            "brain": self._brain(), "world": self._world(),
+            "tf_time": "start", "on_error": "quarantine", "strict": False,
+            "models": self._tree([self._tree(str(folder)) for folder in self._library.roots()]),
+            "csv_folder": str(self._path.parent / "csv"),
+        })  # fmt: skip
+        experiment = experiment_of(tree, [one for one in self._overrides if one not in self._chosen])
+        machines = [file for one in exc.machines if (file := self._required(one, "state machine"))]
+        maker = LegacyMaker(bibi, self._library, machines, self._notes)
+        return experiment.with_maker(maker)
+
+    # -- the parts
+
+    def _bibi_file(self) -> Path:
+        named = self._exc.bibi
+        path = None if named is None else self._library.find(named.name, model=named.model)
+        if path is not None:
+            return path
+        beside = sorted(self._path.parent.glob("*.bibi"))
+        if named is None and len(beside) == 1:
+            return beside[0]
+        said = "names no <bibiConf>" if named is None else f"names '{named.name}', which is not there"
+        raise (named.element if named else self._exc.element).error(f"the experiment {said}")
+
+    def _brain(self) -> Tree:
+        brain = self._bibi.brain
+        found = None if brain is None else self._library.find_brain(brain.name, model=brain.model)
+        if brain is not None and found is None:
+            self._note(brain.element, f"no brain '{brain.name}': there are no neurons")
+        backend = "spinnaker" if "spinnaker" in self._bibi.mode.lower() else "event"
+        model = found or _STAND_INS / "no_brain.py"
+        return self._tree({"backend": backend, "model": str(model)}, brain.element if brain else None)
+
+    def _world(self) -> Tree:
+        environment = self._exc.environment
+        scene = None
+        if environment is not None:
+            scene = self._library.find_sdf(environment.name, model=environment.model)
+        if scene is None:
+            said = "no room is named" if environment is None else f"no room '{environment.name}'"
+            self._note(
+                environment.element if environment else self._exc.element, f"{said}: a plain floor it is"
+            )
+        bodies = self._bibi.bodies.items()
+        robots = {_identifier(name): robot for name, body in bodies if (robot := self._robot(name, body))}
+        element = environment.element if environment else None
+        content = {"backend": "mujoco", "scene": str(scene or _STAND_INS / "empty_room.sdf")}
+        return self._tree({**content, "robots": self._tree(robots)}, element)
+
+    def _robot(self, name: str, body: documents.FileNamed) -> Tree | None:
+        model = self._library.find_sdf(body.name, model=body.model)
+        if model is None:
+            self._note(body.element, f"no robot '{body.name}': left out")
+            return None
+        poses = self._exc.poses
+        only = next(iter(poses.values())) if len(poses) == len(self._bibi.bodies) == 1 else None
+        pose = poses.get(name, only)
+        numbers = {} if pose is None else {"pose": self._tree([*map(self._tree, pose_of(pose))], pose)}
+        return self._tree({"model": str(model), **numbers}, body.element)
+
+    # -- what is said of them
+
+    def _required(self, named: documents.FileNamed, what: str) -> Path | None:
+        path = self._library.find(named.name, model=named.model)
+        if path is None:
+            self._note(named.element, f"no {what} '{named.name}': left out")
+        return path
+
+    def _note(self, element: Element, message: str) -> None:
+        self._notes.append(Finding(Code.NRP204, message, Level.WARNING, element.path, element.line))
+
+    def _tree(self, value: Any, element: Element | None = None) -> Tree:
+        """Return a value, and the values of a mapping, with the place of an element."""
+        at = element or self._exc.element
+        place = Place(at.path, at.line)
+        if isinstance(value, dict):
+            value = {key: one if isinstance(one, Tree) else self._tree(one, at) for key, one in value.items()}
+        return Tree(value, place, place)
+
+
+def _identifier(name: str) -> str:
+    """Return the name of a robot with nothing in it but letters, digits and ``_``."""
+    plain = re.sub(r"\W", "_", name)
+    return plain if plain.isidentifier() else f"_{plain}"

@@ -1,0 +1,150 @@
+"""What the shims know of a run: its time, its topics, what is logged.
+
+Before the run begins, topics are only remembered: :meth:`Graph.wanted` says which.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+from nrp_core.cle.engine import ClosedLoop
+from nrp_core.clock import seconds
+from nrp_core.dsl.messages import message_type
+from nrp_core.experiment.run import Run
+from nrp_core.world.interface import World
+from nrp_core.world.topics import Stamped, Subscription, check_message
+
+log = logging.getLogger("nrp_legacy")
+"""What experiments log."""
+
+
+def absolute(name: str) -> str:
+    """Return the absolute name of a topic or service."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+class Listener:
+    """A callback for what comes on a topic.
+
+    Args:
+        topic: its absolute name.
+        kind: its type.
+        callback: called with each message.
+    """
+
+    def __init__(self, topic: str, kind: type, callback: Callable[[Any], Any]) -> None:
+        self.topic, self.kind, self.callback = topic, kind, callback
+        self._subscription: Subscription | None = None
+        self._seen: Stamped | None = None
+
+    def deliver(self, graph: Graph) -> None:
+        """Call back if a message came; what the callback raises is logged, as in ROS."""
+        if self._subscription is None:
+            graph.declare(self.topic, self.kind)
+            self._subscription = graph.world.subscribe(self.topic)
+        latest = self._subscription.latest
+        if latest is None or latest is self._seen:
+            return
+        self._seen = latest
+        try:
+            self.callback(latest.message)
+        except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
+            graph.warn(f"a callback of {self.topic} raised {type(error).__name__}: {error}")
+
+
+class Graph:
+    """The topics and the time of one run, for all shims of an experiment."""
+
+    def __init__(self) -> None:
+        self._run: Run | None = None
+        self._listeners: list[Listener] = []
+        self.wanted: dict[str, type] = {}
+
+    def __deepcopy__(self, memo: object) -> Graph:
+        """Return the graph itself: a variable that begins with a service proxy keeps the run's."""
+        return self
+
+    # -- before and during the run
+
+    def begin(self, run: Run) -> None:
+        """Take part in a run."""
+        self._run = run
+        run.loop.hooks.before_functions.append(self._deliver)
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether there is a run."""
+        return self._run is not None
+
+    @property
+    def world(self) -> World:
+        """The world of the run."""
+        assert self._run is not None
+        return self._run.world
+
+    @property
+    def now_ns(self) -> int:
+        """Simulated time, ns; 0 before the run."""
+        return 0 if self._run is None else self._run.loop.now_ns
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time, s."""
+        return seconds(self.now_ns)
+
+    def warn(self, message: str) -> None:
+        """Report something once, with the result of the run."""
+        log.warning(message)
+        if self._run is not None:
+            self._run.world.warnings.append(message)
+
+    def _deliver(self, loop: ClosedLoop) -> None:
+        for listener in list(self._listeners):
+            listener.deliver(self)
+
+    # -- topics
+
+    def want(self, topic: str, kind: Any) -> type:
+        """Ask for a topic; return its type."""
+        self.wanted[topic] = known = message_type(kind)
+        return known
+
+    def declare(self, topic: str, kind: type) -> None:
+        """Add a topic that nobody serves."""
+        if topic not in self.world.topics:
+            self.world.declare(topic, kind)
+
+    def listen(self, topic: str, kind: Any, callback: Callable[[Any], Any]) -> Listener:
+        """Call back for what comes on a topic, at most once a step."""
+        listener = Listener(topic, self.want(topic, kind), callback)
+        self._listeners.append(listener)
+        return listener
+
+    def forget(self, listener: Listener) -> None:
+        """Call back no more."""
+        if listener in self._listeners:
+            self._listeners.remove(listener)
+
+    def publish(self, topic: str, kind: type, message: Any) -> None:
+        """Publish a message; before the run, nobody hears it.
+
+        Raises:
+            TopicError: the topic cannot carry it.
+        """
+        if self._run is None:
+            return
+        self.declare(topic, kind)
+        publication = self.world.advertise(topic)
+        check_message(publication.topic, message)
+        publication.publish(message)
+
+    def latest(self, topic: str) -> Any:
+        """Return the last message on a topic, None before the first."""
+        if self._run is None or topic not in self.world.topics:
+            return None
+        subscription = self.world.subscribe(topic)
+        stamped = subscription.latest
+        self.world.unsubscribe(subscription)
+        return None if stamped is None else stamped.message

@@ -1,0 +1,184 @@
+"""``rospy``: topics, services, time and logs of the run."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+from nrp_core.clock import NS_PER_S
+from nrp_legacy.shims.graph import Graph, absolute, log
+from nrp_legacy.shims.modules import module
+from nrp_legacy.shims.services import ServiceException, Services
+from nrp_legacy.shims.steps import Task
+from nrp_legacy.shims.times import Duration, Time
+
+_LEVELS = {"debug": logging.DEBUG, "info": logging.INFO, "warn": logging.WARNING, "err": logging.ERROR}
+
+
+class ROSException(Exception):  # noqa: N818 - the name that users catch
+    """What rospy raises."""
+
+
+class ROSInterruptException(ROSException):
+    """The node is shut down."""
+
+
+class Publisher:
+    """Publishes on a topic."""
+
+    def __init__(self, graph: Graph, name: str, data_class: Any, **_options: Any) -> None:
+        self._graph, self.name = graph, absolute(name)
+        self.type = graph.want(self.name, data_class)
+
+    def publish(self, *values: Any, **fields: Any) -> None:
+        """Publish a message, or one made of these fields."""
+        is_message = len(values) == 1 and not fields and isinstance(values[0], self.type)
+        self._graph.publish(self.name, self.type, values[0] if is_message else self.type(*values, **fields))
+
+    def get_num_connections(self) -> int:
+        """Return 1: the world listens."""
+        return 1
+
+    def unregister(self) -> None:
+        """Do nothing: a publisher that is not used costs nothing."""
+
+
+class Subscriber:
+    """Calls back for what comes on a topic."""
+
+    def __init__(
+        self,
+        graph: Graph,
+        name: str,
+        data_class: Any,
+        callback: Callable[..., Any] | None = None,
+        callback_args: Any = None,
+        **_options: Any,
+    ) -> None:
+        self._graph, self.name = graph, absolute(name)
+
+        def called(message: Any) -> None:
+            if callback is not None:
+                callback(message) if callback_args is None else callback(message, callback_args)
+
+        self._listener = graph.listen(self.name, data_class, called)
+
+    def unregister(self) -> None:
+        """Call back no more."""
+        self._graph.forget(self._listener)
+
+
+class ServiceProxy:
+    """Calls a service."""
+
+    def __init__(self, services: Services, name: str, service_class: Any = None, **_options: Any) -> None:
+        self._services, self.resolved_name = services, absolute(name)
+
+    def __call__(self, *values: Any, **fields: Any) -> Any:
+        return self._services.call(self.resolved_name, *values, **fields)
+
+    call = __call__
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def rospy_module(graph: Graph, services: Services) -> ModuleType:
+    """Return the module for one experiment."""
+
+    class NowTime(Time):
+        @classmethod
+        def now(cls) -> Time:
+            return cls(0, _glanced(graph))
+
+    NowTime.__name__ = "Time"
+    logs = {f"log{name}": _logs(level) for name, level in _LEVELS.items()}
+    return module(
+        "rospy",
+        Publisher=lambda *a, **k: Publisher(graph, *a, **k),
+        Subscriber=lambda *a, **k: Subscriber(graph, *a, **k),
+        ServiceProxy=lambda *a, **k: ServiceProxy(services, *a, **k),
+        ServiceException=ServiceException,
+        ROSException=ROSException,
+        ROSInterruptException=ROSInterruptException,
+        Time=NowTime,
+        Duration=Duration,
+        Rate=lambda hz: _Rate(graph, hz),
+        get_time=lambda: _glanced(graph) / NS_PER_S,
+        get_rostime=NowTime.now,
+        sleep=lambda duration: sleep(graph, duration),
+        is_shutdown=lambda: _glanced(graph) < 0,
+        init_node=_nothing, spin=_nothing, on_shutdown=_nothing, signal_shutdown=_nothing,
+        wait_for_service=_nothing,
+        wait_for_message=lambda topic, kind, timeout=None: _wait_for_message(graph, topic, kind, timeout),
+        get_param=_parameter,
+        has_param=lambda _name: False,
+        logerror=logs["logerr"], logwarning=logs["logwarn"], logfatal=logs["logerr"],
+        **logs,
+    )  # fmt: skip
+
+
+def sleep(graph: Graph, duration: Any) -> None:
+    """Wait in simulated time; a transfer function, which cannot wait, goes on at once."""
+    task = Task.here()
+    if task is not None:
+        task.wait_until(graph.now_ns + round(float(duration) * NS_PER_S))
+
+
+class _Rate:
+    def __init__(self, graph: Graph, hz: float) -> None:
+        self._graph, self._period_s = graph, 1.0 / float(hz)
+
+    def sleep(self) -> None:
+        sleep(self._graph, self._period_s)
+
+
+def _wait_for_message(graph: Graph, topic: str, kind: Any, timeout: float | None) -> Any:
+    """Return the next message on a topic; what cannot wait gets the last one.
+
+    Raises:
+        ROSException: none came in time.
+    """
+    name = absolute(topic)
+    came: list[Any] = []
+    task = Task.here()
+    if task is None:
+        latest = graph.latest(name)
+        if latest is None:
+            raise ROSException(f"no message on {name}, and a transfer function cannot wait for one")
+        return latest
+    end_s = None if timeout is None else graph.now_s + float(timeout)
+    listener = graph.listen(name, kind, came.append)
+    try:
+        while not came:
+            if end_s is not None and graph.now_s >= end_s:
+                raise ROSException(f"no message on {name} within {timeout} s")
+            task.wait_until(0)
+    finally:
+        graph.forget(listener)
+    return came[0]
+
+
+def _glanced(graph: Graph) -> int:
+    task = Task.here()
+    if task is not None:
+        task.glance()
+    return graph.now_ns
+
+
+def _logs(level: int) -> Callable[..., None]:
+    def write(message: object, *values: object, **_options: object) -> None:
+        log.log(level, str(message), *values)
+
+    return write
+
+
+def _parameter(_name: str, default: Any = None) -> Any:
+    """Return the default: there is no parameter server."""
+    return default
+
+
+def _nothing(*_values: Any, **_fields: Any) -> None:
+    """Do what needs not be done here."""

@@ -1,0 +1,255 @@
+"""``smach``: states, and containers that go from one to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from types import ModuleType
+from typing import Any, Self
+
+from nrp_core.errors import did_you_mean
+from nrp_legacy.shims.modules import module
+from nrp_legacy.shims.steps import Task
+
+GOES_ON = ("invalid", "succeeded", "valid", "done")
+"""Outcomes that mean that what was waited for has come; a state with one may be wired by another."""
+
+
+class InvalidTransitionError(Exception):
+    """A container that cannot be run."""
+
+
+class UserData:
+    """What states share."""
+
+    def __getitem__(self, key: str) -> Any:
+        return self.__dict__[key]
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        self.__dict__[key] = value
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.__dict__
+
+
+class State:
+    """A state; override ``execute(userdata)``, which returns an outcome.
+
+    Args:
+        outcomes: what it can return.
+        input_keys, output_keys, io_keys: taken; all data is shared.
+    """
+
+    def __init__(
+        self,
+        outcomes: Iterable[str] = (),
+        input_keys: Iterable[str] = (),
+        output_keys: Iterable[str] = (),
+        io_keys: Iterable[str] = (),
+    ) -> None:
+        self._outcomes = list(outcomes)
+        self.is_preempted = False
+
+    def execute(self, userdata: Any) -> str:
+        """Do what the state does and return an outcome."""
+        raise NotImplementedError(f"{type(self).__name__}.execute")
+
+    def get_registered_outcomes(self) -> tuple[str, ...]:
+        """Return what it can return."""
+        return tuple(self._outcomes)
+
+    def register_outcomes(self, outcomes: Iterable[str]) -> None:
+        """Add outcomes."""
+        self._outcomes += outcomes
+
+    def preempt_requested(self) -> bool:
+        """Return whether it shall end early."""
+        return self.is_preempted
+
+    def request_preempt(self) -> None:
+        """Ask it to end early."""
+        self.is_preempted = True
+
+    def service_preempt(self) -> None:
+        """Take note that it ends early."""
+        self.is_preempted = False
+
+    recall_preempt = service_preempt
+
+
+class CBState(State):
+    """A state that calls a function.
+
+    Args:
+        cb: the function; first the user data, then ``cb_args`` and ``cb_kwargs``; it returns an outcome.
+    """
+
+    def __init__(
+        self,
+        cb: Callable[..., str],
+        cb_args: Iterable[Any] = (),
+        cb_kwargs: Mapping[str, Any] | None = None,
+        outcomes: Iterable[str] = (),
+        input_keys: Iterable[str] = (),
+        output_keys: Iterable[str] = (),
+        io_keys: Iterable[str] = (),
+    ) -> None:
+        super().__init__(outcomes)
+        self._callback, self._values, self._more = cb, tuple(cb_args), dict(cb_kwargs or {})
+
+    def execute(self, userdata: Any) -> str:
+        return self._callback(userdata, *self._values, **self._more)
+
+
+class StateMachine(State):
+    """Goes from state to state until an outcome of its own.
+
+    ``with machine: StateMachine.add(...)`` adds to the innermost machine that is open.
+    """
+
+    _open: list[Any] = []  # noqa: RUF012 - one stack for all, as in smach; empty outside of `with`
+
+    def __init__(self, outcomes: Iterable[str] = (), *keys: Iterable[str], **more: Iterable[str]) -> None:
+        super().__init__(outcomes)
+        self.userdata = UserData()
+        self._states: dict[str, State] = {}
+        self._transitions: dict[str, dict[str, str]] = {}
+        self._initial: str | None = None
+
+    def __enter__(self) -> Self:
+        StateMachine._open.append(self)
+        return self
+
+    def __exit__(self, *_raised: object) -> None:
+        StateMachine._open.pop()
+
+    @staticmethod
+    def add(
+        label: str,
+        state: State,
+        transitions: Mapping[str, str] | None = None,
+        _remapping: Mapping[str, str] | None = None,
+        **_keys: Any,
+    ) -> State:
+        """Add a state to the machine that is open; keys need no remapping, all data is shared.
+
+        Args:
+            label: what other states call it.
+            state: the state.
+            transitions: the next state, or an outcome of the machine, for each outcome.
+        """
+        machine = StateMachine._open[-1]
+        machine._states[label] = state
+        machine._transitions[label] = dict(transitions or {})
+        machine._initial = machine._initial or label
+        return state
+
+    def set_initial_state(self, labels: Iterable[str]) -> None:
+        """Choose where to begin; by default at the first state."""
+        self._initial = next(iter(labels))
+
+    def execute(self, userdata: Any = None) -> str:
+        label = self._initial
+        while label in self._states and label is not None:
+            outcome = self._states[label].execute(self.userdata)
+            label = self._next(label, outcome)
+            task = Task.here()
+            if task is not None:
+                task.glance()
+        return str(label)
+
+    def _next(self, label: str, outcome: str) -> str:
+        """Return where an outcome leads: to a state, or out of this machine.
+
+        Raises:
+            InvalidTransitionError: nowhere.
+        """
+        ways = self._transitions[label]
+        meant = [outcome, *(other for other in GOES_ON if outcome in GOES_ON)]
+        for known in meant:
+            if known in ways:
+                return ways[known]
+        if outcome in self._outcomes:
+            return outcome
+        hint = did_you_mean(str(outcome), [*ways, *self._outcomes])
+        raise InvalidTransitionError(f"state '{label}' ends with '{outcome}', which leads nowhere{hint}")
+
+
+class Sequence(StateMachine):
+    """States one after another.
+
+    Args:
+        outcomes: of the sequence.
+        connector_outcome: what leads from a state to the next, and from the last out.
+    """
+
+    def __init__(self, outcomes: Iterable[str], connector_outcome: str = "succeeded") -> None:
+        super().__init__(outcomes)
+        self._connector = connector_outcome
+
+    @staticmethod
+    def add(
+        label: str,
+        state: State,
+        transitions: Mapping[str, str] | None = None,
+        _remapping: Mapping[str, str] | None = None,
+        **_keys: Any,
+    ) -> State:
+        """Add a state to the sequence that is open."""
+        machine = StateMachine._open[-1]
+        if machine._states:
+            machine._transitions[list(machine._states)[-1]].setdefault(machine._connector, label)
+        return StateMachine.add(label, state, transitions)
+
+
+class Concurrence(State):
+    """States side by side. They take turns: each runs until it ends, in the order in which they were added.
+
+    Args:
+        outcomes: of the whole.
+        default_outcome: where no other is meant.
+        outcome_map: for an outcome, the outcomes of states that must all hold.
+        outcome_cb: returns the outcome from those of all states.
+    """
+
+    def __init__(
+        self,
+        outcomes: Iterable[str],
+        default_outcome: str = "",
+        outcome_map: Mapping[str, Mapping[str, str]] | None = None,
+        outcome_cb: Callable[[dict[str, str]], str] | None = None,
+        **_more: Any,
+    ) -> None:
+        super().__init__(outcomes)
+        self.userdata = UserData()
+        self._default, self._map, self._choose = default_outcome, outcome_map or {}, outcome_cb
+        self._states: dict[str, State] = {}
+        self._transitions: dict[str, dict[str, str]] = {}
+        self._initial: str | None = None
+
+    def __enter__(self) -> Self:
+        StateMachine._open.append(self)
+        return self
+
+    def __exit__(self, *_raised: object) -> None:
+        StateMachine._open.pop()
+
+    add = staticmethod(StateMachine.add)
+
+    def execute(self, userdata: Any) -> str:
+        came = {label: state.execute(self.userdata) for label, state in self._states.items()}
+        chosen = self._choose(came) if self._choose is not None else None
+        if chosen:
+            return chosen
+        for outcome, needed in self._map.items():
+            if all(came.get(label) == wanted for label, wanted in needed.items()):
+                return outcome
+        return self._default
+
+
+def smach_module() -> ModuleType:
+    """Return the module."""
+    return module(
+        "smach",
+        State=State, CBState=CBState, StateMachine=StateMachine, Concurrence=Concurrence, Sequence=Sequence,
+        UserData=UserData, InvalidTransitionError=InvalidTransitionError,
+    )  # fmt: skip

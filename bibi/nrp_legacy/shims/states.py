@@ -1,0 +1,280 @@
+"""``smach_ros`` and ``hbp_nrp_excontrol.nrp_states``: states that wait for the world and change it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import partial
+from types import ModuleType
+from typing import Any
+
+from nrp_core.clock import NS_PER_S
+from nrp_core.world.messages.gazebo_msgs import ModelStates
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_legacy.shims.graph import Graph, absolute, log
+from nrp_legacy.shims.modules import module
+from nrp_legacy.shims.services import ServiceException, Services
+from nrp_legacy.shims.smach import State
+from nrp_legacy.shims.steps import Task
+from nrp_legacy.shims.times import Time
+
+MONITORED = ("valid", "invalid", "preempted")
+SERVED = ("succeeded", "aborted", "preempted")
+
+
+class PollingState(State):
+    """A state that looks once a step whether it may go on.
+
+    Args:
+        is_over: called with the user data.
+        graph: of the run.
+    """
+
+    def __init__(self, graph: Graph, is_over: Callable[[Any], bool]) -> None:
+        super().__init__(MONITORED)
+        self._graph, self._is_over = graph, is_over
+
+    def execute(self, userdata: Any) -> str:
+        self._entered()
+        while not self._is_over(userdata):
+            if self.preempt_requested():
+                return "preempted"
+            task = Task.here()
+            if task is None:
+                return "valid"
+            task.wait_until(0)
+        return "invalid"
+
+    def _entered(self) -> None:
+        """Begin to wait."""
+
+
+class MonitorState(PollingState):
+    """Waits while a condition holds for the messages of a topic.
+
+    Args:
+        topic: the topic.
+        msg_type: its type.
+        cond_cb: called with the user data and a message; True: keep waiting.
+        max_checks: after so many messages it gives up waiting: the outcome is ``valid``.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        topic: str,
+        msg_type: Any,
+        cond_cb: Callable[..., bool],
+        max_checks: int = -1,
+        **_keys: Any,
+    ) -> None:
+        super().__init__(graph, lambda _userdata: False)
+        self._topic, self._type, self._condition, self._checks = (
+            absolute(topic),
+            msg_type,
+            cond_cb,
+            max_checks,
+        )
+        graph.want(self._topic, msg_type)
+
+    def execute(self, userdata: Any) -> str:
+        came: list[Any] = []
+        listener = self._graph.listen(self._topic, self._type, came.append)
+        self._left = self._checks
+        self._is_over = lambda data: self._met(came, data)
+        try:
+            outcome = super().execute(userdata)
+        finally:
+            self._graph.forget(listener)
+        return "valid" if outcome == "invalid" and self._left == 0 else outcome
+
+    def _met(self, came: list[Any], userdata: Any) -> bool:
+        messages, came[:] = list(came), []
+        for message in messages:
+            if not self._condition(userdata, message):
+                return True
+            self._left -= 1
+            if self._left == 0:
+                return True
+        return False
+
+
+class ModelMonitorState(PollingState):
+    """Waits while a condition holds for the pose, or velocity, of a model."""
+
+    def __init__(
+        self,
+        graph: Graph,
+        name: str,
+        callback: Callable[..., bool],
+        *_keys: Any,
+        part: str = "pose",
+        **_more: Any,
+    ) -> None:
+        super().__init__(graph, self._no_longer)
+        self._name, self._callback, self._part = name, callback, part
+        graph.want(MODEL_STATES, ModelStates)
+
+    def _no_longer(self, userdata: Any) -> bool:
+        states = self._graph.latest(MODEL_STATES)
+        model = self._name.partition("::")[0]
+        if states is None or model not in states.name:
+            return False
+        return not self._callback(userdata, getattr(states, self._part)[states.name.index(model)])
+
+
+class ClockMonitorState(PollingState):
+    """Waits while a condition holds for the simulated time."""
+
+    def __init__(self, graph: Graph, callback: Callable[..., bool], *_keys: Any, **_more: Any) -> None:
+        takes_data = len(inspect.signature(callback).parameters) > 1
+
+        def no_longer(userdata: Any) -> bool:
+            now = Time(0, graph.now_ns)
+            return not (callback(userdata, now) if takes_data else callback(now))
+
+        super().__init__(graph, no_longer)
+
+
+class WaitToClockState(PollingState):
+    """Waits for a time of the simulation, s."""
+
+    def __init__(self, graph: Graph, time: float, *_keys: Any, **_more: Any) -> None:
+        end_ns = round(float(time) * NS_PER_S)
+        super().__init__(graph, lambda _userdata: graph.now_ns >= end_ns)
+
+
+class ClockDelayState(PollingState):
+    """Waits for some seconds of simulated time."""
+
+    def __init__(self, graph: Graph, waitfor: float, *_keys: Any, **_more: Any) -> None:
+        super().__init__(graph, lambda _userdata: graph.now_ns >= self._end_ns)
+        self._delay_ns = round(float(waitfor) * NS_PER_S)
+        self._end_ns = 0
+
+    def _entered(self) -> None:
+        self._end_ns = self._graph.now_ns + self._delay_ns
+
+
+class ServiceState(State):
+    """Calls a service once.
+
+    Args:
+        service_name: the service.
+        service_spec: its type.
+        request: what is asked; or ``request_cb`` makes it from the user data and an empty request.
+        response_cb: called with the user data and the answer; it may return an outcome.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        services: Services,
+        service_name: str,
+        service_spec: Any = None,
+        request: Any = None,
+        request_cb: Callable[..., Any] | None = None,
+        response_cb: Callable[..., Any] | None = None,
+        **_keys: Any,
+    ) -> None:
+        super().__init__(SERVED)
+        self._graph, self._services, self._name = graph, services, absolute(service_name)
+        self._request, self._request_cb, self._response_cb = request, request_cb, response_cb
+
+    def execute(self, userdata: Any) -> str:
+        asked = self._request_cb(userdata, None) if self._request_cb is not None else self._request
+        try:
+            answer = self._services.call(self._name, *([] if asked is None else [asked]))
+        except ServiceException as error:
+            self._graph.warn(str(error))
+            return "aborted"
+        chosen = None if self._response_cb is None else self._response_cb(userdata, answer)
+        return chosen or ("succeeded" if getattr(answer, "success", True) else "aborted")
+
+
+class SetMaterialColorServiceState(ServiceState):
+    """Gives a visual another material."""
+
+    def __init__(
+        self,
+        graph: Graph,
+        services: Services,
+        model_name: str,
+        link_name: str,
+        visual_name: str,
+        material_name: str,
+        delay: float = 0.0,
+        *_keys: Any,
+    ) -> None:
+        super().__init__(graph, services, "/gazebo/set_visual_properties")
+        self._delay_s = float(delay)
+        self._values = (model_name, link_name, visual_name, "material:script:name", material_name)
+
+    def execute(self, userdata: Any) -> str:
+        task = Task.here()
+        if task is not None and self._delay_s > 0:
+            task.wait_until(self._graph.now_ns + round(self._delay_s * NS_PER_S))
+        try:
+            self._services.call(self._name, *self._values)
+        except ServiceException as error:
+            self._graph.warn(str(error))
+            return "aborted"
+        return "succeeded"
+
+
+class ClientLogState(State):
+    """Shows a text to the user."""
+
+    def __init__(self, text: str, *_keys: Any, **_more: Any) -> None:
+        super().__init__(SERVED)
+        self._text = text
+
+    def execute(self, userdata: Any) -> str:
+        log.info("%s", self._text)
+        return "succeeded"
+
+
+class UnavailableState(State):
+    """A state that changes the scene in a way that no world of ours can; it says so and is aborted."""
+
+    def __init__(self, graph: Graph, what: str, *_values: Any, **_more: Any) -> None:
+        super().__init__(SERVED)
+        self._graph, self._what = graph, what
+
+    def execute(self, userdata: Any) -> str:
+        self._graph.warn(f"a state machine asks to {self._what}, which is not possible here")
+        return "aborted"
+
+
+_UNAVAILABLE = {
+    "SetModelPose": "move a model", "SetModelServiceState": "move a model", "SetPose": "move a model",
+    "TranslateModelState": "move a model", "RotateModelState": "turn a model", "ScaleModelState": "scale one",
+    "SpawnSphere": "add a model", "SpawnBox": "add a model", "SpawnCylinder": "add a model",
+    "ModelSpawnServiceState": "add a model", "DestroyModel": "remove a model",
+}  # fmt: skip
+
+
+def smach_ros_module(graph: Graph, services: Services) -> ModuleType:
+    """Return ``smach_ros`` for one experiment."""
+    return module(
+        "smach_ros",
+        MonitorState=partial(MonitorState, graph),
+        ServiceState=partial(ServiceState, graph, services),
+    )
+
+
+def nrp_states_module(graph: Graph, services: Services) -> ModuleType:
+    """Return ``hbp_nrp_excontrol.nrp_states`` for one experiment."""
+    unavailable = {name: partial(UnavailableState, graph, what) for name, what in _UNAVAILABLE.items()}
+    return module(
+        "nrp_states",
+        WaitToClockState=partial(WaitToClockState, graph),
+        ClockDelayState=partial(ClockDelayState, graph),
+        ClockMonitorState=partial(ClockMonitorState, graph),
+        RobotPoseMonitorState=partial(ModelMonitorState, graph),
+        LinkPoseMonitorState=partial(ModelMonitorState, graph),
+        RobotTwistMonitorState=partial(ModelMonitorState, graph, part="twist"),
+        SetMaterialColorServiceState=partial(SetMaterialColorServiceState, graph, services),
+        ClientLogState=ClientLogState,
+        **unavailable,
+    )

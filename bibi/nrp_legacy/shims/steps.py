@@ -1,0 +1,92 @@
+"""Let code that waits in the middle run beside the loop: it goes on only between two steps.
+
+Each such task has a thread of its own, but only one of them or the loop runs at a time, so that the order of
+everything is that of the simulation.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+_TOO_MANY_GLANCES = 1000
+"""So many looks at the clock without waiting are a loop that waits by looking."""
+
+
+class Stopped(BaseException):
+    """The run is over while a task waits."""
+
+
+class Task:
+    """Code that runs until it waits for simulated time.
+
+    Args:
+        work: the code.
+        now_ns: tells the simulated time.
+    """
+
+    _current = threading.local()
+
+    def __init__(self, work: Callable[[], object], now_ns: Callable[[], int]) -> None:
+        self._work, self._now_ns = work, now_ns
+        self._go, self._waits = threading.Semaphore(0), threading.Semaphore(0)
+        self._until_ns, self._glances, self._stopping = 0, 0, False
+        self.error: Exception | None = None
+        self.is_over = False
+        self._thread = threading.Thread(target=self._main, daemon=True, name="state machine")
+        self._thread.start()
+
+    @classmethod
+    def here(cls) -> Task | None:
+        """Return the task that this code belongs to, None for the loop itself."""
+        return getattr(cls._current, "task", None)
+
+    # -- for the loop
+
+    def advance(self) -> None:
+        """Let the code run until it waits, unless the time it waits for is still to come."""
+        if self.is_over or self._now_ns() < self._until_ns:
+            return
+        self._go.release()
+        self._waits.acquire()
+
+    def stop(self) -> None:
+        """End the code where it waits."""
+        self._stopping = True
+        while not self.is_over:
+            self._go.release()
+            self._waits.acquire()
+
+    # -- for the code
+
+    def wait_until(self, t_ns: int) -> None:
+        """Wait for a time, one step at least.
+
+        Raises:
+            Stopped: the run is over.
+        """
+        self._until_ns, self._glances = t_ns, 0
+        self._waits.release()
+        self._go.acquire()
+        if self._stopping:
+            raise Stopped
+
+    def glance(self) -> None:
+        """Count a look at the clock."""
+        self._glances += 1
+        if self._glances > _TOO_MANY_GLANCES:
+            self.wait_until(0)
+
+    def _main(self) -> None:
+        type(self)._current.task = self
+        self._go.acquire()
+        try:
+            if not self._stopping:
+                self._work()
+        except Stopped:
+            pass
+        except Exception as error:  # noqa: BLE001 - code of users may raise anything
+            self.error = error
+        finally:
+            self.is_over = True
+            self._waits.release()

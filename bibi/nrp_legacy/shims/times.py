@@ -1,0 +1,79 @@
+"""Times and durations of ROS 1."""
+
+from __future__ import annotations
+
+from functools import total_ordering
+from typing import Any
+
+from nrp_core.clock import NS_PER_S
+
+
+@total_ordering
+class Duration:
+    """A length of time; compares with numbers of seconds too.
+
+    Args:
+        secs: seconds, a fraction too.
+        nsecs: nanoseconds more.
+    """
+
+    def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
+        self.ns = round(secs * NS_PER_S) + nsecs
+
+    @classmethod
+    def from_sec(cls, seconds: float) -> Any:
+        """Return one of so many seconds."""
+        return cls(seconds)
+
+    @property
+    def secs(self) -> int:
+        """Whole seconds."""
+        return self.ns // NS_PER_S
+
+    @property
+    def nsecs(self) -> int:
+        """Nanoseconds beyond whole seconds."""
+        return self.ns % NS_PER_S
+
+    def to_sec(self) -> float:
+        """Return seconds."""
+        return self.ns / NS_PER_S
+
+    def to_nsec(self) -> int:
+        """Return nanoseconds."""
+        return self.ns
+
+    def is_zero(self) -> bool:
+        """Return whether it is 0."""
+        return self.ns == 0
+
+    def __float__(self) -> float:
+        return self.to_sec()
+
+    def __eq__(self, other: object) -> bool:
+        return self.ns == _ns(other)
+
+    def __lt__(self, other: Any) -> bool:
+        return self.ns < _ns(other)
+
+    def __hash__(self) -> int:
+        return hash(self.ns)
+
+    def __add__(self, other: Any) -> Any:
+        kind = type(other) if isinstance(other, Duration) and not isinstance(self, Time) else type(self)
+        return kind(0, self.ns + _ns(other))
+
+    def __sub__(self, other: Any) -> Any:
+        both_times = isinstance(self, Time) and isinstance(other, Time)
+        return (Duration if both_times else type(self))(0, self.ns - _ns(other))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.to_sec():g} s)"
+
+
+class Time(Duration):
+    """A moment of simulated time."""
+
+
+def _ns(value: Any) -> int:
+    return value.ns if isinstance(value, Duration) else round(float(value) * NS_PER_S)

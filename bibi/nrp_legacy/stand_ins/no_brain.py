@@ -1,0 +1,1 @@
+"""A brain without neurons, for an experiment that has none."""

@@ -1,0 +1,14 @@
+"""A brain in a process of its own: another Python, other versions, or a simulator that is one to a process.
+
+A backend that offers this derives its options from :class:`RemoteOptions` and begins its ``open`` with::
+
+    if options.python is not None:
+        return RemoteBrain(self, network, seed=seed, options=options.here(), python=options.python)
+
+The Python that is named needs nrp-core and the backend installed. Both sides advance in lockstep, with one
+message there and one back for each step of the loop.
+"""
+
+from nrp_core.brain.remote.brain import RemoteBrain, RemoteOptions
+
+__all__ = ["RemoteBrain", "RemoteOptions"]

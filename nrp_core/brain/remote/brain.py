@@ -1,0 +1,110 @@
+"""The near end: a brain that passes on what it is told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Self
+
+from pydantic import Field
+
+from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
+from nrp_core.brain.network import FloatArray, IntArray, Network, Population
+from nrp_core.brain.remote.process import BrainProcess
+from nrp_core.brain.spikes import Spikes, SynapticEvents
+
+if TYPE_CHECKING:
+    from nrp_core.brain.remote.server import Opened, Order
+
+
+class RemoteOptions(BrainOptions):
+    """Options of a backend whose brains can have a process of their own."""
+
+    python: str | None = Field(
+        default=None,
+        description="the Python that runs the simulator in a process of its own, e.g. VENV/bin/python; "
+        "by default the simulator runs in this process",
+    )
+
+    def here(self) -> Self:
+        """Return the options of the brain in the other process."""
+        return self.model_copy(update={"python": None})
+
+
+class RemoteBrain(Brain):
+    """A brain whose simulator runs in another process.
+
+    Args:
+        backend: whose brain it is; the other process opens one in itself.
+        network: what is simulated.
+        seed: the experiment's seed for the brain.
+        options: of the backend, as the other process is to see them.
+        python: the interpreter of that process, a path or a name on the search path.
+
+    Raises:
+        BackendLoadError: the process does not start.
+        NrpError: whatever the backend raises there.
+    """
+
+    def __init__(
+        self, backend: BrainBackend, network: Network, *, seed: int, options: BrainOptions, python: str
+    ) -> None:
+        self._process = BrainProcess(python)
+        try:
+            opened: Opened = self._process.call("open", backend, network, seed, options)
+        except BaseException:
+            self._process.close()
+            raise
+        self._emitting = opened.emitting
+        super().__init__(
+            network,
+            seed=seed,
+            capabilities=replace(backend.capabilities(options), releases_gil=True),
+            identity=f"{type(backend).__qualname__}:{options.model_dump_json()}",
+        )
+        self.warnings += opened.warnings
+        self._orders: list[Order] = []
+        self._spikes: list[Spikes] = []
+
+    def _do_run_until(self, t_ns: int) -> None:
+        orders, self._orders = self._orders, []
+        self._spikes.append(Spikes(*self._process.call("run", self._now_ns, orders, t_ns)))
+
+    def _do_take_spikes(self) -> Spikes:
+        spikes, self._spikes = self._spikes, []
+        return spikes[0] if len(spikes) == 1 else Spikes.merged(spikes)
+
+    def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        self._orders.append(("fire", (neurons, times_ms)))
+
+    def _do_inject(self, events: SynapticEvents) -> None:
+        parts = events.neurons, events.times_ms, events.weights, events.receptor
+        self._orders.append(("inject", parts))
+
+    def _do_set_current(self, currents_na: FloatArray) -> None:
+        self._orders.append(("set_current", (currents_na,)))
+
+    def _do_reset(self, seed: int) -> None:
+        self._forget()
+        self._process.call("reset", seed)
+
+    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
+        values: FloatArray = self._process.call("read_state", variable, neurons)
+        return values
+
+    def _do_save(self) -> object:
+        saved: object = self._process.call("save")
+        return saved
+
+    def _do_restore(self, saved: object) -> None:
+        self._forget()
+        self._process.call("restore", saved)
+
+    def _emits(self, population: Population) -> bool:
+        return population.label in self._emitting
+
+    def _do_close(self) -> None:
+        self._process.close()
+
+    def _forget(self) -> None:
+        """Drop what has not been sent or taken: it belongs to the time before a jump."""
+        self._orders, self._spikes = [], []

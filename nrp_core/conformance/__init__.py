@@ -1,0 +1,35 @@
+"""The conformance kit: one suite for any brain and one for any world, written against the interfaces alone.
+
+A backend is proved in three lines of its own tests::
+
+    from nrp_core.conformance import BrainBackendTests
+
+    class TestMine(BrainBackendTests):
+        backend_name = "mine"
+
+or, once it is installed, by ``nrp conformance brain mine``. The kit needs pytest and hypothesis.
+"""
+
+import pytest
+
+pytest.register_assert_rewrite("nrp_core.conformance.brain", "nrp_core.conformance.world")
+
+from nrp_core.conformance.base import BackendTests  # noqa: E402
+from nrp_core.conformance.brain import BrainBackendTests, BrainContractTests, FullBrainTests  # noqa: E402
+from nrp_core.conformance.world import FullWorldTests, WorldBackendTests, WorldContractTests  # noqa: E402
+
+SUITES: dict[str, dict[str, type[BackendTests]]] = {
+    "brain": {"contract": BrainContractTests, "core": BrainBackendTests, "full": FullBrainTests},
+    "world": {"contract": WorldContractTests, "core": WorldBackendTests, "full": FullWorldTests},
+}
+"""By kind of backend and level; each level contains the one before it."""
+
+__all__ = [
+    "SUITES",
+    "BrainBackendTests",
+    "BrainContractTests",
+    "FullBrainTests",
+    "FullWorldTests",
+    "WorldBackendTests",
+    "WorldContractTests",
+]

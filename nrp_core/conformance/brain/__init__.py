@@ -1,0 +1,24 @@
+"""The suites for brains; each contains the one before it."""
+
+from nrp_core.conformance.brain.accuracy import AccuracyTests, DeviceAccuracyTests
+from nrp_core.conformance.brain.capability import CapabilityTests
+from nrp_core.conformance.brain.comparison import CrossTests, SpeedTests
+from nrp_core.conformance.brain.devices import DeviceTests
+from nrp_core.conformance.brain.life import LifeTests
+from nrp_core.conformance.brain.sequences import SequenceTests
+from nrp_core.conformance.brain.state import StateTests
+from nrp_core.conformance.brain.statistical import StatisticalTests
+from nrp_core.conformance.brain.timing import TimingTests
+from nrp_core.conformance.brain.wiring import WiringTests
+
+
+class BrainContractTests(TimingTests, WiringTests, DeviceTests, StateTests, LifeTests):
+    """What every brain does."""
+
+
+class BrainBackendTests(BrainContractTests, CapabilityTests, AccuracyTests, DeviceAccuracyTests):
+    """What a third party runs: contract, capabilities, accuracy."""
+
+
+class FullBrainTests(BrainBackendTests, SequenceTests, StatisticalTests, CrossTests, SpeedTests):
+    """All of that, and random sequences, distributions, pairs of brains, and speed."""

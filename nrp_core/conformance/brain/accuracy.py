@@ -1,0 +1,232 @@
+"""Accuracy: every declared cell, synapse and device against its equations, within the declared resolution.
+
+A grid may displace an input and an output by one step each. So a voltage may be off by what the
+reference changes within two steps of that time (and a hundredth of what an input does at all, for numbers
+of limited precision), and the n-th spike of a regular train by n + 1 steps.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import exp, inf
+
+import pytest
+
+from nrp_core.brain.network import STDP, TSODYKS_MARKRAM
+from nrp_core.brain.sinks import LeakyIntegratorAlpha, LeakyIntegratorExp, PopulationRate
+from nrp_core.brain.sources import FixedFrequencySource
+from nrp_core.clock import milliseconds
+from nrp_core.conformance.brain.capability import RULE
+from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record, times
+from nrp_core.conformance.brain.parts import cells, connect, spikes
+from nrp_core.conformance.brain.reference import Arrival, simulate
+from nrp_core.conformance.brain.samples import SAMPLES, Sample
+from nrp_core.conformance.guard import undeclared
+
+CELLS = pytest.mark.parametrize("cell_type", list(SAMPLES))
+EXACT_MV = 1e-3
+"""The accuracy of the reference, mV."""
+GRID_PRECISION = 0.01
+"""How exact the numbers of a brain on a grid must be, of the largest change that an input makes."""
+AMPLITUDE, TAU_MS = 0.2, 20.0
+"""Of both halves of the STDP window."""
+PAIRED_MS, DELAY_MS = 40.0, 1.0
+
+
+class AccuracyTests(BrainKit):
+    """How far a brain is from the equations it stands for."""
+
+    level = "accuracy"
+
+    def _declared(self, cell_type: str) -> Sample:
+        if cell_type not in self.capabilities.cells:
+            undeclared(f"cells {cell_type}")
+        return SAMPLES[cell_type]
+
+    @CELLS
+    def test_a_cell_fires_under_a_current_when_its_equations_say(self, cell_type: str) -> None:
+        sample = self._declared(cell_type)
+        brain = self.open(cells(sample, "n", i_offset=sample.current_na))
+        heard = record(brain)
+        self.run(brain, 80)
+        found = times(heard, 0)
+        expected = simulate(sample, until_ms=80 + self.tolerance_ms, i_offset=sample.current_na).spikes
+        assert abs(len(found) - len(expected)) <= 1
+        assert len(found) >= 1
+        errors = [abs(a - b) for a, b in zip(found, expected, strict=False)]
+        self.note("spike_time_error_ms", max(errors))
+        if cell_type in self.capabilities.approximate:
+            undeclared(f"exact spike times of {cell_type}")
+        for n, error in enumerate(errors):
+            assert error <= (n + 1) * self.tolerance_ms + EXACT_MS, (found, expected)
+
+    @CELLS
+    @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
+    def test_a_synapse_moves_the_membrane_as_its_equations_say(self, cell_type: str, receptor: str) -> None:
+        sample = self._declared(cell_type)
+        weight = sample.weak * (1 if receptor == "excitatory" else 3 * sample.inhibitory_sign)
+        arrivals = [Arrival(t + 2.0, weight, receptor) for t in (5.0, 9.0)]
+        synapse = connect("s", "n", weight, 2.0, receptor=receptor)
+        self._check_membrane(sample, synapse, [5.0, 9.0], arrivals)
+
+    @pytest.mark.parametrize("facilitation", [0.0, 300.0])
+    def test_a_tsodyks_markram_synapse_releases_what_its_equations_say(self, facilitation: float) -> None:
+        if TSODYKS_MARKRAM not in self.capabilities.synapses:
+            undeclared("tsodyks_markram synapses")
+        sample, u, tau_rec = self.sample, 0.4, 120.0
+        emitted = [4.0, 12.0, 20.0, 45.0]
+        released = _released(emitted, u, tau_rec, facilitation, sample.all_parameters.get("tau_syn_E", 0.0))
+        arrivals = [
+            Arrival(t + 2.0, 3 * sample.weak * share) for t, share in zip(emitted, released, strict=True)
+        ]
+        synapse = connect(
+            "s", "n", 3 * sample.weak, 2.0, kind=TSODYKS_MARKRAM, U=u, tau_rec=tau_rec, tau_facil=facilitation
+        )
+        self._check_membrane(sample, synapse, emitted, arrivals)
+
+    def _check_membrane(
+        self, sample: Sample, synapse: object, emitted: list[float], arrivals: list[Arrival]
+    ) -> None:
+        if "v" not in self.capabilities.state_variables:
+            undeclared("state variable v")
+        until = emitted[-1] + 20
+        brain = self.open(spikes("s", emitted), cells(sample, "n"), synapse)  # type: ignore[arg-type]
+        expected = simulate(sample, arrivals, until_ms=until + 2 * self.tolerance_ms)
+        assert not expected.spikes
+        on_grid = self.capabilities.resolution_ns is not None
+        precision = GRID_PRECISION * expected.change(0.0, until) if on_grid else EXACT_MV
+        worst, excess = 0.0, -inf
+        for t_ms in range(1, round(until)):
+            self.run(brain, t_ms)
+            now = milliseconds(brain.now_ns)
+            error = abs(float(brain.read_state("v", [1])[0]) - expected.voltage(now))
+            excess = max(excess, error - expected.change(now, 2 * self.tolerance_ms) - precision)
+            worst = max(worst, error)
+        self.note("voltage_error_mv", worst)
+        if sample.cell_type in self.capabilities.approximate:
+            undeclared(f"exact voltages of {sample.cell_type}")
+        assert excess <= 0, f"off by up to {worst:g} mV, {excess:g} mV more than the resolution explains"
+
+    @pytest.mark.parametrize("gap", [8.0, -8.0])
+    def test_stdp_changes_a_weight_by_the_time_between_spikes(self, gap: float) -> None:
+        """A pairing with a forced spike comes first; a probe long after shows the weight it left.
+
+        With all of the delay in the dendrite a presynaptic spike counts at once and a postsynaptic one
+        after the delay.
+        """
+        if STDP not in self.capabilities.synapses or "v" not in self.capabilities.state_variables:
+            undeclared("stdp synapses and state variable v")
+        alone, _ = self._probed([])
+        paired, fired = self._probed([PAIRED_MS + gap])
+        between = fired[0] + DELAY_MS - PAIRED_MS
+        sign = 1 if gap > 0 else -1
+        ends = [1 + sign * 2 * AMPLITUDE * exp(-(abs(between) + d) / TAU_MS) for d in self._displaced()]
+        self.note("stdp_change", paired / alone - 1)
+        assert min(ends) <= paired / alone <= max(ends)
+
+    def _displaced(self) -> tuple[float, float]:
+        return -2 * self.tolerance_ms - EXACT_MS, 2 * self.tolerance_ms + EXACT_MS
+
+    def _probed(self, forced: list[float]) -> tuple[float, list[float]]:
+        """Return the height (mV) of a late excitatory potential, and when the cell was made to fire."""
+        sample, probe = self.sample, PAIRED_MS + 200.0
+        plastic = connect(
+            "pre", "n", sample.weak, DELAY_MS, kind=STDP, rule=RULE, A_plus=AMPLITUDE, A_minus=AMPLITUDE,
+            tau_plus=TAU_MS, tau_minus=TAU_MS, w_min=0.0, w_max=2 * sample.weak, dendritic_delay_fraction=1.0,
+        )  # fmt: skip
+        force = connect("force", "n", sample.strong, DELAY_MS)
+        pre, post = spikes("pre", [PAIRED_MS, probe]), spikes("force", forced)
+        brain = self.open(pre, post, cells(sample, "n"), plastic, force)
+        heard = record(brain)
+        self.run(brain, probe)
+        rest = float(brain.read_state("v", [2])[0])
+        heights = []
+        for t_ms in range(1, 15):
+            self.run(brain, probe + t_ms)
+            heights.append(float(brain.read_state("v", [2])[0]) - rest)
+        return max(heights), times(heard, 2)
+
+
+class DeviceAccuracyTests(BrainKit):
+    """Devices have one definition on all backends; a backend that brings its own keeps to it."""
+
+    level = "accuracy"
+
+    @pytest.mark.parametrize("spec", [LeakyIntegratorExp(delay=2.0), LeakyIntegratorAlpha(delay=2.0)])
+    def test_a_leaky_integrator_follows_its_closed_form(self, spec: LeakyIntegratorExp) -> None:
+        emitted = [3.0, 7.5, 8.0, 20.0]
+        brain = self.open(spikes("s", emitted), self.cells("n"))
+        sink = brain.add_sink(spec, [0], name="leaky")
+        alpha = isinstance(spec, LeakyIntegratorAlpha)
+        for t_ms in (6, 9, 10, 15, 40):
+            self.run(brain, t_ms)
+            now = milliseconds(brain.now_ns)
+            since = [now - t - 2.0 for t in emitted if t + 2.0 <= now]
+            expected = sum(_potential(dt, spec.tau_m, spec.tau_syn_E, alpha) for dt in since) * 0.01
+            assert sink.voltage == pytest.approx(expected, rel=1e-9)  # type: ignore[attr-defined]
+
+    def test_a_population_rate_has_unit_area_a_spike(self) -> None:
+        brain = self.open(spikes("s", [5.0], [6.0]), self.cells("n"))
+        sink = brain.add_sink(PopulationRate(), [0, 1], name="rate")
+        step_ns = self.grid_ns(1.0)
+        area = 0.0
+        while brain.now_ns < self.grid_ns(300):
+            brain.run_until(brain.now_ns + step_ns)
+            area += sink.rate * step_ns * 1e-9  # type: ignore[attr-defined]
+        assert area == pytest.approx(2.0, rel=0.01)  # the sum of steps of a smooth function
+
+    def test_a_fixed_frequency_source_sends_equidistant_spikes(self) -> None:
+        sample = self.sample
+        brain = self.open(self.cells("n"))
+        heard = record(brain)
+        spec = FixedFrequencySource(rate=20.0, weight=sample.strong, delay=1.0)
+        brain.add_source(spec, [0], name="source")
+        self.run(brain, 320)
+        _, first, *others = _firsts(times(heard, 0), apart_ms=20.0)  # the very first one starts from rest
+        assert len(others) == 4
+        expected = [first + 50.0 * k for k in range(1, 5)]
+        assert others == pytest.approx(expected, abs=self.tolerance_ms + EXACT_MS)
+
+    def test_a_refractory_cell_fires_no_faster_than_it_may(self) -> None:
+        if "tau_refrac" not in self.sample.parameters:
+            undeclared("a cell with a refractory time")
+        brain = self.open(self.cells("n", i_offset=50 * self.sample.current_na, tau_refrac=7.0))
+        heard = record(brain)
+        self.run(brain, 120)
+        found = times(heard, 0)
+        gaps = [b - a for a, b in pairwise(found)]
+        assert len(gaps) > 5
+        assert min(gaps) >= 7.0 - EXACT_MS
+        rise = simulate(self.sample, until_ms=20, i_offset=50 * self.sample.current_na, stop_at=1).spikes[0]
+        assert sum(gaps) / len(gaps) <= 7.0 + rise + 2 * self.tolerance_ms
+
+
+def _firsts(found: list[float], *, apart_ms: float) -> list[float]:
+    """Return the first spike of every burst."""
+    return [t for i, t in enumerate(found) if i == 0 or t - found[i - 1] > apart_ms]
+
+
+def _potential(dt: float, tau_m: float, tau_syn: float, alpha: bool) -> float:
+    """Return the voltage (mV) that 1 nA leaves on 1 nF after ``dt`` (Rotter & Diesmann 1999)."""
+    gap = 1 / tau_syn - 1 / tau_m
+    rise = (exp(-dt / tau_m) - exp(-dt / tau_syn)) / gap
+    if not alpha:
+        return rise
+    return exp(1) / tau_syn * (rise - dt * exp(-dt / tau_syn)) / gap
+
+
+def _released(
+    emitted: list[float], u: float, tau_rec: float, tau_facil: float, tau_psc: float
+) -> list[float]:
+    """Return the shares of the weight of Tsodyks, Uziel & Markram (2000), J Neurosci 20:RC50."""
+    shares, use, active, inactive, before = [], 0.0, 0.0, 0.0, emitted[0]
+    for t in emitted:
+        recovery = exp(-(t - before) / tau_rec)
+        fade = exp(-(t - before) / tau_psc) if tau_psc else 0.0
+        inflow = active * (tau_rec / (tau_rec - tau_psc) * (recovery - fade) if tau_psc else recovery)
+        inactive, active = inactive * recovery + inflow, active * fade
+        facilitated = use * exp(-(t - before) / tau_facil) if tau_facil else 0.0
+        use = facilitated + u * (1 - facilitated)
+        shares.append(use * (1 - active - inactive))
+        active, before = active + shares[-1], t
+    return shares

@@ -1,0 +1,149 @@
+"""Capability: what is declared is there, and what is not is refused rather than silently left out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Population
+from nrp_core.brain.sources import PoissonSource
+from nrp_core.clock import milliseconds
+from nrp_core.conformance.brain.kit import BrainKit, record, train
+from nrp_core.conformance.brain.parts import cells, connect, spikes
+from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.conformance.guard import undeclared
+from nrp_core.errors import CapabilityError, TimestepError
+from nrp_core.simulation import Determinism
+
+SYNAPSES: dict[str, dict[str, Any]] = {
+    STATIC: {},
+    TSODYKS_MARKRAM: {"U": 0.5, "tau_rec": 100.0, "tau_facil": 0.0},
+    STDP: {"A_plus": 0.01, "A_minus": 0.01, "tau_plus": 20.0, "tau_minus": 20.0, "w_min": 0.0, "w_max": 9.0,
+           "dendritic_delay_fraction": 1.0},
+}  # fmt: skip
+RULE = {"timing_dependence": "SpikePairRule", "weight_dependence": "AdditiveWeightDependence"}
+
+
+class CapabilityTests(BrainKit):
+    """Whether the declaration is true, in both directions."""
+
+    level = "capability"
+
+    def test_capabilities_are_the_same_whenever_they_are_asked_for(self) -> None:
+        declared = self.capabilities
+        assert self.capabilities == declared
+        assert self.open(self.cells("n")).capabilities == declared
+        assert declared.extensions <= declared.cells | declared.synapses
+        assert declared.resolution_ns is None or declared.resolution_ns > 0
+
+    def test_every_declared_cell_can_be_opened_and_run(self) -> None:
+        for name in sorted(self.capabilities.cells & SAMPLES.keys()):
+            brain = self.open(cells(SAMPLES[name], "n", 2))
+            self.run(brain, 3)
+
+    def test_cells_that_are_not_declared_are_refused(self) -> None:
+        for name in sorted({*SAMPLES, "NoSuchCell"} - self.capabilities.cells):
+            known = cells(self.sample, "n")
+            with pytest.raises(CapabilityError):
+                self.open(replace(known, cell_type=name))
+
+    def test_source_cells_that_nobody_knows_are_refused(self) -> None:
+        with pytest.raises(CapabilityError):
+            self.open(Population("s", 1, "SpikeSourceNobodyKnows", {}))
+
+    @pytest.mark.parametrize("kind", sorted(SYNAPSES))
+    def test_a_synapse_type_works_if_declared_and_is_refused_if_not(self, kind: str) -> None:
+        rule = RULE if kind == STDP else None
+        synapse = connect("s", "n", self.sample.strong, 1.0, kind=kind, rule=rule, **SYNAPSES[kind])
+        parts = spikes("s", [2.0, 30.0]), self.cells("n"), synapse
+        if kind in self.capabilities.synapses:
+            self.run(self.open(*parts), 40)
+        else:
+            with pytest.raises(CapabilityError):
+                self.open(*parts)
+
+    def test_a_synapse_type_that_nobody_knows_is_refused(self) -> None:
+        with pytest.raises(CapabilityError):
+            self.open(spikes("s", [2.0]), self.cells("n"), connect("s", "n", 1.0, 1.0, kind="nobody_knows"))
+
+    def test_declared_state_variables_can_be_read(self) -> None:
+        for name in sorted(self.capabilities.cells & SAMPLES.keys()):
+            brain = self.open(cells(SAMPLES[name], "n", 3))
+            self.run(brain, 2)
+            readable = 0
+            for variable in sorted(self.capabilities.state_variables):
+                try:
+                    values = brain.read_state(variable, [0, 2])
+                except CapabilityError:
+                    continue  # a variable of other cells
+                readable += 1
+                assert values.shape == (2,)
+                assert all(map(math.isfinite, values))
+            assert readable or not self.capabilities.state_variables, name
+
+    def test_state_variables_that_are_not_declared_are_refused(self) -> None:
+        brain = self.open(self.cells("n"))
+        for variable in ({"v", "gsyn_exc"} - self.capabilities.state_variables) | {"no_such_variable"}:
+            with pytest.raises(CapabilityError):
+                brain.read_state(variable, [0])
+
+    def test_state_is_read_in_the_order_it_is_asked_for(self) -> None:
+        if "v" not in self.capabilities.state_variables:
+            undeclared("state variable v")
+        brain = self.open(self.cells("a", 3, i_offset=[0.0, 0.1, 0.2]), spikes("s", [1.0]), self.cells("b"))
+        self.run(brain, 6)
+        first, *_, last = brain.read_state("v", [0, 1, 2])
+        assert first < last
+        assert list(brain.read_state("v", [2, 4, 0])) == [last, first, first]
+
+    def test_snapshots_are_refused_where_they_are_not_declared(self) -> None:
+        brain = self.open(*self.busy())
+        self.run(brain, 5)
+        if self.capabilities.snapshot:
+            assert brain.snapshot().t_ns == brain.now_ns
+        else:
+            with pytest.raises(CapabilityError):
+                brain.snapshot()
+
+    def test_a_brain_with_a_grid_stops_on_it_alone_and_one_without_anywhere(self) -> None:
+        brain = self.open(self.cells("n"))
+        step_ns = self.capabilities.resolution_ns
+        if step_ns is None:
+            brain.run_until(1_234_567)
+            assert brain.now_ns == 1_234_567
+        else:
+            with pytest.raises(TimestepError):
+                brain.run_until(step_ns + step_ns // 2 + 1)
+
+    def test_the_spikes_of_a_brain_with_a_grid_lie_on_it(self) -> None:
+        step_ns = self.capabilities.resolution_ns
+        if step_ns is None:
+            undeclared("a resolution")
+        brain = self.open(
+            self.cells("n", 5, i_offset=[self.sample.current_na * f for f in (1, 1.1, 2, 3, 4)])
+        )
+        heard = record(brain)
+        self.run(brain, 50)
+        steps = heard.spikes().times_ms / milliseconds(step_ns)
+        assert len(steps)
+        assert steps == pytest.approx(steps.round(), abs=1e-6)
+
+    def test_runs_repeat_as_declared(self) -> None:
+        if self.capabilities.determinism is Determinism.STATISTICAL:
+            undeclared("runs that can be repeated")
+        trains = []
+        for _ in range(2):
+            brain = self.open(*self.busy())
+            heard = record(brain)
+            brain.add_source(PoissonSource(rate=200.0, weight=self.sample.strong), [5, 6], name="noise")
+            self.run(brain, 60)
+            trains.append(train(heard))
+        assert trains[0] == trains[1]
+
+    def test_options_that_do_not_exist_are_refused(self) -> None:
+        with pytest.raises(ValidationError):
+            self.backend.options.model_validate({**self.options, "no_such_option": 1})

@@ -1,0 +1,152 @@
+"""Contract: devices come and go at any time and leave no trace; their noise follows from seed and name."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
+from nrp_core.conformance.brain.kit import BrainKit, Train, record, times, train
+
+
+class DeviceTests(BrainKit):
+    """What devices do to a network, and when they stop doing it."""
+
+    def test_a_late_device_acts_from_then_on(self) -> None:
+        brain = self.open(self.cells("n", 2))
+        heard = record(brain)
+        self.run(brain, 20)
+        brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [1], name="late")
+        self.run(brain, 50)
+        found = train(heard)
+        assert {neuron for neuron, _ in found} == {1}
+        assert all(time > 20 for _, time in found)
+
+    def test_a_late_recorder_hears_nothing_of_the_past(self) -> None:
+        brain = self.open(*self.busy())
+        always = record(brain)
+        self.run(brain, 20)
+        late = record(brain, name="late")
+        self.run(brain, 45)
+        assert train(late) == train(always, self.grid_ns(20) / 1e6)
+        assert train(late)
+
+    def test_a_removed_device_acts_no_more(self) -> None:
+        brain = self.open(self.cells("n"))
+        heard = record(brain)
+        source = brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [0], name="dc")
+        self.run(brain, 30)
+        assert train(heard)
+        brain.remove(source)
+        self.run(brain, 90)
+        settled = [time for _, time in train(heard) if time > 30 + self.tolerance_ms]
+        assert not settled
+
+    def test_spikes_of_a_device_that_come_at_once_add_up(self) -> None:
+        """Two half as strong generators on one neuron do what one does."""
+        sample = self.sample
+        brain = self.open(self.cells("n", 2))
+        heard = record(brain)
+        for neuron, n in enumerate((1, 2)):
+            spec = FixedFrequencySource(rate=50.0, weight=sample.strong / n, delay=1.0, n=n)
+            brain.add_source(spec, [neuron], name=f"{n} generators")
+        self.run(brain, 50)
+        assert times(heard, 0)
+        assert times(heard, 1) == pytest.approx(times(heard, 0), abs=self.tolerance_ms)
+
+    def test_removing_one_of_two_currents_leaves_the_other(self) -> None:
+        brain = self.open(self.cells("n", 2))
+        heard = record(brain)
+        going = brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [0, 1], name="going")
+        brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [1], name="staying")
+        self.run(brain, 20)
+        brain.remove(going)
+        self.run(brain, 60)
+        assert {neuron for neuron, time in train(heard) if time > 30} == {1}
+
+    def test_an_inactive_device_is_silent_and_keeps_its_settings(self) -> None:
+        brain = self.open(self.cells("n"))
+        heard = record(brain)
+        source = brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [0], name="dc")
+        source.active = False
+        self.run(brain, 40)
+        assert not train(heard)
+        source.active = True
+        self.run(brain, 80)
+        assert train(heard)
+
+    def test_a_device_that_does_nothing_leaves_no_trace(self) -> None:
+        self.require_repeatable()
+
+        def disturb(brain: Brain) -> None:
+            brain.add_source(PoissonSource(rate=0.0, weight=self.sample.strong), [1, 2], name="idle")
+            brain.add_source(DCSource(amplitude=0.0), [0], name="none")
+            brain.remove(brain.add_source(DCSource(amplitude=9.0), [0, 5], name="gone"))
+            record(brain, name="another")
+
+        assert self._heard(disturb) == self._heard()
+
+    def test_the_noise_of_a_device_does_not_depend_on_other_devices(self) -> None:
+        self.require_repeatable()
+
+        def drive(brain: Brain, name: str, neuron: int) -> None:
+            brain.add_source(PoissonSource(rate=60.0, weight=self.sample.strong), [neuron], name=name)
+
+        def alone(brain: Brain) -> None:
+            drive(brain, "left", 0)
+
+        def after_another(brain: Brain) -> None:
+            drive(brain, "right", 1)
+            drive(brain, "left", 0)
+
+        one, two = (self._driven(setup) for setup in (alone, after_another))
+        assert len(one) > 5
+        assert [event for event in two if event[0] == 0] == one
+        assert [time for neuron, time in two if neuron == 1] != [time for _, time in one]
+
+    def test_equal_seeds_give_equal_noise_and_others_other_noise(self) -> None:
+        self.require_repeatable()
+        assert self._heard() == self._heard()
+        assert self._heard() != self._heard(seed=2)
+
+    def test_global_random_generators_are_neither_read_nor_seeded(self) -> None:
+        self.require_repeatable()
+        trains = []
+        for seed in (1, 2):
+            random.seed(seed)
+            np.random.seed(seed)  # noqa: NPY002  the global generator is what is watched
+            before = _global_generators()
+            trains.append(self._heard())
+            assert _global_generators() == before
+        assert trains[0] == trains[1]
+
+    @pytest.mark.parametrize("value", [float("nan"), float("inf")])
+    def test_a_value_that_is_not_finite_is_refused(self, value: float) -> None:
+        brain = self.open(self.cells("n"))
+        source = brain.add_source(DCSource(), [0], name="dc")
+        with pytest.raises(ValueError, match="finite"):
+            source.amplitude = value  # type: ignore[attr-defined]
+        self.run(brain, 5)
+
+    def _driven(self, setup: Callable[[Brain], None]) -> Train:
+        brain = self.open(self.cells("n", 2))
+        heard = record(brain)
+        setup(brain)
+        self.run(brain, 300)
+        return train(heard)
+
+    def _heard(self, setup: Callable[[Brain], None] = lambda _: None, *, seed: int = 1) -> Train:
+        brain = self.open(*self.busy(), seed=seed)
+        heard = record(brain)
+        setup(brain)
+        for until in (15, 30, 60):
+            self.run(brain, until)
+        return train(heard)
+
+
+def _global_generators() -> object:
+    return random.getstate(), repr(np.random.get_state())  # noqa: NPY002

@@ -1,0 +1,57 @@
+"""Networks out of a few words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import STATIC, Network, Population, Projection
+from nrp_core.conformance.brain.samples import Sample
+
+Part = Population | Projection
+Pairs = Sequence[tuple[int, int]]
+
+
+def network(*parts: Part) -> Network:
+    """Put populations and projections together."""
+    populations = {part.label: part for part in parts if isinstance(part, Population)}
+    return Network(populations, tuple(part for part in parts if isinstance(part, Projection)))
+
+
+def cells(sample: Sample, label: str, size: int = 1, **parameters: Any) -> Population:
+    """Return sample cells; a parameter is one number for all, or one for each."""
+    values = {**sample.all_parameters, **parameters}
+    return Population(label, size, sample.cell_type, _each(values, size), _each(sample.initial_values, size))
+
+
+def spikes(label: str, *trains: Sequence[float]) -> Population:
+    """Return cells that emit given spikes (ms)."""
+    arrays = tuple(np.asarray(train, dtype=float) for train in trains)
+    return Population(label, len(trains), "SpikeSourceArray", {}, {}, arrays)
+
+
+def poisson(label: str, size: int, rate: float) -> Population:
+    """Return cells that emit Poisson trains at a rate (Hz) all the time."""
+    values = {"rate": rate, "start": 0.0, "duration": 1e10}
+    return Population(label, size, "SpikeSourcePoisson", _each(values, size))
+
+
+def connect(
+    pre: str, post: str, weight: float, delay: float | Sequence[float] = 1.0, *,
+    pairs: Pairs = ((0, 0),), receptor: str = "excitatory", kind: str = STATIC,
+    rule: Mapping[str, str] | None = None, **parameters: float,
+) -> Projection:  # fmt: skip
+    """Return synapses between pairs of cells; numbers are the same for all, but for the delays (ms)."""
+    pre_index, post_index = np.array(pairs, np.int32).T
+    n = len(pre_index)
+    return Projection(
+        f"{pre} to {post}, {receptor}", pre, post, receptor, pre_index, post_index,
+        np.full(n, float(weight)), np.broadcast_to(np.asarray(delay, float), n).copy(),
+        kind, {name: np.full(n, float(value)) for name, value in parameters.items()}, dict(rule or {}),
+    )  # fmt: skip
+
+
+def _each(values: Mapping[str, Any], size: int) -> dict[str, Any]:
+    return {name: np.broadcast_to(np.asarray(v, float), size).copy() for name, v in values.items()}

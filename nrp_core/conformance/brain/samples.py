@@ -1,0 +1,67 @@
+"""Sample cells: for every standard cell, parameters and inputs under which it is known what it does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from pyNN.standardmodels import cells as standard
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A cell that rests when left alone.
+
+    Args:
+        cell_type: PyNN's name.
+        parameters: what differs from PyNN's defaults.
+        current_na: a current under which it fires regularly.
+        strong: a weight with which one excitatory spike makes it fire once.
+        weak: a weight that stays far below the threshold.
+    """
+
+    cell_type: str
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    current_na: float = 0.8
+    strong: float = 5.0
+    weak: float = 0.1
+
+    @property
+    def all_parameters(self) -> dict[str, float]:
+        """Every parameter by PyNN's name."""
+        return {**getattr(standard, self.cell_type).default_parameters, **self.parameters}
+
+    @property
+    def initial_values(self) -> dict[str, float]:
+        """The membrane at rest."""
+        initial = dict(getattr(standard, self.cell_type).default_initial_values)
+        if "v_rest" in self.parameters:
+            initial["v"] = self.parameters["v_rest"]
+        return {name: value for name, value in initial.items() if name in ("v", "u", "w")}
+
+    @property
+    def inhibitory_sign(self) -> int:
+        """The sign of a weight on the inhibitory receptor."""
+        return 1 if "_cond_" in self.cell_type else -1
+
+
+_LEAKY = {
+    "v_rest": -65.0, "v_reset": -65.0, "v_thresh": -50.0, "tau_m": 10.0, "cm": 0.25, "tau_refrac": 10.0,
+}  # fmt: skip
+_CURRENTS = _LEAKY | {"tau_syn_E": 2.0, "tau_syn_I": 3.0}
+_CONDUCTANCES = _CURRENTS | {"e_rev_E": 0.0, "e_rev_I": -75.0}
+
+SAMPLES = {
+    sample.cell_type: sample
+    for sample in (  # in the order in which a test prefers them
+        Sample("IF_cond_alpha", _CONDUCTANCES, strong=0.05, weak=0.001),
+        Sample("IF_cond_exp", _CONDUCTANCES, strong=0.1, weak=0.002),
+        Sample("IF_curr_exp", _CURRENTS),
+        Sample("IF_curr_alpha", _CURRENTS, strong=3.0, weak=0.05),
+        Sample("IF_curr_delta", _LEAKY, strong=20.0, weak=2.0),
+        Sample("EIF_cond_alpha_isfa_ista", {"tau_refrac": 10.0, "tau_syn_E": 2.0}, 1.0, 0.1, 0.001),
+        Sample("EIF_cond_exp_isfa_ista", {"tau_refrac": 10.0, "tau_syn_E": 2.0}, 1.0, 0.2, 0.002),
+        Sample("Izhikevich", {"d": 8.0}, 0.01, 60.0, 1.0),
+        Sample("HH_cond_exp", {"tau_syn_E": 2.0}, 0.5, 0.1, 0.001),
+    )
+}

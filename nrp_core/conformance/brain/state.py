@@ -1,0 +1,187 @@
+"""Contract: a reset brain is a fresh one, and a restored one has never been away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.sinks import LeakyIntegratorAlpha, PopulationRate, SpikeRecorderPort
+from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
+from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.conformance.brain.kit import BrainKit, Train, record, times, train
+from nrp_core.conformance.brain.parts import Part, connect, spikes
+from nrp_core.errors import SnapshotError
+
+Watched = tuple[Brain, SpikeRecorderPort]
+
+
+class StateTests(BrainKit):
+    """What a state is: everything that the future depends on."""
+
+    def test_a_reset_brain_equals_a_fresh_one(self) -> None:
+        self.require_repeatable()
+        brain, heard = self._with_devices()
+        self.run(brain, 60)
+        expected = train(heard)
+        for stop in (23, 47):
+            brain.reset()
+            assert brain.now_ns == 0
+            assert not train(heard)
+            self.run(brain, stop)
+        brain.reset()
+        self.run(brain, 60)
+        assert train(heard) == expected
+
+    def test_a_reset_forgets_what_is_on_its_way(self) -> None:
+        """Spikes in flight, a refractory membrane and a current are of the old run."""
+        self.require_repeatable()
+        brain = self.open(
+            spikes("s", [2.0]), self.cells("n"), self.cells("m"),
+            connect("s", "n", self.sample.strong, 14.0), connect("s", "m", self.sample.strong, 1.0),
+        )  # fmt: skip
+        heard = record(brain)
+        source = brain.add_source(DCSource(), [1], name="dc")
+        self.run(brain, 30)
+        expected = train(heard)
+        brain.reset()
+        self.run(brain, 10)
+        source.amplitude = 5 * self.sample.current_na  # type: ignore[attr-defined]
+        brain.run_until(brain.now_ns + NS_PER_MS)
+        brain.reset()
+        self.run(brain, 30)
+        assert train(heard) == expected
+
+    def test_a_reset_with_another_seed_equals_a_brain_opened_with_it(self) -> None:
+        self.require_repeatable()
+        first, heard_first = self._with_devices()
+        second, heard = self._with_devices(seed=2)
+        self.run(second, 50)
+        self.run(first, 20)
+        first.reset(seed=2)
+        self.run(first, 50)
+        assert first.seed == 2
+        assert train(heard_first) == train(heard)
+
+    def test_a_reset_repeats_the_noise(self) -> None:
+        """By default a reset keeps the seed in force."""
+        self.require_repeatable()
+        brain, heard = self._with_devices(seed=7)
+        self.run(brain, 40)
+        expected = train(heard)
+        brain.reset()
+        self.run(brain, 40)
+        assert (brain.seed, train(heard)) == (7, expected)
+
+    def test_reading_changes_nothing(self) -> None:
+        self.require_repeatable()
+        variables = sorted(self.capabilities.state_variables & {"v"})
+        quiet, heard = self._with_devices()
+        watched, heard_there = self._with_devices()
+        for until in range(2, 51, 2):
+            self.run(quiet, until)
+            self.run(watched, until)
+            for variable in variables:
+                watched.read_state(variable, list(range(9)))
+            _ = train(heard_there)
+        assert train(heard_there) == train(heard)
+
+    def test_a_snapshot_keeps_spikes_in_flight(self) -> None:
+        """Taken while a spike is on its way along a synapse of the network."""
+        slow = connect("s", "n", self.sample.strong, 14.0)
+        found = self._continued((spikes("s", [5.0]), self.cells("n"), slow), 12.0, 40.0)
+        assert [neuron for neuron, _ in found] == [1]
+
+    def test_a_snapshot_keeps_what_a_device_has_sent(self) -> None:
+        """Taken between the emission of a device's spike and its arrival."""
+
+        def drive(brain: Brain) -> None:
+            spec = FixedFrequencySource(rate=100.0, weight=self.sample.strong, delay=8.0, duration=11.0)
+            brain.add_source(spec, [0], name="source")
+
+        assert len(self._continued((self.cells("n"),), 14.0, 40.0, drive)) == 1
+
+    def test_a_snapshot_keeps_the_refractory_time(self) -> None:
+        """Taken after a spike, while the membrane cannot rise."""
+        driven = self.cells("n", i_offset=3 * self.sample.current_na)
+        heard = record(first := self.open(driven))
+        self.run(first, 40)
+        self._continued((driven,), times(heard, 0)[0] + 1.5, 60.0)
+
+    def test_a_snapshot_keeps_the_membrane_and_its_synapses(self) -> None:
+        """Taken between an input and the spike that it leads to."""
+        driven = self.cells("n", i_offset=0.8 * self.sample.current_na)
+        parts = (spikes("s", [3.0]), driven, connect("s", "n", self.sample.weak, 1.0))
+        assert self._continued(parts, 5.0, 60.0)
+
+    def test_a_snapshot_keeps_a_current(self) -> None:
+        def drive(brain: Brain) -> None:
+            brain.add_source(DCSource(amplitude=1.5 * self.sample.current_na), [0], name="dc")
+
+        assert self._continued((self.cells("n"),), 3.0, 60.0, drive)
+
+    def test_a_snapshot_keeps_everything_that_happens_at_once(self) -> None:
+        self.require_repeatable()
+        for stop in (7.0, 18.0, 41.0):
+            assert self._continued(self.busy(), stop, 80.0, self._drive)
+
+    def test_a_snapshot_keeps_what_devices_show(self) -> None:
+        self.require_snapshot()
+        shown = []
+        for restored in (False, True):
+            brain = self.open(spikes("s", [4.0, 9.5, 21.0]), self.cells("n"))
+            sinks = [brain.add_sink(LeakyIntegratorAlpha(delay=3.0), [0], name="leaky")]
+            sinks += [brain.add_sink(PopulationRate(), [0], name="rate")]
+            self.run(brain, 10)
+            if restored:
+                snapshot = brain.snapshot()
+                self.run(brain, 25)
+                brain.restore(snapshot)
+            self.run(brain, 30)
+            shown.append([getattr(sink, str(sink.quantity)) for sink in sinks])
+        assert shown[0] == shown[1]
+        assert all(shown[0])
+
+    def test_a_snapshot_of_another_network_is_refused(self) -> None:
+        self.require_snapshot()
+        one, two = self.open(self.cells("n", 2)), self.open(self.cells("n", 3))
+        snapshot = one.snapshot()
+        with pytest.raises(SnapshotError):
+            two.restore(snapshot)
+
+    def _continued(
+        self, parts: tuple[Part, ...], stop_ms: float, until_ms: float,
+        setup: Callable[[Brain], None] = lambda _: None,
+    ) -> Train:  # fmt: skip
+        """Check that running on from a snapshot equals never having left; return what happens after it."""
+        self.require_snapshot()
+
+        def opened() -> Watched:
+            brain = self.open(*parts)
+            setup(brain)
+            return brain, record(brain)
+
+        brain, heard = opened()
+        self.run(brain, stop_ms)
+        snapshot, left_ms = brain.snapshot(), milliseconds(brain.now_ns)
+        self.run(brain, until_ms)
+        expected = train(heard, left_ms)
+        fresh, heard_there = opened()
+        for again, found in ((brain, heard), (fresh, heard_there)):
+            again.restore(snapshot)
+            assert milliseconds(again.now_ns) == left_ms
+            self.run(again, until_ms)
+            assert train(found, left_ms) == expected
+        return expected
+
+    def _with_devices(self, seed: int = 1) -> Watched:
+        brain = self.open(*self.busy(), seed=seed)
+        self._drive(brain)
+        return brain, record(brain)
+
+    def _drive(self, brain: Brain) -> None:
+        sample = self.sample
+        brain.add_source(PoissonSource(rate=120.0, weight=sample.strong / 2), [5, 6, 7], name="noise")
+        brain.add_source(FixedFrequencySource(rate=70.0, weight=sample.strong), [8], name="beat")
+        brain.add_source(DCSource(amplitude=[0.2 * sample.current_na, 0.0]), [0, 1], name="dc")

@@ -1,0 +1,105 @@
+"""Contract: runs end where they were told to, windows tile, writes act from now on and not before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nrp_core.brain.sources import DCSource, FixedFrequencySource
+from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record, times, train
+from nrp_core.conformance.brain.parts import connect, spikes
+from nrp_core.conformance.brain.reference import Arrival, first_spike_ms
+
+
+class TimingTests(BrainKit):
+    """What a brain does when."""
+
+    def test_every_spike_is_reported_in_the_window_it_lies_in(self) -> None:
+        brain = self.open(*self.busy())
+        heard = record(brain)
+        since, known = 0.0, 0
+        for until in range(3, 81, 3):
+            self.run(brain, until)
+            reported, now = train(heard, since), milliseconds(brain.now_ns)
+            assert brain.now_ns == self.grid_ns(until)
+            assert all(since < time <= now for _, time in reported), (since, now, reported)
+            assert len(train(heard)) == known + len(reported), "a spike of an earlier window came late"
+            since, known = now, known + len(reported)
+
+    def test_splitting_a_run_is_invisible(self) -> None:
+        self.require_repeatable()
+        whole = self.open(*self.busy())
+        heard = record(whole)
+        self.run(whole, 80)
+        assert len(train(heard)) > 20
+        random = np.random.default_rng(5)
+        for n_cuts in (1, 7, 60):
+            parts = self.open(*self.busy())
+            heard_there = record(parts)
+            for cut in sorted(random.uniform(0, 80, n_cuts)):
+                self.run(parts, cut)
+            self.run(parts, 80)
+            assert train(heard_there) == train(heard)
+
+    def test_a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once(self) -> None:
+        edge = milliseconds(self.grid_ns(20))
+        brain = self.open(spikes("s", [edge]), self.cells("n"), connect("s", "n", self.sample.strong, 2.0))
+        heard = record(brain)
+        for until in (10, 20, 30, 45):
+            self.run(brain, until)
+        assert times(heard, 0) == [edge]
+        assert len(times(heard, 1)) == 1
+
+    @pytest.mark.parametrize("delay", [1.0, 3.0, 8.0, 14.0])
+    def test_a_spike_arrives_after_its_delay_and_not_before(self, delay: float) -> None:
+        sample = self.sample
+        brain = self.open(spikes("s", [10.0]), self.cells("n"), connect("s", "n", sample.strong, delay))
+        heard = record(brain, [1])
+        self.run(brain, 45)
+        expected = first_spike_ms(sample, [Arrival(10.0 + delay, sample.strong)])
+        fired = times(heard, 1)
+        assert fired, "the synapse had no effect"
+        assert expected - self.tolerance_ms <= fired[0] <= expected + self.tolerance_ms + 1e-9
+
+    def test_each_synapse_has_its_own_delay(self) -> None:
+        delays = [9.0, 2.0, 5.0]
+        fan = connect("s", "n", self.sample.strong, delays, pairs=[(0, 0), (0, 1), (0, 2)])
+        brain = self.open(spikes("s", [5.0]), self.cells("n", 3), fan)
+        heard = record(brain)
+        self.run(brain, 35)
+        first = [times(heard, 1 + i)[0] - delay for i, delay in enumerate(delays)]
+        assert first == pytest.approx([first[0]] * 3, abs=self.tolerance_ms + 1e-9)
+
+    @pytest.mark.parametrize("t_ms", [0.0, 13.0, 20.5])
+    def test_a_current_acts_from_the_moment_it_is_set(self, t_ms: float) -> None:
+        sample, t_ns = self.sample, self.grid_ns(t_ms)
+        brain = self.open(self.cells("n"))
+        heard = record(brain)
+        source = brain.add_source(DCSource(), [0], name="dc")
+        brain.run_until(t_ns)
+        source.amplitude = 3 * sample.current_na  # type: ignore[attr-defined]
+        self.run(brain, t_ms + 30)
+        latency = first_spike_ms(sample, [], current_na=3 * sample.current_na)
+        expected = milliseconds(t_ns) + latency
+        assert times(heard, 0), "the current had no effect"
+        assert expected - EXACT_MS <= times(heard, 0)[0] <= expected + self.tolerance_ms + EXACT_MS
+
+    @pytest.mark.parametrize("delay", [0.5, 1.0, 6.0])
+    def test_a_device_acts_within_its_delay_and_a_step(self, delay: float) -> None:
+        sample, t_ns = self.sample, self.grid_ns(12.0)
+        brain = self.open(self.cells("n"))
+        heard = record(brain)
+        spec = FixedFrequencySource(weight=sample.strong, delay=delay)
+        source = brain.add_source(spec, [0], name="source")
+        brain.run_until(t_ns)
+        source.rate = 100.0  # type: ignore[attr-defined]  # the first spike after one period
+        brain.run_until(t_ns + 30 * NS_PER_MS)
+        arrival = milliseconds(t_ns) + 10.0 + delay
+        latency = first_spike_ms(sample, [Arrival(0.0, sample.strong)])
+        assert times(heard, 0), "the device had no effect"
+        assert (
+            arrival + latency - EXACT_MS
+            <= times(heard, 0)[0]
+            <= arrival + latency + self.tolerance_ms + EXACT_MS
+        )

@@ -1,0 +1,47 @@
+"""The pytest plugin behind ``nrp conformance``: ``pytest -p nrp_core.conformance.plugin --prove JSON ...``.
+
+It runs in a process of its own, because a backend that is being proved may take its process with it.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from nrp_core.conformance.proof import Proof
+from nrp_core.conformance.run import Collector, under_test
+from nrp_core.errors import NrpError
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add what is proved, and where the report goes."""
+    group = parser.getgroup("nrp conformance")
+    group.addoption("--prove", type=lambda text: Proof(**json.loads(text)), help="kind, name, options, level")
+    group.addoption("--write", type=Path, help="the file that gets the report")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose the suite, unless the backend or its options cannot be used."""
+    proof: Proof = config.getoption("--prove")
+    try:
+        proof.report([])
+    except NrpError as error:
+        _write(config, {"refused": str(error)})
+        pytest.exit("nothing was run", returncode=pytest.ExitCode.USAGE_ERROR)
+    under_test.append(proof.tests)
+    config.pluginmanager.register(Collector(), "nrp-conformance-results")
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Write the report."""
+    collector = session.config.pluginmanager.get_plugin("nrp-conformance-results")
+    assert isinstance(collector, Collector)
+    proof: Proof = session.config.getoption("--prove")
+    _write(session.config, proof.report(collector.results).to_dict())
+
+
+def _write(config: pytest.Config, data: object) -> None:
+    file: Path = config.getoption("--write")
+    file.write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", "utf-8")

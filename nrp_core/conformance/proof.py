@@ -1,0 +1,73 @@
+"""Which installed backend is proved, with what, and how far."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from nrp_core.conformance import SUITES
+from nrp_core.conformance.base import BackendTests
+from nrp_core.conformance.report import Report, Result
+from nrp_core.conformance.run import run_tests
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.machine import describe
+from nrp_core.plain import plain
+from nrp_core.registry import Registry, brains, worlds
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """A suite for an installed backend.
+
+    Args:
+        kind: ``brain`` or ``world``.
+        name: its entry-point name.
+        options: of the backend, as text.
+        level: ``contract``, ``core`` or ``full``.
+    """
+
+    kind: str
+    name: str
+    options: Mapping[str, str]
+    level: str
+
+    @property
+    def tests(self) -> type[BackendTests]:
+        """The suite."""
+        given = {"backend_name": self.name, "options": dict(self.options)}
+        return type("Installed", (SUITES[self.kind][self.level],), given)
+
+    def report(self, results: list[Result]) -> Report:
+        """Return what came of it.
+
+        Raises:
+            BackendError: there is no such backend, or it does not load.
+            ExperimentError: an option does not exist or has a wrong value.
+        """
+        registry: Registry[Any] = brains() if self.kind == "brain" else worlds()
+        backend = registry.load(self.name)
+        try:
+            chosen = backend.options.model_validate(dict(self.options))
+        except ValidationError as error:
+            wrong = _wrong_option(error, backend.options)
+            raise ExperimentError(f"{self.kind} '{self.name}': {wrong}") from None
+        return Report(
+            self.kind, self.name, plain(registry.provider(self.name)), self.options, self.level,
+            plain(backend.capabilities(chosen)), describe(), results,
+        )  # fmt: skip
+
+    def run(self) -> Report:
+        """Run the suite in this process."""
+        self.report([])  # what is wrong with the backend or its options is said before the tests
+        return self.report(run_tests(self.tests))
+
+
+def _wrong_option(error: ValidationError, model: type[BaseModel]) -> str:
+    first = error.errors()[0]
+    option = ".".join(map(str, first["loc"]))
+    if first["type"] == "extra_forbidden":
+        return f"no option '{option}'{did_you_mean(option, model.model_fields)}"
+    return f"option '{option}': {first['msg']}, not {first['input']!r}"

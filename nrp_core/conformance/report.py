@@ -1,0 +1,113 @@
+"""What came of a run of the kit, as data, as JSON and as text."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+from typing import Any
+
+LEVELS = ("contract", "capability", "accuracy", "sequences", "statistical", "cross", "speed")
+"""The questions that tests answer, in the order of asking."""
+
+
+class Outcome(StrEnum):
+    """What became of a test."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    SKIPPED = "skipped"
+    EXPECTED_TO_FAIL = "expected to fail"
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What came of one test.
+
+    Args:
+        test: its name, a sentence; parameters in brackets.
+        level: which question it answers.
+        outcome: what became of it.
+        reason: why it was skipped, or how it failed.
+        seconds: how long it took.
+        measured: what it measured, by names that end in a unit.
+    """
+
+    test: str
+    level: str
+    outcome: Outcome
+    reason: str = ""
+    seconds: float = 0.0
+    measured: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def sentence(self) -> str:
+        """The name as people read it."""
+        name, bracket, parameters = self.test.partition("[")
+        return name.removeprefix("test_").replace("_", " ") + (f" [{parameters}" if bracket else "")
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What came of a run.
+
+    Args:
+        kind: ``brain`` or ``world``.
+        name: entry-point name of the backend.
+        provider: distribution, version and target.
+        options: as they were given.
+        level: how far was asked.
+        capabilities: what the backend declares.
+        machine: what it ran on.
+        results: one for each test.
+    """
+
+    kind: str
+    name: str
+    provider: Mapping[str, str]
+    options: Mapping[str, str]
+    level: str
+    capabilities: Mapping[str, Any]
+    machine: Mapping[str, Any]
+    results: list[Result]
+
+    @property
+    def conforms(self) -> bool:
+        """Whether tests ran and none failed."""
+        return bool(self.results) and not any(result.outcome is Outcome.FAILED for result in self.results)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, with counts."""
+        from nrp_core.plain import plain
+
+        counts = Counter(str(result.outcome) for result in self.results)
+        data = plain({**asdict(self), "conforms": self.conforms, "counts": dict(counts)})
+        assert isinstance(data, dict)
+        return data
+
+
+def lines(report: Mapping[str, Any]) -> Iterator[str]:
+    """Return a report, as :meth:`Report.to_dict` gives it, as text for people."""
+    results = [Result(**{**result, "outcome": Outcome(result["outcome"])}) for result in report["results"]]
+    for level in LEVELS:
+        chosen = [result for result in results if result.level == level]
+        yield from [level] if chosen else []
+        for result in chosen:
+            yield from _about(result)
+    told = ", ".join(f"{count} {outcome}" for outcome, count in report["counts"].items())
+    verdict = "conforms" if report["conforms"] else "does not conform"
+    seconds = sum(result.seconds for result in results)
+    yield f"{report['kind']} {report['name']} {verdict}: {told or 'no tests'} in {seconds:.0f} s"
+
+
+def _about(result: Result) -> Iterator[str]:
+    marks = {Outcome.PASSED: "✓", Outcome.FAILED: "✗", Outcome.SKIPPED: "-"}
+    measured = ", ".join(f"{name} {value:.3g}" for name, value in result.measured.items())
+    told = measured if result.outcome is Outcome.PASSED else result.reason.partition("\n")[0]
+    failed = result.outcome is Outcome.FAILED
+    yield f"  {marks.get(result.outcome, '~')} {result.sentence}" + (
+        f"  ({told})" if told and not failed else ""
+    )
+    if failed:
+        yield from (f"      {line}" for line in result.reason.splitlines())

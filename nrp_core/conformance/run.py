@@ -1,0 +1,85 @@
+"""Run a suite of the kit and keep what came of every test."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.conformance.base import BackendTests
+from nrp_core.conformance.report import Outcome, Result
+
+ALONE = (
+    "-c", os.devnull, "--rootdir", str(Path(__file__).parent), "-p", "no:cacheprovider",
+    "-q", "--tb=short", "--pyargs", "nrp_core.conformance.suite",
+)  # fmt: skip
+"""Arguments for a pytest that runs the suite and nothing of where it was started."""
+
+under_test: list[type[BackendTests]] = []
+"""The last one is what :mod:`nrp_core.conformance.suite` shows to pytest."""
+
+
+def run_tests(tests: type[BackendTests]) -> list[Result]:
+    """Run the tests of a class in a pytest of their own, in this process, and return their results."""
+    collector = Collector()
+    under_test.append(tests)
+    sys.modules.pop("nrp_core.conformance.suite", None)  # a module is imported once, suites are many
+    try:
+        pytest.main([*ALONE], plugins=[collector])
+    finally:
+        under_test.pop()
+    return collector.results
+
+
+class Collector:
+    """A pytest plugin that keeps results."""
+
+    def __init__(self) -> None:
+        self.results: list[Result] = []
+        self._failed: set[str] = set()
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        for item in items:
+            item.user_properties.append(("level", _level_of(item)))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "call" or report.outcome != "passed":
+            self._keep(report)
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        if report.failed:
+            self.results.append(Result("collection", "contract", Outcome.FAILED, report.longreprtext))
+
+    def _keep(self, report: pytest.TestReport) -> None:
+        test = report.nodeid.partition("::")[2].partition("::")[2]
+        if test in self._failed:
+            return  # its clean-up failed as well
+        properties: dict[str, Any] = dict(report.user_properties)
+        level = str(properties.pop("level"))
+        outcome, reason = _outcome_of(report)
+        if outcome is Outcome.FAILED:
+            self._failed.add(test)
+        self.results.append(Result(test, level, outcome, reason, round(report.duration, 4), properties))
+
+
+def _level_of(item: pytest.Item) -> str:
+    assert isinstance(item, pytest.Function)
+    name, cls = item.originalname, item.cls
+    assert cls is not None
+    owner = next(base for base in reversed(cls.__mro__) if name in vars(base))
+    return str(owner.level)
+
+
+def _outcome_of(report: pytest.TestReport) -> tuple[Outcome, str]:
+    if hasattr(report, "wasxfail"):
+        outcome = Outcome.EXPECTED_TO_FAIL if report.skipped else Outcome.FAILED
+        return outcome, report.wasxfail
+    if report.skipped:
+        assert isinstance(report.longrepr, tuple)  # of a skip: file, line, reason
+        return Outcome.SKIPPED, report.longrepr[2].removeprefix("Skipped: ")
+    if report.failed:
+        return Outcome.FAILED, report.longreprtext
+    return Outcome.PASSED, ""

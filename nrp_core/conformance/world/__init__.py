@@ -1,0 +1,22 @@
+"""The suites for worlds; each contains the one before it."""
+
+from nrp_core.conformance.world.capability import CapabilityTests
+from nrp_core.conformance.world.comparison import CrossTests, SpeedTests
+from nrp_core.conformance.world.driving import DrivingTests
+from nrp_core.conformance.world.motion import MotionTests
+from nrp_core.conformance.world.seeing import SeeingTests
+from nrp_core.conformance.world.sequences import SequenceTests
+from nrp_core.conformance.world.state import StateTests
+from nrp_core.conformance.world.topics import TopicTests
+
+
+class WorldContractTests(TopicTests, MotionTests, DrivingTests, SeeingTests, StateTests):
+    """What every world does."""
+
+
+class WorldBackendTests(WorldContractTests, CapabilityTests):
+    """What a third party runs: contract and capabilities."""
+
+
+class FullWorldTests(WorldBackendTests, SequenceTests, CrossTests, SpeedTests):
+    """All of that, and random sequences, pairs of worlds, and speed."""

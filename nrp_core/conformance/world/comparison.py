@@ -1,0 +1,82 @@
+"""Cross and speed: beside every other installed world, and against the clock on the wall."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+
+from nrp_core.conformance.guard import undeclared
+from nrp_core.conformance.world.driving import SLIP
+from nrp_core.conformance.world.kit import WorldKit, where
+from nrp_core.conformance.world.scenes import RED, floor, robot, screen
+from nrp_core.errors import BackendError
+from nrp_core.registry import worlds
+from nrp_core.world.interface import World
+from nrp_core.world.scene.model import Model, Scene
+
+WAY_M, PIXELS = 1.5, 0.02
+"""How far the robot goes, and the share of pixels in which renderers may differ: the edges of things."""
+
+
+class CrossTests(WorldKit):
+    """The same scene and the same commands beside every other installed world."""
+
+    level = "cross"
+
+    def test_a_robot_gets_to_where_it_gets_in_every_other_world(self) -> None:
+        self.note("compared", len(others := self._others()))
+        mine = self._ended(self.open(*_scene()))
+        for name, world in others.items():
+            theirs = self._ended(world)
+            distance = float(np.linalg.norm(np.subtract(mine, theirs)))
+            self.note(f"distance_to_{name}_m", distance)
+            assert distance <= 2 * SLIP * WAY_M
+
+    def test_a_camera_sees_what_it_sees_in_every_other_world(self) -> None:
+        self.require_camera()
+        mine = where(self.look(self.open(*_scene())), 0)
+        for name, world in self._others().items():
+            if world.capabilities.renderers:
+                theirs = where(self.look(world), 0)
+                if theirs.shape == mine.shape:
+                    self.note(f"pixels_unlike_{name}", float((mine != theirs).mean()))
+                    assert (mine != theirs).mean() <= PIXELS
+
+    def _others(self) -> dict[str, World]:
+        found = {}
+        for name in worlds().names():
+            if name == self.backend_name:
+                continue
+            try:
+                backend = worlds().load(name)
+                world = backend.open(Scene(_scene()), seed=1, options=backend.options())
+            except BackendError:
+                continue
+            found[name] = self.opened.enter_context(world)
+        if not found:
+            undeclared("another installed world")
+        return found
+
+    def _ended(self, world: World) -> tuple[float, float, float]:
+        self.drive(world, WAY_M / 3, 0.3, 3.0)
+        return world.model_motion("robot").pose.position
+
+
+class SpeedTests(WorldKit):
+    """Reported, never failed."""
+
+    level = "speed"
+
+    def test_how_fast_it_runs(self) -> None:
+        world = self.open(*_scene())
+        if self.capabilities.renderers:
+            world.subscribe("/robot/camera")
+        self.drive(world, 0.3, 0.1, 0.2)
+        started = perf_counter()
+        self.drive(world, 0.3, 0.1, 2.0)
+        self.note("simulated_seconds_per_second", 2.0 / (perf_counter() - started))
+
+
+def _scene() -> tuple[Model, ...]:
+    return floor(), robot(), screen("screen", 0.5, RED, x=4.0)

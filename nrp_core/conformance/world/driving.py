@@ -1,0 +1,124 @@
+"""Contract: a robot goes where it is told, says where it is, and stops when nobody speaks."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+
+import pytest
+
+from nrp_core.conformance.world.kit import WorldKit, twist
+from nrp_core.conformance.world.scenes import DRIVE_TIMEOUT_S, WHEEL_RADIUS, floor, robot
+from nrp_core.world.interface import World
+from nrp_core.world.scene.pose import Pose
+
+SLIP = 0.05
+"""The share of a commanded way that tyres and starting up may cost."""
+
+
+class DrivingTests(WorldKit):
+    """Commands and odometry."""
+
+    @pytest.mark.parametrize("yaw", [0.0, pi / 2, -2.0])
+    def test_forward_is_along_the_robots_own_x(self, yaw: float) -> None:
+        world = self.open(floor(), robot(yaw=yaw))
+        start = self._pose(world)
+        self.drive(world, 0.5, 0.0, 2.0)
+        moved = start.inverse() @ self._pose(world)
+        assert moved.position[0] == pytest.approx(1.0, rel=SLIP)
+        assert moved.position[1] == pytest.approx(0.0, abs=0.02)
+        assert moved.yaw == pytest.approx(0.0, abs=0.02)
+
+    @pytest.mark.parametrize("speed", [-0.5, 0.1, 1.0])
+    def test_the_commanded_speed_is_reached(self, speed: float) -> None:
+        world = self.open(floor(), robot())
+        self.drive(world, speed, 0.0, 1.0)
+        assert world.model_motion("robot").linear[0] == pytest.approx(speed, rel=SLIP)
+
+    @pytest.mark.parametrize("turn", [0.8, -0.8])
+    def test_a_positive_turn_is_to_the_left(self, turn: float) -> None:
+        world = self.open(floor(), robot())
+        self.drive(world, 0.0, turn, 2.0)
+        assert self._pose(world).yaw == pytest.approx(2.0 * turn, rel=2 * SLIP)
+        assert world.model_motion("robot").angular[2] == pytest.approx(turn, rel=2 * SLIP)
+
+    def test_a_curve_is_a_circle_of_speed_over_turn(self) -> None:
+        world = self.open(floor(), robot())
+        self.drive(world, 0.5, 0.5, 2.0)
+        x, y, _ = self._pose(world).position
+        assert (x, y) == pytest.approx((sin(1.0), 1 - cos(1.0)), abs=0.08)
+
+    def test_odometry_tells_the_way_since_the_start(self) -> None:
+        world = self.open(floor(), robot(x=1.0, y=2.0, yaw=pi / 2))
+        start = self._pose(world)
+        heard = world.subscribe("/robot/odom")
+        self.drive(world, 0.5, 0.4, 1.0)
+        assert heard.latest is not None
+        told, moved = heard.latest.message.pose.pose, start.inverse() @ self._pose(world)
+        position = (told.position.x, told.position.y, told.position.z)
+        assert position == pytest.approx(moved.position, abs=0.01)
+        orientation = told.orientation
+        found = Pose(position, (orientation.x, orientation.y, orientation.z, orientation.w))
+        assert found.yaw == pytest.approx(moved.yaw, abs=0.01)
+
+    def test_odometry_tells_the_velocity_in_the_robots_own_frame(self) -> None:
+        world = self.open(floor(), robot(yaw=pi / 2))
+        heard = world.subscribe("/robot/odom")
+        self.drive(world, 0.5, 0.3, 1.0)
+        assert heard.latest is not None
+        moving = heard.latest.message.twist.twist
+        assert moving.linear.x == pytest.approx(0.5, rel=SLIP)
+        assert moving.linear.y == pytest.approx(0.0, abs=0.05)
+        assert moving.angular.z == pytest.approx(0.3, rel=2 * SLIP)
+
+    def test_a_velocity_is_the_change_of_the_position(self) -> None:
+        world = self.open(floor(), robot(yaw=2.0))
+        self.drive(world, 0.5, 0.3, 1.0)
+        before, start_ns = world.model_motion("robot"), world.now_ns
+        self.run(world, start_ns * 1e-9 + 5 * self.step_s)
+        after, dt = world.model_motion("robot"), (world.now_ns - start_ns) * 1e-9
+        pairs = zip(after.pose.position, before.pose.position, strict=True)
+        assert [(a - b) / dt for a, b in pairs] == pytest.approx(before.linear, abs=0.03)
+        turned = (before.pose.inverse() @ after.pose).yaw
+        assert turned / dt == pytest.approx(before.angular[2], abs=0.03)
+
+    def test_wheels_turn_by_the_way_they_roll(self) -> None:
+        world = self.open(floor(), robot())
+        heard = world.subscribe("/robot/wheel_speeds")
+        self.drive(world, 0.5, 0.6, 1.0)
+        assert heard.latest is not None
+        speeds = heard.latest.message
+        assert speeds.front_left == pytest.approx(speeds.back_left, abs=0.05)
+        assert speeds.front_left < 0.5 < speeds.front_right
+        self.drive(world, 0.5, 0.0, 1.0)
+        joints = world.joint_states("robot")
+        assert joints.velocities == pytest.approx([0.5 / WHEEL_RADIUS] * 4, rel=2 * SLIP)
+
+    def test_a_command_holds_until_the_time_out_and_then_the_robot_stops(self) -> None:
+        world = self.open(floor(), robot())
+        world.advertise("/robot/cmd_vel").publish(twist(0.5, 0.0))
+        self.run(world, DRIVE_TIMEOUT_S - 0.02)
+        assert world.model_motion("robot").linear[0] == pytest.approx(0.5, rel=3 * SLIP)
+        self.run(world, DRIVE_TIMEOUT_S + 1.0)
+        assert world.model_motion("robot").linear[0] == pytest.approx(0.0, abs=0.02)
+
+    def test_a_command_of_zero_stops(self) -> None:
+        world = self.open(floor(), robot())
+        self.drive(world, 0.5, 0.0, 0.5)
+        self.drive(world, 0.0, 0.0, 1.0)
+        assert world.model_motion("robot").linear[0] == pytest.approx(0.0, abs=0.02)
+
+    def test_several_robots_each_do_what_they_are_told(self) -> None:
+        world = self.open(floor(), robot("a"), robot("b", y=3.0), robot("c", y=-3.0))
+        commands = {name: world.advertise(f"/{name}/cmd_vel") for name in ("a", "b", "c")}
+        for step in range(50):
+            commands["a"].publish(twist(0.5, 0.0))
+            commands["b"].publish(twist(0.0, 0.8))
+            self.run(world, (step + 1) / 50)
+        still, moved, turned = (world.model_motion(name).pose for name in ("c", "a", "b"))
+        assert still.position[:2] == pytest.approx((0.0, -3.0), abs=0.01)
+        assert moved.position[:2] == pytest.approx((0.5, 0.0), abs=0.06)
+        assert turned.position[:2] == pytest.approx((0.0, 3.0), abs=0.06)
+        assert turned.yaw == pytest.approx(0.8, abs=0.12)
+
+    def _pose(self, world: World) -> Pose:
+        return world.model_motion("robot").pose

@@ -1,0 +1,101 @@
+"""What the tests of worlds share: how one is opened, driven and looked at."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.clock import from_seconds, seconds
+from nrp_core.conformance.base import SimulatorTests
+from nrp_core.conformance.guard import undeclared
+from nrp_core.conformance.world.scenes import CAMERA_HZ
+from nrp_core.registry import worlds
+from nrp_core.world.interface import World, WorldBackend, WorldCapabilities
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.scene.model import Model, Rgba, Scene
+from nrp_core.world.scene.pose import Vector
+
+Picture = npt.NDArray[np.int64]
+GRAVITY = 9.8
+COMMANDS_HZ = 50
+
+
+class WorldKit(SimulatorTests[WorldBackend, WorldCapabilities]):
+    """Opens the world under test."""
+
+    @classmethod
+    def make_backend(cls) -> WorldBackend:
+        return worlds().load(cls.backend_name)
+
+    @property
+    def step_s(self) -> float:
+        """The declared physics step."""
+        return seconds(self.capabilities.step_ns)
+
+    def open(self, *models: Model, seed: int = 1, gravity: Vector = (0.0, 0.0, -GRAVITY)) -> World:
+        """Open a scene of models; it is closed after the test."""
+        scene = Scene(models, gravity=gravity)
+        return self.opened.enter_context(self.backend.open(scene, seed=seed, options=self.chosen))
+
+    def grid_ns(self, t_s: float) -> int:
+        """Return the first time at or after ``t_s`` at which the world can be stopped."""
+        step_ns = self.capabilities.step_ns
+        return -(-from_seconds(t_s) // step_ns) * step_ns
+
+    def run(self, world: World, until_s: float) -> None:
+        """Advance to the first possible time at or after ``until_s``."""
+        world.run_until(self.grid_ns(until_s))
+
+    def drive(self, world: World, forward: float, turn: float, for_s: float, robot: str = "robot") -> None:
+        """Command a robot again and again, for some time."""
+        commands = world.advertise(f"/{robot}/cmd_vel")
+        start_s = seconds(world.now_ns)
+        for step in range(round(for_s * COMMANDS_HZ)):
+            commands.publish(twist(forward, turn))
+            self.run(world, start_s + (step + 1) / COMMANDS_HZ)
+
+    def look(self, world: World, robot: str = "robot") -> Picture:
+        """Return the next picture of a robot's camera, as numbers that can be subtracted."""
+        self.require_camera()
+        pictures = world.subscribe(f"/{robot}/camera")
+        self.run(world, seconds(world.now_ns) + 1 / CAMERA_HZ)
+        stamped = pictures.latest
+        assert stamped is not None, "no picture within one period"
+        world.unsubscribe(pictures)
+        return np.asarray(stamped.message.data, dtype=np.int64)
+
+    def require_camera(self) -> None:
+        """Skip where there are no cameras."""
+        if not self.capabilities.renderers:
+            undeclared("cameras")
+
+
+def twist(forward: float, turn: float) -> Twist:
+    """Return a command."""
+    return Twist(Vector3(forward), Vector3(0.0, 0.0, turn))
+
+
+def paint(world: World, visual: str, rgba: Rgba) -> None:
+    """Colour a visual (``model/link/visual``)."""
+    world.advertise(f"/{visual}/color").publish(ColorRGBA(*rgba))
+
+
+def states(world: World) -> dict[str, ModelMotion]:
+    """Return where every movable model is and how it moves."""
+    return {model.name: world.model_motion(model.name) for model in world.scene.models if not model.static}
+
+
+def where(picture: Picture, channel: int) -> npt.NDArray[np.bool_]:
+    """Return the pixels in which one channel exceeds both others clearly."""
+    others = np.delete(picture, channel, axis=2).max(axis=2)
+    return np.asarray(picture[:, :, channel] > others + 60)
+
+
+def centre(mask: npt.NDArray[np.bool_]) -> tuple[float, float]:
+    """Return the mean row and column of the pixels that are set, from -1 (top, left) to 1."""
+    assert mask.any(), "the thing is not in the picture"
+    rows, columns = np.nonzero(mask)
+    height, width = mask.shape
+    return float((2 * rows.mean() + 1) / height - 1), float((2 * columns.mean() + 1) / width - 1)

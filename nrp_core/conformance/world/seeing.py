@@ -1,0 +1,120 @@
+"""Contract: a camera looks along x of its pose, up is up, left is left, red is the first channel."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from nrp_core.conformance.world.kit import WorldKit, centre, paint, where
+from nrp_core.conformance.world.scenes import (
+    BLUE,
+    CAMERA_HEIGHT,
+    CAMERA_HZ,
+    GREEN,
+    GREY,
+    RED,
+    WIDTH,
+    at,
+    floor,
+    robot,
+    screen,
+    thing,
+)  # fmt: skip
+from nrp_core.world.scene.model import Box, Rgba
+
+PIXEL = 2.0 / WIDTH
+"""The width of a pixel where the picture goes from -1 to 1."""
+
+
+class SeeingTests(WorldKit):
+    """Cameras and colours."""
+
+    @pytest.mark.parametrize(("rgba", "channel"), [(RED, 0), (GREEN, 1), (BLUE, 2)])
+    def test_channels_are_red_green_blue(self, rgba: Rgba, channel: int) -> None:
+        picture = self.look(self.open(floor(), robot(), screen("screen", 0.0, rgba)))
+        assert where(picture, channel).any()
+        assert not any(where(picture, other).any() for other in {0, 1, 2} - {channel})
+
+    def test_left_is_left(self) -> None:
+        seen = self.look(self.open(floor(), robot(), screen("l", 1.5, RED), screen("r", -1.5, BLUE)))
+        assert centre(where(seen, 0))[1] == pytest.approx(-0.5, abs=3 * PIXEL)
+        assert centre(where(seen, 2))[1] == pytest.approx(0.5, abs=3 * PIXEL)
+
+    def test_up_is_up(self) -> None:
+        low, high = screen("low", -0.8, RED, z=0.3), screen("high", 0.8, GREEN, z=1.6)
+        seen = self.look(self.open(floor(), robot(), low, high))
+        assert centre(where(seen, 1))[0] < -0.1 < centre(where(seen, 0))[0]
+
+    def test_a_camera_looks_along_the_x_axis_of_its_robot(self) -> None:
+        """The screen lies on the left of the world's x axis; the robot has turned to it."""
+        beside = thing("beside", Box((1.0, 0.1, 1.0)), at(0, 3, CAMERA_HEIGHT), rgba=RED, solid=False)
+        seen = self.look(self.open(floor(), robot(yaw=pi / 2), beside))
+        assert centre(where(seen, 0)) == pytest.approx((0.0, 0.0), abs=3 * PIXEL)
+        assert not where(self.look(self.open(floor(), robot(), beside)), 0).any()
+
+    def test_a_camera_that_is_tilted_down_sees_what_is_ahead_further_up(self) -> None:
+        ahead = screen("ahead", 0.0, RED)
+        level = self.look(self.open(floor(), robot(), ahead))
+        tilted = self.look(self.open(floor(), robot(tilt=0.3), ahead))
+        assert centre(where(tilted, 0))[0] < centre(where(level, 0))[0] - 5 * PIXEL
+
+    def test_a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it(self) -> None:
+        """A pinhole with 90 degrees: 1 m at 2.95 m takes 1/5.9 of the width, and as many rows."""
+        mask = where(self.look(self.open(floor(), robot(), screen("screen", 0.0, RED))), 0)
+        width = mask.shape[1]
+        expected = width / (2 * 2.95)
+        assert mask.any(axis=0).sum() == pytest.approx(expected, abs=1.5)
+        assert mask.any(axis=1).sum() == pytest.approx(expected, abs=1.5)
+
+    def test_what_is_nearer_hides_what_is_behind_it(self) -> None:
+        near, far = screen("near", 0.0, BLUE, x=2.0), screen("far", 0.0, RED, x=4.0)
+        seen = self.look(self.open(floor(), robot(), far, near))
+        assert where(seen, 2).any()
+        assert not where(seen, 0).any()
+
+    def test_turning_left_moves_what_is_ahead_to_the_right(self) -> None:
+        world = self.open(floor(), robot(), screen("screen", 0.0, RED))
+        before = centre(where(self.look(world), 0))[1]
+        self.drive(world, 0.0, 0.5, 0.6)
+        assert centre(where(self.look(world), 0))[1] > before + 3 * PIXEL
+
+    def test_coming_nearer_makes_things_larger(self) -> None:
+        world = self.open(floor(), robot(), screen("screen", 0.0, RED))
+        before = where(self.look(world), 0).sum()
+        self.drive(world, 0.8, 0.0, 1.5)
+        assert where(self.look(world), 0).sum() > 1.5 * before
+
+    def test_a_new_colour_is_seen_within_one_period(self) -> None:
+        self.require_camera()
+        world = self.open(floor(), robot(), screen("screen", 0.0, BLUE))
+        heard = world.subscribe("/robot/camera")
+        self.run(world, 0.1)
+        paint(world, "screen/link/visual", RED)
+        self.run(world, 0.1 + 1 / CAMERA_HZ)
+        assert heard.latest is not None
+        seen = np.asarray(heard.latest.message.data, dtype=np.int64)
+        assert where(seen, 0).any()
+        assert not where(seen, 2).any()
+
+    def test_a_colour_changes_its_own_visual_alone_and_can_be_read_back(self) -> None:
+        self.require_camera()
+        world = self.open(floor(), robot(), screen("l", 1.5, GREY), screen("r", -1.5, GREY))
+        paint(world, "l/link/visual", RED)
+        assert centre(where(self.look(world), 0))[1] == pytest.approx(-0.5, abs=3 * PIXEL)
+        for name, expected in (("l", RED), ("r", GREY)):
+            latest = world.subscribe(f"/{name}/link/visual/color").latest
+            assert latest is not None
+            told = latest.message
+            assert (told.r, told.g, told.b, told.a) == pytest.approx(expected)
+
+    def test_each_robot_sees_with_its_own_camera(self) -> None:
+        turned = robot("b", y=-4.0, yaw=pi)
+        behind = thing("behind", Box((0.1, 1.0, 1.0)), at(-3, -4, CAMERA_HEIGHT), rgba=BLUE, solid=False)
+        world = self.open(floor(), robot("a"), turned, screen("screen", 0.0, RED), behind)
+        first, second = self.look(world, "a"), self.look(world, "b")
+        assert where(first, 0).any()
+        assert where(second, 2).any()
+        assert not where(first, 2).any()
+        assert not where(second, 0).any()

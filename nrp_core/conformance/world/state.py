@@ -1,0 +1,194 @@
+"""Contract: a reset world is a fresh one, a restored one has never been away, two share nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from nrp_core.conformance.world.kit import WorldKit, paint, states, twist
+from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, robot, screen, thing
+from nrp_core.errors import LifecycleError, SnapshotError, TimestepError
+from nrp_core.simulation import INTERFACE_VERSION
+from nrp_core.world.interface import World
+from nrp_core.world.scene.model import Box, Model, Sphere
+
+
+def busy() -> tuple[Model, ...]:
+    """Return a scene in which things soon touch each other."""
+    return (
+        floor(), robot(), robot("other", 0.2, 1.5),
+        thing("box", Box((0.3, 0.3, 0.3)), at(0.7, 0.05, 0.2), mass=1.0),
+        thing("ball", Sphere(0.15), at(-1, 0, 0.5), mass=1.0),
+        pendulum(), screen("screen", 0.0, BLUE),
+    )  # fmt: skip
+
+
+class StateTests(WorldKit):
+    """What a state is: everything that the future depends on."""
+
+    def test_a_reset_world_equals_a_fresh_one(self) -> None:
+        self.require_repeatable()
+        world = self.open(*busy())
+        expected = self._went(world, 20)
+        self._went(world, 7, start=20)
+        world.reset()
+        assert world.now_ns == 0
+        assert self._went(world, 20) == expected
+
+    def test_a_reset_world_that_nobody_commands_equals_a_fresh_one(self) -> None:
+        """Commands may hide what an engine keeps of contacts and motors."""
+        self.require_repeatable()
+        expected = self._went(self.open(*busy()), 5, silent=True)
+        world = self.open(*busy())
+        self._went(world, 3, silent=True)
+        world.reset()
+        assert self._went(world, 5, silent=True) == expected
+
+    def test_a_reset_brings_back_the_first_colours(self) -> None:
+        self.require_camera()
+        world = self.open(*busy())
+        before = self.look(world)
+        paint(world, "screen/link/visual", RED)
+        self.look(world)
+        world.reset()
+        assert np.array_equal(self.look(world), before)
+
+    def test_a_reset_stops_the_robots(self) -> None:
+        world = self.open(floor(), robot())
+        self.drive(world, 0.8, 0.0, 0.3)
+        world.reset()
+        self.run(world, 0.3)
+        assert world.model_motion("robot").pose.position[:2] == pytest.approx((0.0, 0.0), abs=0.01)
+
+    def test_two_runs_are_equal(self) -> None:
+        self.require_repeatable()
+        assert self._went(self.open(*busy()), 25) == self._went(self.open(*busy()), 25)
+
+    def test_two_worlds_in_one_process_do_not_disturb_each_other(self) -> None:
+        self.require_repeatable()
+        expected = self._went(self.open(*busy()), 15)
+        one, two = self.open(*busy()), self.open(*busy())
+        for step in range(15):
+            self._go(one, step)
+            self._go(two, step + 100)
+        assert states(one) == expected
+        assert states(two) != expected
+
+    def test_splitting_a_run_is_invisible(self) -> None:
+        self.require_repeatable()
+        ends = []
+        for n_cuts in (0, 1, 9):
+            world = self.open(*busy())
+            world.advertise("/robot/cmd_vel").publish(twist(0.8, 0.5))
+            for cut in sorted(np.random.default_rng(3).uniform(0.0, 0.5, n_cuts)):
+                self.run(world, cut)
+            self.run(world, 0.5)
+            ends.append(states(world))
+        assert ends[0] == ends[1] == ends[2]
+
+    def test_a_run_ends_exactly_where_it_was_told_to(self) -> None:
+        world = self.open(thing("ball", Sphere(0.1), at(0, 0, 10), mass=1.0))
+        step_ns = self.capabilities.step_ns
+        speeds = []
+        for steps in (1, 2, 5, 6):
+            world.run_until(steps * step_ns)
+            assert world.now_ns == steps * step_ns
+            speeds.append(-world.model_motion("ball").linear[2])
+        assert speeds == pytest.approx([n * speeds[0] for n in (1, 2, 5, 6)], rel=1e-6)
+
+    def test_reading_and_looking_change_nothing(self) -> None:
+        self.require_repeatable()
+        expected = self._went(self.open(*busy()), 15)
+        world = self.open(*busy())
+        world.subscribe("/robot/odom")
+        pictures = [world.subscribe("/robot/camera")] if self.capabilities.renderers else []
+        for step in range(15):
+            self._go(world, step)
+            states(world)
+            world.joint_states("robot")
+        assert states(world) == expected
+        assert all(each.latest is not None for each in pictures)
+
+    def test_a_snapshot_keeps_everything_that_moves(self) -> None:
+        self._continued(lambda _: None)
+
+    def test_a_snapshot_keeps_a_command_and_its_time_out(self) -> None:
+        def command(world: World) -> None:
+            world.advertise("/other/cmd_vel").publish(twist(0.4, -1.0))
+
+        self._continued(command, steps=25, silent=True)
+
+    def test_a_snapshot_keeps_colours(self) -> None:
+        self.require_snapshot()
+        self.require_camera()
+        world, fresh = self.open(*busy()), self.open(*busy())
+        paint(world, "screen/link/visual", RED)
+        snapshot, seen = world.snapshot(), self.look(world)
+        paint(world, "screen/link/visual", BLUE)
+        self.look(world)
+        for again in (world, fresh):
+            again.restore(snapshot)
+            assert np.array_equal(self.look(again), seen)
+
+    def test_a_snapshot_of_another_scene_is_refused(self) -> None:
+        self.require_snapshot()
+        snapshot = self.open(floor(), robot()).snapshot()
+        with pytest.raises(SnapshotError):
+            self.open(floor(), robot(x=1.0)).restore(snapshot)
+
+    def test_a_fresh_world_is_at_time_zero_where_its_scene_puts_it(self) -> None:
+        world = self.open(*busy(), seed=9)
+        assert (world.now_ns, world.seed) == (0, 9)
+        assert self.backend.interface_version == INTERFACE_VERSION
+        for model in world.scene.models:
+            assert world.model_motion(model.name).pose.position == pytest.approx(
+                model.pose.position, abs=1e-6
+            )
+
+    def test_time_does_not_run_back_and_stops_on_the_grid_alone(self) -> None:
+        world = self.open(floor(), robot())
+        self.run(world, 0.1)
+        with pytest.raises(LifecycleError):
+            self.run(world, 0.05)
+        with pytest.raises(TimestepError):
+            world.run_until(world.now_ns + self.capabilities.step_ns // 2 + 1)
+
+    def test_a_closed_world_takes_nothing_more_and_leaves_others_at_work(self) -> None:
+        world, other = self.open(floor(), robot()), self.open(floor(), robot())
+        self.run(world, 0.1)
+        world.close()
+        world.close()
+        for attempt in (lambda: self.run(world, 0.2), world.reset, world.snapshot):
+            with pytest.raises(LifecycleError):
+                attempt()
+        self.drive(other, 0.5, 0.0, 0.5)
+        assert other.model_motion("robot").pose.position[0] > 0.1
+
+    def _continued(self, setup: Callable[[World], None], *, steps: int = 12, silent: bool = False) -> None:
+        """Check that running on from a snapshot equals never having left, also in another world."""
+        self.require_snapshot()
+        self.require_repeatable()
+        world, fresh = self.open(*busy()), self.open(*busy())
+        self._went(world, 8)
+        setup(world)
+        snapshot, left, seen = world.snapshot(), world.now_ns, states(world)
+        expected = self._went(world, steps, start=8, silent=silent)
+        for again in (world, fresh):
+            again.restore(snapshot)
+            assert again.now_ns == left
+            assert states(again) == seen
+            assert self._went(again, steps, start=8, silent=silent) == expected
+
+    def _went(self, world: World, steps: int, start: int = 0, *, silent: bool = False) -> object:
+        for step in range(start, start + steps):
+            self._go(world, step, silent=silent)
+        return states(world)
+
+    def _go(self, world: World, step: int, *, silent: bool = False) -> None:
+        """Take a step that depends on its number alone."""
+        if not silent:
+            world.advertise("/robot/cmd_vel").publish(twist(0.6, 0.2 * (step % 5 - 2)))
+            world.advertise("/other/cmd_vel").publish(twist(-0.3, 0.1 * (step % 3)))
+        world.run_until(world.now_ns + self.grid_ns(0.02))

@@ -1,0 +1,94 @@
+"""A network in NEST."""
+
+from __future__ import annotations
+
+import numpy as np
+from nrp_core.brain.interface import Brain, BrainCapabilities
+from nrp_core.brain.network import FloatArray, IntArray, Network
+from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.clock import milliseconds
+
+from nrp_brain_nest.backend import NestOptions
+from nrp_brain_nest.cells import Cells
+from nrp_brain_nest.grid import Grid
+from nrp_brain_nest.inputs import DeviceInput, SourceCells
+from nrp_brain_nest.kernel import Kernel
+from nrp_brain_nest.synapses import Wiring
+from nrp_brain_nest.weights import Weights
+
+
+class NestBrain(Brain):
+    """See :class:`~nrp_core.brain.interface.Brain`.
+
+    Spikes lie on the grid, at the end of the step in which the threshold was crossed.
+
+    Raises:
+        LifecycleError: another brain of this process uses NEST.
+        CapabilityError, NetworkError: the network is not one that NEST can simulate.
+    """
+
+    def __init__(
+        self, network: Network, seed: int, capabilities: BrainCapabilities, options: NestOptions
+    ) -> None:
+        identity = f"nest:{options.model_dump_json()}"
+        super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
+        self._grid = Grid(options.resolution)
+        self._kernel = Kernel(self._grid, options.threads)
+        try:
+            self.warnings += self._build()
+        except BaseException:
+            self._kernel.release()
+            raise
+
+    def _build(self) -> list[str]:
+        """Fill an empty kernel with the network; return what NEST does otherwise than the network says."""
+        network, grid = self.network, self._grid
+        self._reached_ns = 0
+        delays = [grid.delays(p.delay_ms).max() for p in network.projections if p.size]
+        self._nest = nest = self._kernel.start(float(grid.time_ms(np.max(delays, initial=0))))
+        self._cells, weights = Cells(nest, network), Weights(network)
+        self._source_cells = SourceCells(nest, network, grid)
+        self._device_input = DeviceInput(nest, self._cells, weights, grid)
+        wiring = Wiring(nest, network, self._cells, self._source_cells, weights, grid)
+        for projection in network.projections:
+            wiring.connect(projection)
+        self._recorder = nest.Create("spike_recorder", params={"time_in_steps": True})
+        self._ids = np.zeros(1, np.int64)
+        if self._cells.all is not None:
+            nest.Connect(self._cells.all, self._recorder)
+            self._ids = np.zeros(self._cells.nodes.max() + 1, np.int64)
+            self._ids[self._cells.nodes] = np.arange(network.size)
+        return wiring.warnings
+
+    def _do_run_until(self, t_ns: int) -> None:
+        until = self._grid.number_of(t_ns)
+        self._source_cells.feed(until)
+        self._device_input.feed(until)
+        # not Prepare and Run: between those a recorder cannot be emptied
+        self._nest.Simulate(milliseconds(t_ns - self._reached_ns))
+        self._reached_ns = t_ns
+
+    def _do_take_spikes(self) -> Spikes:
+        events = self._recorder.get("events")
+        if not len(events["senders"]):
+            return Spikes()
+        self._recorder.set(n_events=0)
+        return Spikes(self._ids[events["senders"]], self._grid.time_ms(events["times"]))
+
+    def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        self._source_cells.fire(neurons, times_ms)
+
+    def _do_inject(self, events: SynapticEvents) -> None:
+        self._device_input.send(events, self._grid.number_of(self._now_ns))
+
+    def _do_set_current(self, currents_na: FloatArray) -> None:
+        self._cells.set_currents(currents_na)
+
+    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
+        return self._cells.read(variable, neurons)
+
+    def _do_reset(self, seed: int) -> None:
+        self._build()
+
+    def _do_close(self) -> None:
+        self._kernel.release()

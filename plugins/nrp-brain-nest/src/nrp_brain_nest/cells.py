@@ -1,0 +1,144 @@
+"""The cells of a network in NEST: made, driven by currents, read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from nrp_core.brain.network import FloatArray, IntArray, Network, Population
+from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+
+from nrp_brain_nest.cell_types import CELL_TYPES, MILLI, CellType
+from nrp_brain_nest.traub import settled_gates
+
+
+class Cells:
+    """All cells that are not sources.
+
+    Args:
+        nest: the module, with an empty kernel.
+        network: they are made of.
+
+    Attributes:
+        nodes: NEST's id of each global id, 0 for source cells, shape ``(network.size,)``.
+        all: every cell as one collection of NEST's, or None where there is none.
+
+    Raises:
+        NetworkError: NEST refuses a parameter.
+    """
+
+    def __init__(self, nest: Any, network: Network) -> None:
+        self._network = network
+        self.nodes = np.zeros(network.size, np.int64)
+        self.all: Any = None
+        self._collections: dict[str, Any] = {}
+        self._offsets_pa = np.zeros(network.size)
+        for population in network.populations.values():
+            if population.size and not population.is_source:
+                self._add(population, _created(nest, population))
+        self._held_pa = self._offsets_pa.copy()
+
+    def _add(self, population: Population, collection: Any) -> None:
+        ids = self._network.ids_of(population.label)
+        self.nodes[ids] = collection.tolist()
+        self.all = collection if self.all is None else self.all + collection
+        self._collections[population.label] = collection
+        self._offsets_pa[ids] = population.parameters["i_offset"] * MILLI
+
+    def set_currents(self, currents_na: FloatArray) -> None:
+        """Hold these currents, shape ``(network.size,)``, beside the cells' own."""
+        wanted = self._offsets_pa + currents_na * MILLI
+        changed = np.flatnonzero((wanted != self._held_pa) & (self.nodes > 0))
+        for _, collection, index, which in self._by_population(changed):
+            collection[index.tolist()].set(I_e=wanted[changed[which]].tolist())
+        self._held_pa = wanted
+
+    def read(self, variable: str, neurons: IntArray) -> FloatArray:
+        """Return a state variable in PyNN's unit.
+
+        Raises:
+            CapabilityError: one of the cells does not have it.
+        """
+        values = np.empty(len(neurons))
+        found = list(self._by_population(neurons))
+        if sum(len(which) for *_, which in found) < len(neurons):
+            raise CapabilityError(f"source cells have no '{variable}'")
+        for population, collection, index, which in found:
+            kind = CELL_TYPES[population.cell_type]
+            if variable not in kind.readable:
+                raise CapabilityError(
+                    f"the cells of population '{population.label}' have no '{variable}'"
+                    + did_you_mean(variable, kind.readable)
+                )
+            name, factor = kind.state[variable]
+            distinct, where = np.unique(index, return_inverse=True)
+            held = np.atleast_1d(np.asarray(collection[distinct.tolist()].get(name), dtype=float))
+            values[which] = held[where] / factor
+        return values
+
+    def set_trace_time(self, label: str, cells: IntArray, tau_minus_ms: FloatArray) -> None:
+        """Set the time constant of the trace that cells keep of their own spikes for STDP."""
+        self._collections[label][cells.tolist()].set(tau_minus=tau_minus_ms.tolist())
+
+    def _by_population(self, neurons: IntArray) -> Iterator[tuple[Population, Any, IntArray, IntArray]]:
+        """Give each population that has some of the neurons, its cells, indices in it and in ``neurons``."""
+        for label, collection in self._collections.items():
+            population, first = self._network.populations[label], self._network.offsets[label]
+            which = np.flatnonzero((neurons >= first) & (neurons < first + population.size))
+            if which.size:
+                yield population, collection, neurons[which] - first, which
+
+
+def _created(nest: Any, population: Population) -> Any:
+    kind = CELL_TYPES[population.cell_type]
+    values = nest_parameters(population, kind) | _initial_state(population, kind)
+    collection = nest.Create(kind.model, population.size)
+    try:
+        collection.set({name: array.tolist() for name, array in values.items()} | dict(kind.fixed))
+    except nest.NESTError as error:
+        reason = str(error).rpartition(": ")[2] or str(error)
+        raise NetworkError(
+            f"population '{population.label}' ({population.cell_type}): NEST's {kind.model} refuses its "
+            f"parameters: {reason}"
+        ) from error
+    return collection
+
+
+def nest_parameters(population: Population, kind: CellType) -> dict[str, FloatArray]:
+    """Return NEST's parameters of a population, in NEST's units.
+
+    Raises:
+        NetworkError: a parameter is missing or unknown.
+    """
+    where = f"population '{population.label}' ({population.cell_type})"
+    given = population.parameters
+    for name in given:
+        if name not in kind.parameters:
+            raise NetworkError(f"{where} has no parameter '{name}'{did_you_mean(name, kind.parameters)}")
+    for name in kind.parameters:
+        if name not in given:
+            raise NetworkError(f"{where} needs the parameter '{name}'")
+    values = {name: given[pynn] * factor for pynn, (name, factor) in kind.parameters.items()}
+    if "tau_m" in given and "g_L" in values:
+        values["g_L"] = given["cm"] / given["tau_m"] * MILLI
+    return values
+
+
+def _initial_state(population: Population, kind: CellType) -> dict[str, FloatArray]:
+    given: Mapping[str, FloatArray] = {
+        name: np.full(population.size, value) for name, value in kind.initial.items()
+    } | dict(population.initial_values)
+    if population.cell_type == "HH_cond_exp":
+        given = settled_gates(given["v"] - population.parameters["v_offset"]) | dict(given)
+    state = {}
+    for name, values in given.items():
+        if name in kind.state:
+            nest_name, factor = kind.state[name]
+            state[nest_name] = values * factor
+        elif values.any():
+            raise CapabilityError(
+                f"population '{population.label}': NEST's {kind.model} cannot start with "
+                f"{name} = {values[values != 0][0]:g}{did_you_mean(name, kind.state)}"
+            )
+    return state

@@ -1,0 +1,164 @@
+"""The projections of a network as NEST's synapses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, FloatArray, IntArray, Network, Projection
+from nrp_core.errors import CapabilityError, NetworkError
+
+from nrp_brain_nest.cell_types import CELL_TYPES
+from nrp_brain_nest.cells import Cells
+from nrp_brain_nest.grid import Grid
+from nrp_brain_nest.inputs import SourceCells
+from nrp_brain_nest.weights import Weights
+
+_MODELS: Final = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
+_EXPONENT: Final = {"AdditiveWeightDependence": 0.0, "MultiplicativeWeightDependence": 1.0}
+_NO_TIME_MS: Final = 1e-9
+"""Decay of the active resources of a synapse that acts at once."""
+_APART: Final = 1.0 + 1e-6
+"""NEST's closed form of Tsodyks-Markram synapses divides by the difference of two time constants."""
+_NO_POTENTIATION: Final = 1e-12
+"""NEST gives depression as a ratio to potentiation, which therefore cannot be 0."""
+
+
+class Wiring:
+    """Connects the projections of a network.
+
+    Args:
+        nest: the module.
+        network: what is connected.
+        cells, sources: the ends.
+        weights: translates to NEST's.
+        grid: NEST's.
+
+    Attributes:
+        warnings: what NEST does otherwise than the network says.
+    """
+
+    def __init__(
+        self, nest: Any, network: Network, cells: Cells, sources: SourceCells, weights: Weights, grid: Grid
+    ) -> None:
+        self._nest, self._network, self._grid = nest, network, grid
+        self._cells, self._sources, self._weights = cells, sources, weights
+        self._tau_minus = np.full(network.size, np.nan)
+        self.warnings: list[str] = []
+
+    def connect(self, projection: Projection) -> None:
+        """Make the synapses of a projection.
+
+        Raises:
+            CapabilityError, NetworkError: NEST has no such synapses.
+        """
+        if not projection.size:
+            return
+        pre = self._network.populations[projection.pre]
+        relayed = pre.is_source and projection.synapse_type != STATIC
+        post = self._network.offsets[projection.post] + projection.post_index.astype(np.int64)
+        weights = self._weights.onto(post, projection.weight, projection.receptor)
+        synapses: dict[str, Any] = {
+            "synapse_model": _MODELS[projection.synapse_type],
+            "weight": weights,
+            "delay": self._delays_ms(projection, sooner=relayed and projection.synapse_type != STDP),
+        }
+        if projection.synapse_type == TSODYKS_MARKRAM:
+            synapses |= self._short_term(projection)
+        elif projection.synapse_type == STDP:
+            synapses |= self._stdp(projection, weights)
+        if pre.is_source:
+            nodes = self._sources.nodes(projection.pre, relayed=relayed)
+        else:
+            nodes = self._cells.nodes[self._network.ids_of(projection.pre)]
+        self._nest.Connect(nodes[projection.pre_index], self._cells.nodes[post], "one_to_one", synapses)
+
+    def _delays_ms(self, projection: Projection, *, sooner: bool) -> FloatArray:
+        """Return the delays in NEST; ``sooner`` by the step that a relay takes.
+
+        Not so for STDP, where NEST would count that step twice: there the spike is one step late instead.
+        """
+        steps, step_ms = self._grid.delays(projection.delay_ms), self._grid.step_ms
+        if np.abs(steps * step_ms - projection.delay_ms).max() > 1e-6:
+            self._warn(projection, f"delays are whole numbers of {step_ms:g} ms in NEST")
+        if sooner:
+            if steps.min() < 2:
+                self._warn(
+                    projection, "tsodyks_markram synapses of source cells take two steps or more in NEST"
+                )
+            steps = np.maximum(steps - 1, 1)
+        return self._grid.time_ms(steps)
+
+    def _short_term(self, projection: Projection) -> dict[str, FloatArray]:
+        """Return PyNN's parameters by NEST's names; a synapse starts rested, with nothing facilitated."""
+        tau_rec = _parameter(projection, "tau_rec")
+        post = self._network.populations[projection.post]
+        tau_psc = np.full(projection.size, _NO_TIME_MS)
+        if CELL_TYPES[post.cell_type].drive != "jump":
+            taus = "tau_syn_E" if projection.receptor == "excitatory" else "tau_syn_I"
+            tau_psc = post.parameters[taus][projection.post_index]
+        return {
+            "U": _parameter(projection, "U"),
+            "tau_rec": tau_rec,
+            "tau_fac": _parameter(projection, "tau_facil"),
+            "tau_psc": np.where(np.isclose(tau_psc, tau_rec, rtol=1e-7), tau_psc * _APART, tau_psc),
+            "u": np.zeros(projection.size),
+        }
+
+    def _stdp(self, projection: Projection, weights: FloatArray) -> dict[str, FloatArray]:
+        exponent = _exponent(projection)
+        a_plus = np.maximum(_parameter(projection, "A_plus"), _NO_POTENTIATION)
+        w_max = _parameter(projection, "w_max")
+        post = self._network.ids_of(projection.post)[projection.post_index]
+        limit = np.abs(self._weights.onto(post, np.where(weights < 0, -w_max, w_max), projection.receptor))
+        self._share_trace(projection, post)
+        return {
+            "Wmax": np.copysign(limit, np.where(weights == 0, limit, weights)),
+            "lambda": a_plus,
+            "alpha": _parameter(projection, "A_minus") / a_plus,
+            "mu_plus": np.full(projection.size, exponent),
+            "mu_minus": np.full(projection.size, exponent),
+            "tau_plus": _parameter(projection, "tau_plus"),
+        }
+
+    def _share_trace(self, projection: Projection, post: IntArray) -> None:
+        """Set ``tau_minus``, which in NEST belongs to the cell and not to its synapses."""
+        tau_minus, known = _parameter(projection, "tau_minus"), self._tau_minus
+        fresh = np.isnan(known[post])
+        known[post[fresh]] = tau_minus[fresh]
+        if (known[post] != tau_minus).any():
+            raise CapabilityError(
+                f"projection '{projection.label}': NEST keeps tau_minus with the cell, and a cell of "
+                f"population '{projection.post}' has synapses with different ones"
+            )
+        cells = np.unique(projection.post_index).astype(np.int64)
+        offset = self._network.offsets[projection.post]
+        self._cells.set_trace_time(projection.post, cells, known[offset + cells])
+
+    def _warn(self, projection: Projection, text: str) -> None:
+        self.warnings.append(f"projection '{projection.label}': {text}")
+
+
+def _parameter(projection: Projection, name: str) -> FloatArray:
+    values: Mapping[str, FloatArray] = projection.synapse_parameters
+    if name not in values:
+        raise NetworkError(
+            f"projection '{projection.label}': {projection.synapse_type} synapses need '{name}'"
+        )
+    return np.array(values[name])
+
+
+def _exponent(projection: Projection) -> float:
+    """Return the exponent of the rule's dependence on the weight; refuse what NEST's rule cannot do."""
+    where, names = f"projection '{projection.label}'", projection.plasticity
+    timing, weight = names.get("timing_dependence"), names.get("weight_dependence")
+    if timing != "SpikePairRule" or weight not in _EXPONENT:
+        known = ", ".join(_EXPONENT)
+        raise CapabilityError(f"{where}: NEST has the SpikePairRule with {known}, not {timing} with {weight}")
+    if "w_min" in projection.synapse_parameters and _parameter(projection, "w_min").any():
+        raise CapabilityError(f"{where}: in NEST w_min is 0")
+    fraction = projection.synapse_parameters.get("dendritic_delay_fraction")
+    if fraction is not None and (fraction != 1.0).any():
+        raise CapabilityError(f"{where}: in NEST dendritic_delay_fraction is 1: the whole delay is dendritic")
+    return _EXPONENT[weight]

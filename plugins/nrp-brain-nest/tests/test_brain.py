@@ -1,0 +1,153 @@
+"""One brain in NEST: its life, its threads, what it refuses."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.sources import PoissonSource
+from nrp_core.clock import NS_PER_MS
+from nrp_core.errors import CapabilityError, LifecycleError, NetworkError, TimestepError
+from pydantic import ValidationError
+
+from nrp_brain_nest import NestBackend, NestOptions
+
+
+def busy(sim):
+    """Build a network in which every kind of input and synapse takes part."""
+    cells = sim.Population(20, sim.IF_cond_exp(), label="cells")
+    noise = sim.Population(20, sim.SpikeSourcePoisson(rate=300.0), label="noise")
+    static = sim.StaticSynapse(weight=0.02, delay=1.5)
+    sim.Projection(noise, cells, sim.FixedProbabilityConnector(0.3), static)
+    tired = sim.TsodyksMarkramSynapse(weight=0.03, delay=1.0, U=0.5, tau_rec=100.0, tau_facil=0.0)
+    sim.Projection(noise, cells, sim.FixedProbabilityConnector(0.3), tired)
+    plain = sim.StaticSynapse(weight=0.01, delay=0.5)
+    sim.Projection(cells, cells, sim.FixedProbabilityConnector(0.3), plain, receptor_type="inhibitory")
+
+
+def spikes_of(brain, ms=200):
+    recorder = brain.add_sink(SpikeRecorder(), range(brain.network.size), name="recorder")
+    brain.add_source(PoissonSource(rate=500.0, weight=0.02, delay=0.3), range(5), name="device")
+    brain.run_until(ms * NS_PER_MS)
+    spikes = recorder.spikes()
+    assert len(spikes) > 1000
+    return spikes.neurons.tolist(), spikes.times_ms.tolist()
+
+
+def test_a_reset_brain_equals_a_fresh_one(network, opened):
+    made = network(busy)
+    brain = opened(made)
+    first = spikes_of(brain)
+    brain.run_until(231 * NS_PER_MS)
+    for device in brain.devices:
+        brain.remove(device)
+    brain.reset()
+    assert brain.now_ns == 0
+    assert spikes_of(brain) == first
+
+
+def test_threads_do_not_change_the_spikes(network, opened):
+    made, trains = network(busy), []
+    for threads in (1, 2):
+        brain = opened(made, threads=threads)
+        trains.append(spikes_of(brain))
+        brain.close()
+    assert trains[0] == trains[1]
+
+
+def test_a_second_brain_waits_until_the_first_is_closed(network, opened):
+    made = network(busy)
+    first = opened(made)
+    with pytest.raises(LifecycleError, match="close that brain first"):
+        opened(made)
+    first.close()
+    assert opened(made).now_ns == 0
+
+
+def test_a_brain_that_does_not_open_leaves_the_kernel_free(network, opened):
+    bad = network(lambda sim: sim.Population(1, sim.IF_curr_exp(v_reset=-40.0), label="bad"))
+    with pytest.raises(NetworkError, match=r"'bad' \(IF_curr_exp\): NEST's iaf_psc_exp refuses .*threshold"):
+        opened(bad)
+    assert opened(network(busy)).now_ns == 0
+
+
+def test_a_closed_brain_is_closed(network, opened):
+    brain = opened(network(busy))
+    brain.close()
+    with pytest.raises(LifecycleError, match="closed"):
+        brain.run_until(NS_PER_MS)
+
+
+def test_a_time_off_the_grid_is_refused_and_harms_nothing(network, opened):
+    brain = opened(network(busy))
+    with pytest.raises(TimestepError, match=r"steps of 0.1 ms and cannot stop at 1.05 ms"):
+        brain.run_until(1_050_000)
+    brain.run_until(NS_PER_MS)
+
+
+def test_there_are_no_snapshots(network, opened):
+    with pytest.raises(CapabilityError, match="save and restore"):
+        opened(network(busy)).snapshot()
+
+
+def test_a_variable_that_cells_lack_is_refused_by_population(network, opened):
+    brain = opened(network(lambda sim: sim.Population(1, sim.IF_curr_exp(), label="cells")))
+    with pytest.raises(CapabilityError, match="population 'cells' have no 'gsyn_exc'"):
+        brain.read_state("gsyn_exc", [0])
+
+
+def test_source_cells_have_no_state(network, opened):
+    brain = opened(network(busy))
+    with pytest.raises(CapabilityError, match="source cells have no 'v'"):
+        brain.read_state("v", [0, 39])
+
+
+def test_what_nest_cannot_start_with_is_refused(network, opened):
+    def build(sim):
+        cells = sim.Population(1, sim.IF_curr_exp(), label="cells")
+        cells.initialize(isyn_exc=0.5)
+
+    with pytest.raises(CapabilityError, match=r"'cells'.* cannot start with isyn_exc = 0.5"):
+        opened(network(build))
+
+
+def test_delays_that_the_grid_changes_are_reported(network, opened):
+    def build(sim):
+        cells = sim.Population(2, sim.IF_curr_exp(), label="cells")
+        static = sim.StaticSynapse(weight=1.0, delay=0.3)
+        sim.Projection(cells[0:1], cells[1:2], sim.AllToAllConnector(), static, label="odd")
+
+    made = network(build)
+    exact = opened(made)
+    assert exact.warnings == []
+    exact.close()
+    coarse = opened(made, resolution="1 ms")
+    assert coarse.warnings == ["projection 'odd': delays are whole numbers of 1 ms in NEST"]
+
+
+def test_a_network_of_sources_alone_runs(network, opened):
+    brain = opened(network(lambda sim: sim.Population(3, sim.SpikeSourceArray(spike_times=[1.0, 2.0]))))
+    recorder = brain.add_sink(SpikeRecorder(), [0, 1, 2], name="recorder")
+    brain.run_until(5 * NS_PER_MS)
+    assert np.bincount(recorder.spikes().neurons).tolist() == [2, 2, 2]
+
+
+@pytest.mark.parametrize("resolution", ["0.5 us", "2 ms"])
+def test_a_grid_that_nest_does_not_have_is_refused(resolution):
+    with pytest.raises(ValidationError, match="NEST's grid is a whole number of microseconds up to 1 ms"):
+        NestOptions(resolution=resolution)
+
+
+def test_capabilities_are_told_without_loading_nest():
+    code = (
+        "import sys; from nrp_brain_nest import NestBackend, NestOptions; backend = NestBackend(); "
+        "backend.capabilities(NestOptions()); backend.diagnose(); assert 'nest' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_doctor_finds_nest():
+    (diagnosis,) = NestBackend().diagnose()
+    assert diagnosis.present
+    assert diagnosis.needed

@@ -1,0 +1,33 @@
+"""``nrp conformance`` on a backend that is right."""
+
+import json
+import subprocess
+import sys
+
+
+def nrp_conformance(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "nrp_core", "conformance", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+
+
+def test_a_report_is_written_as_json_and_told_as_text(tmp_path):
+    file = tmp_path / "report.json"
+    done = nrp_conformance(
+        "brain", "event", "-o", "tolerance=1e-7", "--level", "contract", "--report", str(file)
+    )
+    assert done.returncode == 0, done.stderr
+    report = json.loads(file.read_text())
+    assert report["conforms"]
+    assert report["options"] == {"tolerance": "1e-7"}
+    assert report["provider"]["distribution"] == "nrp-core"
+    assert {result["level"] for result in report["results"]} == {"contract"}
+    assert "  ✓ splitting a run is invisible" in done.stdout
+    assert done.stdout.splitlines()[-1].startswith("brain event conforms: ")
+
+
+def test_an_option_that_does_not_exist_is_refused_in_one_line():
+    done = nrp_conformance("brain", "event", "-o", "tolerence=1", "--json")
+    assert done.returncode == 3
+    message = json.loads(done.stdout)["error"]["message"]
+    assert "no option 'tolerence'" in message
+    assert "'tolerance'" in message

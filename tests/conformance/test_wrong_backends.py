@@ -1,0 +1,48 @@
+"""A suite that nobody has seen fail proves nothing: each bug is found by exactly the tests named with it."""
+
+from __future__ import annotations
+
+import brains_in_kind
+import brains_in_time
+import pytest
+import worlds
+from small_brain import SmallBackend
+
+from nrp_core.conformance import BrainBackendTests, WorldBackendTests
+from nrp_core.conformance.base import BackendTests
+from nrp_core.conformance.report import Outcome
+from nrp_core.conformance.run import run_tests
+
+BRAINS = brains_in_time.FOUND_BY | brains_in_kind.FOUND_BY
+WORLDS = worlds.FOUND_BY
+
+
+def failing(suite: type[BackendTests], backend: type) -> set[str]:
+    """Return the tests that fail, without their parameters."""
+    tests = type("Wrong", (suite,), {"make_backend": classmethod(lambda cls: backend())})
+    results = run_tests(tests)
+    assert len(results) > 80
+    return {r.test.partition("[")[0] for r in results if r.outcome is Outcome.FAILED}
+
+
+def named(backend: type) -> str:
+    return backend.__name__
+
+
+def test_there_are_enough_wrong_backends():
+    assert len(BRAINS) + len(WORLDS) >= 30
+
+
+def test_the_brain_that_the_wrong_ones_are_made_from_is_right():
+    assert failing(BrainBackendTests, SmallBackend) == set()
+
+
+@pytest.mark.parametrize("backend", BRAINS, ids=named)
+def test_a_wrong_brain_fails_where_it_should_and_nowhere_else(backend: type):
+    assert failing(BrainBackendTests, backend) == BRAINS[backend]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", WORLDS, ids=named)
+def test_a_wrong_world_fails_where_it_should_and_nowhere_else(backend: type):
+    assert failing(WorldBackendTests, backend) == WORLDS[backend]

@@ -1,0 +1,337 @@
+"""Brains with one bug each in what acts on whom and how: wiring, devices, equations, declarations."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from registry import Found, register
+from small_brain import CELL, SmallBackend, SmallBrain
+
+from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
+from nrp_core.brain.network import STATIC, STDP, FloatArray, IntArray, Network
+from nrp_core.brain.spikes import Spikes, SynapticEvents
+
+FOUND_BY: Found = {}
+found_by = register(FOUND_BY, SmallBackend, "brain")
+
+
+@found_by(
+    "a_device_acts_within_its_delay_and_a_step",
+    "a_fixed_frequency_source_sends_equidistant_spikes",
+    "a_snapshot_keeps_spikes_in_flight",
+    "a_snapshot_keeps_what_a_device_has_sent",
+    "a_source_acts_on_the_chosen_neurons_alone",
+    "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
+    "a_spike_arrives_after_its_delay_and_not_before",
+    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "each_synapse_has_its_own_delay",
+    "every_kind_of_cell_can_be_heard_under_its_own_id",
+    "inhibition_holds_a_cell_back",
+    "spikes_of_a_device_that_come_at_once_add_up",
+    "spikes_reach_the_connected_cell_and_no_other",
+    "the_noise_of_a_device_does_not_depend_on_other_devices",
+    "two_synapses_onto_one_cell_add_up",
+)
+class SwapsReceptors(SmallBrain):
+    def receive(self, target: int, weight: float, receptor: str) -> None:
+        super().receive(target, -weight, receptor)
+
+
+@found_by(
+    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "inhibition_holds_a_cell_back",
+)
+class IgnoresInhibition(SmallBrain):
+    def receive(self, target: int, weight: float, receptor: str) -> None:
+        if receptor == "excitatory":
+            super().receive(target, weight, receptor)
+
+
+@found_by(
+    "a_device_acts_within_its_delay_and_a_step",
+    "a_source_acts_on_the_chosen_neurons_alone",
+    "each_synapse_has_its_own_delay",
+    "every_kind_of_cell_can_be_heard_under_its_own_id",
+    "spikes_reach_the_connected_cell_and_no_other",
+    "the_noise_of_a_device_does_not_depend_on_other_devices",
+    "two_synapses_onto_one_cell_add_up",
+)
+class LeaksIntoTheNextNeuron(SmallBrain):
+    def receive(self, target: int, weight: float, receptor: str) -> None:
+        super().receive(target, weight, receptor)
+        super().receive((target + 1) % self.network.size, weight, receptor)
+
+
+@found_by(
+    "two_synapses_onto_one_cell_add_up",
+)
+class KeepsOneSynapseAPair(SmallBrain):
+    def outgoing(self) -> Any:
+        targets = super().outgoing()
+        for neuron, sent in targets.items():
+            targets[neuron] = list(dict.fromkeys(sent))
+        return targets
+
+
+@found_by(
+    "spikes_of_a_device_that_come_at_once_add_up",
+)
+class KeepsOneEventAStep(SmallBrain):
+    def _do_inject(self, events: SynapticEvents) -> None:
+        _, first = np.unique(np.stack([events.neurons, events.times_ms]), axis=1, return_index=True)
+        super()._do_inject(
+            SynapticEvents(
+                events.neurons[first], events.times_ms[first], events.weights[first], events.receptor
+            )
+        )
+
+
+@found_by(
+    "a_device_acts_within_its_delay_and_a_step",
+    "a_fixed_frequency_source_sends_equidistant_spikes",
+    "a_snapshot_keeps_what_a_device_has_sent",
+    "the_noise_of_a_device_does_not_depend_on_other_devices",
+)
+class SendsDeviceSpikesAtOnce(SmallBrain):
+    def _do_inject(self, events: SynapticEvents) -> None:
+        super()._do_inject(dataclasses.replace(events, times_ms=np.zeros(len(events))))
+
+
+@found_by(
+    "a_late_device_acts_from_then_on",
+    "a_source_acts_on_the_chosen_neurons_alone",
+    "currents_of_several_sources_add_up",
+    "removing_one_of_two_currents_leaves_the_other",
+    "the_values_of_a_source_go_to_its_neurons_in_their_order",
+)
+class GivesCurrentsToTheNextNeuron(SmallBrain):
+    def _do_set_current(self, currents_na: FloatArray) -> None:
+        super()._do_set_current(np.roll(currents_na, 1))
+
+
+@found_by(
+    "a_current_acts_from_the_moment_it_is_set",
+    "a_late_device_acts_from_then_on",
+    "a_removed_device_acts_no_more",
+    "a_source_acts_on_the_chosen_neurons_alone",
+    "an_inactive_device_is_silent_and_keeps_its_settings",
+    "currents_of_several_sources_add_up",
+    "removing_one_of_two_currents_leaves_the_other",
+    "the_values_of_a_source_go_to_its_neurons_in_their_order",
+)
+class TakesCurrentsOneWindowLate(SmallBrain):
+    waiting: FloatArray | None = None
+
+    def _do_set_current(self, currents_na: FloatArray) -> None:
+        self.waiting = currents_na
+
+    def _do_run_until(self, t_ns: int) -> None:
+        super()._do_run_until(t_ns)
+        if self.waiting is not None:
+            super()._do_set_current(self.waiting)
+            self.waiting = None
+
+
+@found_by(
+    "a_current_acts_from_the_moment_it_is_set",
+    "a_late_device_acts_from_then_on",
+    "a_removed_device_acts_no_more",
+    "a_snapshot_keeps_a_current",
+    "a_source_acts_on_the_chosen_neurons_alone",
+    "an_inactive_device_is_silent_and_keeps_its_settings",
+    "currents_of_several_sources_add_up",
+    "removing_one_of_two_currents_leaves_the_other",
+    "the_values_of_a_source_go_to_its_neurons_in_their_order",
+)
+class TakesCurrentsInPicoamperes(SmallBrain):
+    def _do_set_current(self, currents_na: FloatArray) -> None:
+        super()._do_set_current(currents_na / 1000)
+
+
+@found_by(
+    "a_removed_device_acts_no_more",
+    "removing_one_of_two_currents_leaves_the_other",
+)
+class NeverEndsACurrent(SmallBrain):
+    def _do_set_current(self, currents_na: FloatArray) -> None:
+        super()._do_set_current(np.where(currents_na == 0, self.live.current, currents_na))
+
+
+@found_by(
+    "two_brains_in_one_process_do_not_disturb_each_other",
+)
+class SharesCurrentsBetweenBrains(SmallBrain):
+    shared: FloatArray = np.zeros(0)
+
+    def _do_set_current(self, currents_na: FloatArray) -> None:
+        type(self).shared = currents_na.copy()
+
+    def _do_run_until(self, t_ns: int) -> None:
+        if len(self.shared) == self.network.size:
+            self.live.current = self.shared
+        super()._do_run_until(t_ns)
+
+    def _do_reset(self, seed: int) -> None:
+        super()._do_reset(seed)
+        type(self).shared = np.zeros(0)
+
+    def _do_close(self) -> None:
+        type(self).shared = np.zeros(0)
+
+
+@found_by(
+    "a_snapshot_keeps_spikes_in_flight",
+    "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
+    "a_spike_arrives_after_its_delay_and_not_before",
+    "each_synapse_has_its_own_delay",
+    "every_kind_of_cell_can_be_heard_under_its_own_id",
+    "inhibition_holds_a_cell_back",
+    "spikes_reach_the_connected_cell_and_no_other",
+    "two_synapses_onto_one_cell_add_up",
+)
+class CountsSourcesOut(SmallBrain):
+    def _do_take_spikes(self) -> Spikes:
+        taken = super()._do_take_spikes()
+        return Spikes(np.cumsum(self.alive)[taken.neurons] - 1, taken.times_ms)
+
+
+@found_by(
+    "global_random_generators_are_neither_read_nor_seeded",
+)
+class DrawsFromTheGlobalGenerator(SmallBrain):
+    def _do_run_until(self, t_ns: int) -> None:
+        np.random.random()  # noqa: NPY002  that is the bug
+        super()._do_run_until(t_ns)
+
+
+@found_by(
+    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "reading_changes_nothing",
+    "state_is_read_in_the_order_it_is_asked_for",
+)
+class IsDisturbedByReading(SmallBrain):
+    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
+        values = super()._do_read_state(variable, neurons)
+        self.live.v[neurons] += 0.01
+        return values
+
+
+@found_by(
+    "state_is_read_in_the_order_it_is_asked_for",
+)
+class ReadsInTheOrderOfIds(SmallBrain):
+    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
+        return super()._do_read_state(variable, np.sort(neurons))
+
+
+@found_by(
+    "a_cell_fires_under_a_current_when_its_equations_say",
+    "a_refractory_cell_fires_no_faster_than_it_may",
+    "a_snapshot_keeps_spikes_in_flight",
+    "a_snapshot_keeps_what_a_device_has_sent",
+    "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
+    "every_kind_of_cell_can_be_heard_under_its_own_id",
+    "spikes_reach_the_connected_cell_and_no_other",
+)
+class IsNeverRefractory(SmallBrain):
+    def fire(self, neuron: int) -> None:
+        super().fire(neuron)
+        self.live.free_at[neuron] = 0
+
+
+@found_by(
+    "a_device_acts_within_its_delay_and_a_step",
+    "a_synapse_moves_the_membrane_as_its_equations_say",
+)
+class HasSlowerSynapses(SmallBrain):
+    def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
+        super().__init__(network, seed=seed, capabilities=capabilities)
+        self.p["tau_syn_E"] = self.p["tau_syn_E"] * 1.3
+
+
+@found_by(
+    "a_cell_fires_under_a_current_when_its_equations_say",
+    "a_current_acts_from_the_moment_it_is_set",
+    "a_synapse_moves_the_membrane_as_its_equations_say",
+)
+class LeaksTooFast(SmallBrain):
+    def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
+        super().__init__(network, seed=seed, capabilities=capabilities)
+        self.p["tau_m"] = self.p["tau_m"] * 0.9
+
+
+@found_by(
+    "a_brain_with_a_grid_stops_on_it_alone_and_one_without_anywhere",
+)
+class StopsOffItsGrid(SmallBrain):
+    def _do_run_until(self, t_ns: int) -> None:
+        super()._do_run_until(t_ns // 100_000 * 100_000)
+
+
+@found_by(
+    "cells_that_are_not_declared_are_refused",
+)
+class TakesUnknownCellsForItsOwn(SmallBackend):
+    def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
+        known = {
+            label: p if p.is_source else dataclasses.replace(p, cell_type=CELL)
+            for label, p in network.populations.items()
+        }
+        return super().open(dataclasses.replace(network, populations=known), seed=seed, options=options)
+
+
+@found_by(
+    "a_synapse_type_that_nobody_knows_is_refused",
+    "a_synapse_type_works_if_declared_and_is_refused_if_not",
+)
+class TakesEverySynapseForStatic(SmallBackend):
+    def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
+        known = tuple(dataclasses.replace(p, synapse_type=STATIC) for p in network.projections)
+        return super().open(dataclasses.replace(network, projections=known), seed=seed, options=options)
+
+
+@found_by(
+    "stdp_changes_a_weight_by_the_time_between_spikes",
+)
+class PromisesPlasticity(SmallBackend):
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        return dataclasses.replace(super().capabilities(options), synapses=frozenset({STATIC, STDP}))
+
+
+@found_by(
+    "a_snapshot_keeps_a_current",
+    "a_snapshot_keeps_everything_that_happens_at_once",
+    "a_snapshot_keeps_spikes_in_flight",
+    "a_snapshot_keeps_the_membrane_and_its_synapses",
+    "a_snapshot_keeps_the_refractory_time",
+    "a_snapshot_keeps_what_a_device_has_sent",
+    "a_snapshot_keeps_what_devices_show",
+    "a_snapshot_of_another_network_is_refused",
+    "snapshots_are_refused_where_they_are_not_declared",
+)
+class PromisesSnapshots(SmallBrain):
+    def _do_save(self) -> object:
+        raise NotImplementedError
+
+
+@found_by(
+    "a_brain_with_a_grid_stops_on_it_alone_and_one_without_anywhere",
+    "a_cell_fires_under_a_current_when_its_equations_say",
+    "a_device_acts_within_its_delay_and_a_step",
+    "a_refractory_cell_fires_no_faster_than_it_may",
+    "a_spike_arrives_after_its_delay_and_not_before",
+    "splitting_a_run_is_invisible",
+)
+class HidesItsGrid(SmallBackend):
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        return dataclasses.replace(super().capabilities(options), resolution_ns=None)
+
+
+@found_by(
+    "the_spikes_of_a_brain_with_a_grid_lie_on_it",
+)
+class NamesACoarserGridThanItHas(SmallBackend):
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        return dataclasses.replace(super().capabilities(options), resolution_ns=1_000_000)

@@ -1,0 +1,421 @@
+"""Worlds with one bug each, and the tests that must find it; all are MuJoCo but for the bug."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from nrp_world_mujoco.backend import MujocoBackend
+from nrp_world_mujoco.world import MujocoWorld
+from registry import Found, register
+
+from nrp_core.world.interface import ImageArray, World, WorldCapabilities, WorldOptions
+from nrp_core.world.parts.base import BodyVelocity, JointStates, ModelMotion
+from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.scene.pose import Pose
+
+
+class _Opens(MujocoBackend):
+    world: type[MujocoWorld] = MujocoWorld
+
+    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+        return self.world(scene, seed=seed, capabilities=self.capabilities(options), options=options)  # type: ignore[arg-type]
+
+
+FOUND_BY: Found = {}
+found_by = register(FOUND_BY, _Opens, "world")
+
+
+class _Changes(_Opens):
+    """Loads another scene than it was given."""
+
+    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+        return super().open(self.changed(scene), seed=seed, options=options)
+
+    def changed(self, scene: Scene) -> Scene:
+        raise NotImplementedError
+
+
+@found_by(
+    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "left_is_left",
+    "turning_left_moves_what_is_ahead_to_the_right",
+)
+class SwapsLeftAndRight(MujocoWorld):
+    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
+        return super()._do_render(model, link, camera)[:, ::-1].copy()
+
+
+@found_by(
+    "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
+    "up_is_up",
+)
+class IsUpsideDown(MujocoWorld):
+    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
+        return super()._do_render(model, link, camera)[::-1].copy()
+
+
+@found_by(
+    "a_camera_looks_along_the_x_axis_of_its_robot",
+    "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
+    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "a_new_colour_is_seen_within_one_period",
+    "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
+    "channels_are_red_green_blue",
+    "coming_nearer_makes_things_larger",
+    "each_robot_sees_with_its_own_camera",
+    "left_is_left",
+    "turning_left_moves_what_is_ahead_to_the_right",
+    "up_is_up",
+    "what_is_nearer_hides_what_is_behind_it",
+)
+class GivesBlueFirst(MujocoWorld):
+    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
+        return super()._do_render(model, link, camera)[:, :, ::-1].copy()
+
+
+@found_by(
+    "an_old_picture_does_not_change_when_a_new_one_is_taken",
+)
+class UsesOneBufferForAllPictures(MujocoWorld):
+    buffer: ImageArray | None = None
+
+    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
+        picture = super()._do_render(model, link, camera)
+        if self.buffer is None or self.buffer.shape != picture.shape:
+            self.buffer = picture.copy()
+        self.buffer.flags.writeable = True
+        self.buffer[:] = picture
+        return self.buffer
+
+
+@found_by(
+    "a_new_colour_is_seen_within_one_period",
+    "coming_nearer_makes_things_larger",
+    "turning_left_moves_what_is_ahead_to_the_right",
+)
+class ShowsThePictureBefore(MujocoWorld):
+    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
+        before = getattr(self, "_before", {})
+        picture = super()._do_render(model, link, camera)
+        shown = before.get((model, camera), picture)
+        self._before = {**before, (model, camera): picture}
+        return shown.copy()
+
+
+@found_by(
+    "each_robot_sees_with_its_own_camera",
+)
+class SeesWithTheFirstCamera(MujocoWorld):
+    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
+        first = next(m.name for m, part in self.scene.links() if part.sensors)
+        return super()._do_render(first, link, camera)
+
+
+@found_by(
+    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
+    "left_is_left",
+)
+class TakesTheFieldOfViewForVertical(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_sensors(scene, lambda c: replace(c, horizontal_fov=c.horizontal_fov * 1.3))
+
+
+@found_by(
+    "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
+)
+class IgnoresThePoseOfCameras(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_sensors(scene, lambda c: replace(c, pose=Pose()))
+
+
+@found_by(
+    "channels_are_red_green_blue",
+    "each_robot_sees_with_its_own_camera",
+    "left_is_left",
+    "what_is_nearer_hides_what_is_behind_it",
+)
+class SeesThroughThings(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_visuals(scene, lambda v: replace(v, rgba=(*v.rgba[:3], 0.0)) if v.rgba[2] > 0.9 else v)
+
+
+@found_by(
+    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "a_new_colour_is_seen_within_one_period",
+)
+class IgnoresColours(MujocoWorld):
+    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
+        pass
+
+
+@found_by(
+    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "a_reset_brings_back_the_first_colours",
+)
+class ColoursEverything(MujocoWorld):
+    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
+        for each in self.scene.visuals:
+            super()._do_set_color(each, rgba)
+
+
+@found_by(
+    "a_reset_brings_back_the_first_colours",
+)
+class KeepsColoursOverAReset(MujocoWorld):
+    def _do_reset(self, seed: int) -> None:
+        super()._do_reset(seed)
+        self.resetting = True
+
+    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
+        if not getattr(self, "resetting", False) or self._started:
+            super()._do_set_color(visual, rgba)
+
+
+@found_by(
+    "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
+    "a_positive_turn_is_to_the_left",
+    "a_quarter_turn_is_told_as_x_y_z_w",
+    "a_velocity_is_the_change_of_the_position",
+    "forward_is_along_the_robots_own_x",
+    "odometry_tells_the_velocity_in_the_robots_own_frame",
+    "odometry_tells_the_way_since_the_start",
+    "several_robots_each_do_what_they_are_told",
+)
+class TellsQuaternionsWithWFirst(MujocoWorld):
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        motion = super()._do_model_motion(model)
+        x, y, z, w = motion.pose.orientation
+        return replace(motion, pose=Pose(motion.pose.position, (w, x, y, z)))
+
+
+@found_by(
+    "a_velocity_is_the_change_of_the_position",
+    "odometry_tells_the_velocity_in_the_robots_own_frame",
+)
+class TellsVelocitiesInTheBodysFrame(MujocoWorld):
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        motion = super()._do_model_motion(model)
+        to_body = motion.pose.inverse()
+        return replace(motion, linear=to_body.rotate(motion.linear))
+
+
+@found_by(
+    "a_positive_turn_is_to_the_left",
+    "a_velocity_is_the_change_of_the_position",
+    "odometry_tells_the_velocity_in_the_robots_own_frame",
+)
+class TellsTurnsInDegrees(MujocoWorld):
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        motion = super()._do_model_motion(model)
+        x, y, z = np.degrees(motion.angular).tolist()
+        return replace(motion, angular=(x, y, z))
+
+
+@found_by("a_thing_falls_along_gravity_by_half_g_t_squared")
+class KnowsGravityAlongZOnly(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return replace(scene, gravity=(0.0, 0.0, scene.gravity[2]))
+
+
+@found_by(
+    "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
+    "without_gravity_nothing_moves",
+)
+class HasGravityOfItsOwn(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return replace(scene, gravity=(0.0, 0.0, -9.8))
+
+
+@found_by(
+    "a_thing_falls_along_gravity_by_half_g_t_squared",
+)
+class HasALittleLessGravity(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        x, y, z = scene.gravity
+        return replace(scene, gravity=(0.98 * x, 0.98 * y, 0.98 * z))
+
+
+@found_by(
+    "what_is_not_solid_does_not_stop_a_robot",
+)
+class MakesEverythingSolid(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        from nrp_core.world.scene.model import Collision
+
+        return _with_links(
+            scene,
+            lambda link: link if link.collisions or not link.visuals
+            else replace(link, collisions=(Collision("c", link.visuals[0].geometry),)),
+        )  # fmt: skip
+
+
+@found_by(
+    "a_robot_pushes_what_stands_in_its_way",
+    "a_thing_at_rest_stays_at_rest",
+    "a_turned_box_has_its_sides_where_they_belong",
+    "a_wall_stops_a_robot",
+)
+class LetsNothingTouch(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        from nrp_core.world.scene.model import Plane
+
+        return _with_links(
+            scene,
+            lambda link: link if any(isinstance(c.geometry, Plane) for c in link.collisions)
+            or (len(link.collisions) == 1 and link.name.endswith("wheel")) else replace(link, collisions=()),
+        )  # fmt: skip
+
+
+@found_by(
+    "a_curve_is_a_circle_of_speed_over_turn",
+    "a_positive_turn_is_to_the_left",
+    "odometry_tells_the_velocity_in_the_robots_own_frame",
+    "several_robots_each_do_what_they_are_told",
+    "turning_left_moves_what_is_ahead_to_the_right",
+    "wheels_turn_by_the_way_they_roll",
+)
+class TurnsTheWrongWay(MujocoWorld):
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        super()._do_set_drive(model, drive, replace(velocity, turn=-velocity.turn))
+
+
+@found_by(
+    "a_curve_is_a_circle_of_speed_over_turn",
+    "forward_is_along_the_robots_own_x",
+    "odometry_tells_the_velocity_in_the_robots_own_frame",
+    "the_commanded_speed_is_reached",
+    "wheels_turn_by_the_way_they_roll",
+)
+class DrivesATenthTooFast(MujocoWorld):
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        super()._do_set_drive(model, drive, replace(velocity, forward=1.1 * velocity.forward))
+
+
+@found_by(
+    "a_snapshot_keeps_a_command_and_its_time_out",
+    "a_snapshot_keeps_everything_that_moves",
+    "several_robots_each_do_what_they_are_told",
+)
+class DrivesOneRobotForAll(MujocoWorld):
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        first = next(m.name for m in self.scene.models if m.drives)
+        super()._do_set_drive(first, drive, velocity)
+
+
+@found_by(
+    "a_command_holds_until_the_time_out_and_then_the_robot_stops",
+    "a_command_of_zero_stops",
+)
+class NeverStopsADrive(MujocoWorld):
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        if velocity != BodyVelocity() or not self._started:
+            super()._do_set_drive(model, drive, velocity)
+
+
+@found_by(
+    "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
+    "wheels_turn_by_the_way_they_roll",
+)
+class TellsJointsBackwards(MujocoWorld):
+    def _do_joint_states(self, model: str) -> JointStates:
+        found = super()._do_joint_states(model)
+        return replace(found, positions=-found.positions, velocities=-found.velocities)
+
+
+@found_by(
+    "joints_are_told_in_the_order_of_the_file",
+)
+class SortsJoints(MujocoWorld):
+    def _do_joint_states(self, model: str) -> JointStates:
+        found = super()._do_joint_states(model)
+        order = np.argsort(found.names)[::-1]
+        return JointStates(tuple(found.names[i] for i in order), found.positions[order],
+                           found.velocities[order], found.efforts[order])  # fmt: skip
+
+
+@found_by(
+    "a_curve_is_a_circle_of_speed_over_turn",
+    "a_positive_turn_is_to_the_left",
+    "a_run_ends_exactly_where_it_was_told_to",
+    "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "a_velocity_is_the_change_of_the_position",
+    "forward_is_along_the_robots_own_x",
+    "splitting_a_run_is_invisible",
+)
+class TakesOneStepTooMany(MujocoWorld):
+    def _do_advance(self, steps: int) -> None:
+        super()._do_advance(steps + 1)
+
+
+@found_by(
+    "splitting_a_run_is_invisible",
+)
+class JoltsWithEveryCall(MujocoWorld):
+    calls = 0
+
+    def _do_advance(self, steps: int) -> None:
+        super()._do_advance(steps)
+        self._data.qvel[:] *= 1 - 1e-9
+
+
+@found_by(
+    "a_snapshot_keeps_a_command_and_its_time_out",
+    "a_snapshot_keeps_everything_that_moves",
+)
+class ForgetsVelocitiesInASnapshot(MujocoWorld):
+    def _do_restore(self, saved: Any) -> None:
+        super()._do_restore(saved)
+        self._data.qvel[:] = 0.0
+
+
+@found_by(
+    "a_reset_stops_the_robots",
+    "a_reset_world_equals_a_fresh_one",
+    "a_reset_world_that_nobody_commands_equals_a_fresh_one",
+)
+class KeepsVelocitiesOverAReset(MujocoWorld):
+    def _do_reset(self, seed: int) -> None:
+        velocities = self._data.qvel.copy()
+        super()._do_reset(seed)
+        self._data.qvel[:] = velocities
+
+
+@found_by(
+    "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
+)
+class HidesThatItDiverged(MujocoWorld):
+    def _report_warnings(self) -> None:
+        self._mute_warnings()
+
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        motion = super()._do_model_motion(model)
+        return motion if np.isfinite(motion.pose.position).all() else ModelMotion(Pose())
+
+
+@found_by(
+    "cameras_are_refused_where_they_are_not_declared",
+    "capabilities_are_the_same_whenever_they_are_asked_for",
+)
+class HidesItsCameras(_Opens):
+    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
+        return replace(super().capabilities(options), renderers=())
+
+    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+        return MujocoBackend().open(scene, seed=seed, options=options)
+
+
+def _with_links(scene: Scene, change: Any) -> Scene:
+    models = (replace(m, links=tuple(change(link) for link in m.links)) for m in scene.models)
+    return replace(scene, models=tuple(models))
+
+
+def _with_sensors(scene: Scene, change: Any) -> Scene:
+    return _with_links(scene, lambda link: replace(link, sensors=tuple(change(s) for s in link.sensors)))
+
+
+def _with_visuals(scene: Scene, change: Any) -> Scene:
+    return _with_links(scene, lambda link: replace(link, visuals=tuple(change(v) for v in link.visuals)))

@@ -1,0 +1,35 @@
+"""A corpus of experiments in the styles of all times, and what runs one."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from nrp_legacy.reader import read_exc
+
+from nrp_core.experiment.run import Run
+
+CORPUS = Path(__file__).with_name("corpus")
+
+Opened = Callable[..., Run]
+
+
+@pytest.fixture
+def corpus(tmp_path: Path) -> Path:
+    """The corpus, in a folder that may be written to."""
+    return Path(shutil.copytree(CORPUS, tmp_path / "corpus"))
+
+
+@pytest.fixture
+def opened(corpus: Path) -> Iterator[Opened]:
+    """Opens an experiment of the corpus: ``opened("bare/bare.exc")``."""
+    with ExitStack() as stack:
+
+        def open_run(name: str, *overrides: str) -> Run:
+            models = f"models=[{corpus / 'models'}]"
+            return stack.enter_context(Run(read_exc(corpus / name, [models, *overrides])))
+
+        yield open_run

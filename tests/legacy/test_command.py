@@ -1,0 +1,53 @@
+"""Experiments of the platform on the command line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from nrp_core.cli import app
+
+
+@pytest.fixture(autouse=True)
+def _leave_stdout_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(app, "reserve_stdout", lambda: None)
+
+
+def result_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
+    assert app.run_app([*arguments, "--json"]) == 0
+    out = capsys.readouterr().out
+    document: dict[str, object] = json.loads(out[out.index("{") :])
+    return document
+
+
+def test_a_folder_with_an_exc_file_runs(corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = result_of(["run", str(corpus / "bare")], capsys)
+    assert (result["experiment"], result["error"], result["sim_time_s"]) == ("bare", None, 0.1)
+
+
+def test_models_are_looked_for_where_the_command_says(
+    corpus: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    models, folder = str(corpus / "models"), corpus / "husky_2017"
+    result = result_of(["run", str(folder), "--models", models, "--until", "0.1s"], capsys)
+    assert list(result["final_pose"]) == ["robot"]  # type: ignore[call-overload]
+    assert (folder / "csv" / "screen.csv").is_file()
+
+
+def test_records_go_with_a_recording(
+    corpus: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    models, record = str(corpus / "models"), tmp_path / "recording"
+    exc = corpus / "husky_2019" / "cart.exc"
+    result_of(["run", str(exc), "--models", models, "--until", "0.05s", "--record", str(record)], capsys)
+    assert (record / "csv" / "spikes.csv").read_text().startswith("Time,Spikes\n0.0,")
+
+
+def test_a_check_tells_what_is_missing_and_that_it_runs(
+    corpus: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = result_of(["validate", str(corpus / "husky_2019"), "--models", str(corpus / "models")], capsys)
+    assert result["valid"] is True
+    assert "no robot 'nowhere/model.sdf': left out" in json.dumps(result["findings"])

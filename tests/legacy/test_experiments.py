@@ -1,0 +1,177 @@
+"""Whole experiments, as they are, on real engines."""
+
+from __future__ import annotations
+
+import csv
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from nrp_legacy.reader import read_exc
+
+from nrp_core.experiment.run import Run
+
+Opened = Callable[..., Run]
+
+EVERY = [
+    "husky_2017/experiment_configuration.exc",
+    "husky_2019/cart.exc",
+    "husky_2015/ExDConf.exc",
+    "bare/bare.exc",
+]
+SCREEN = "/left_vr_screen/body/screen_glass/color"
+
+
+def color(run: Run) -> tuple[float, float, float]:
+    stamped = run.world.subscribe(SCREEN).latest
+    assert stamped is not None
+    return stamped.message.r, stamped.message.g, stamped.message.b
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("brain", ["event", "spinnaker"])
+def test_an_experiment_runs_to_its_end_on_either_brain(opened: Opened, name: str, brain: str) -> None:
+    run = opened(name, f"brain.backend={brain}")
+    run.run()
+    result = run.result()
+    assert result.error is None
+    assert result.sim_time_s == run.experiment.duration / 1e9
+    assert [failure["function"] for failure in result.failures] in ([], ["raises"])
+
+
+def test_a_function_that_raises_is_set_aside_and_the_rest_runs_on(opened: Opened) -> None:
+    run = opened(EVERY[0])
+    run.run()
+    (failure,) = run.result().failures
+    assert (failure["function"], failure["line"], failure["t_s"]) == ("raises", 5, pytest.approx(0.12))
+    assert run.result().final_pose["robot"]["yaw"] == pytest.approx(1.5 + 0.1 * 2.0, abs=0.02)
+
+
+def test_everything_that_is_left_out_is_named_with_its_line(opened: Opened) -> None:
+    told = "\n".join(opened(EVERY[0]).result().warnings)
+    assert "bibi_configuration.bibi:14: there is no transfer function 'lost.py'" in told
+    assert "experiment_configuration.exc:15: <rosLaunch> has no meaning here: ignored" in told
+    assert "drive.py: leftovers of Python 2 were converted: tabs in indentation, print statements" in told
+    assert "nobody serves the topic '/nobody/serves/this'" in told
+    assert "no robot 'nowhere/model.sdf': left out" in "\n".join(opened(EVERY[1]).result().warnings)
+
+
+def test_a_state_machine_acts_at_its_time(opened: Opened) -> None:
+    run = opened(EVERY[0])
+    run.run_until(0.98)
+    assert color(run) == (0.0, 0.0, 1.0)
+    run.run_until(1.04)
+    assert color(run) == (1.0, 0.0, 0.0)
+
+
+def test_a_state_machine_begins_anew_after_a_reset(opened: Opened) -> None:
+    run = opened(EVERY[0])
+    run.run_until(1.1)
+    run.loop.reset()
+    assert color(run) == (0.0, 0.0, 1.0)
+    run.run_until(1.1)
+    assert color(run) == (1.0, 0.0, 0.0)
+
+
+def test_two_runs_of_one_experiment_are_equal(opened: Opened) -> None:
+    first, second = opened(EVERY[0]), opened(EVERY[0])
+    first.run()
+    second.run()
+    assert first.result().trajectory_digest == second.result().trajectory_digest
+    assert first.result().spikes == second.result().spikes
+
+
+def test_functions_see_red_and_drive_spikes_through_variables_they_share(opened: Opened) -> None:
+    run = opened(EVERY[0])
+    run.run_until(1.0)
+    seen = {function.name: function for function in run.loop.functions}["drive"].adapters["seen"]
+    assert seen.value == 0.0
+    run.run()
+    assert seen.value > 0.1
+    assert run.result().spikes["left"] > 0
+
+
+def test_records_stand_beside_the_experiment_and_quote_their_commas(opened: Opened, corpus: Path) -> None:
+    run = opened(EVERY[0])
+    run.run_until(0.1)
+    assert run.write_csv() == [corpus / "husky_2017" / "csv" / "screen.csv"]
+    with (corpus / "husky_2017" / "csv" / "screen.csv").open(newline="") as file:
+        header, first, *_ = csv.reader(file)
+    assert (header, first) == (["time", "x, y"], ["0.0", "0.0, 0.0"])
+
+
+def test_the_first_time_that_a_function_sees_is_zero_and_an_inactive_one_sees_none(opened: Opened) -> None:
+    run = opened(EVERY[1])
+    run.run_until(0.02)
+    recorder = {function.name: function for function in run.loop.functions}["count_spikes"].adapters[
+        "recorder"
+    ]
+    assert [row[0] for row in recorder.rows] == ["0.0", "0.01"]
+    assert not run.result().failures
+
+
+def test_what_goes_to_the_robot_runs_before_what_comes_from_it_unless_priorities_say_so(
+    opened: Opened,
+) -> None:
+    names = [function.name for function in opened(EVERY[1]).loop.functions]
+    assert names == ["currents", "all_neurons_spike_monitor", "drive", "switched_off", "count_spikes"]
+
+
+def test_robots_stand_where_either_spelling_of_poses_puts_them(opened: Opened) -> None:
+    poses = opened(EVERY[1]).result().final_pose
+    assert poses["second"]["yaw"] == pytest.approx(3.14159265)
+    assert (poses["second"]["y"], poses["husky"]["y"]) == (-3.0, 0.0)
+    assert opened(EVERY[2]).result().final_pose["robot"]["yaw"] == pytest.approx(1.5707963)
+
+
+def test_a_monitor_shows_every_spike_once(opened: Opened) -> None:
+    run = opened(EVERY[1])
+    run.run()
+    recorder = {function.name: function for function in run.loop.functions}["count_spikes"].adapters[
+        "recorder"
+    ]
+    assert int(recorder.rows[-1][1]) == run.result().spikes["record"] > 0
+
+
+def test_building_blocks_drive_cells_and_wheels(opened: Opened) -> None:
+    run = opened(EVERY[2])
+    run.run()
+    assert run.result().spikes["sensors"] > 0
+    assert run.result().final_pose["robot"]["yaw"] > 1.62
+
+
+def test_without_brain_body_and_room_what_is_left_runs(opened: Opened) -> None:
+    run = opened(EVERY[3])
+    run.run()
+    count = run.loop.functions[0].adapters["count"]
+    assert count.value == 5
+    assert any("no room 'no/such/room.sdf'" in warning for warning in run.result().warnings)
+
+
+def test_a_robot_in_an_archive_is_found(
+    opened: Opened, corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    robot = corpus / "models" / "husky_model"
+    with zipfile.ZipFile(corpus / "husky_2017" / "cart.zip", "w") as archive:
+        for file in robot.iterdir():
+            archive.write(file, f"cart/{file.name}")
+            file.unlink()
+    bibi = corpus / "husky_2017" / "bibi_configuration.bibi"
+    bibi.write_text(bibi.read_text().replace("husky_model/model.sdf", "cart.zip"))
+    assert "robot" in opened(EVERY[0]).result().final_pose
+
+
+def test_a_brain_that_cannot_be_loaded_leaves_the_functions_that_need_none(
+    opened: Opened, corpus: Path
+) -> None:
+    (corpus / "models" / "brain_model" / "two_cells.py").write_text("import no_such_simulator\n")
+    run = opened(EVERY[0])
+    assert [function.name for function in run.loop.functions] == ["raises", "record"]
+    assert any("the brain is left out" in warning for warning in run.result().warnings)
+
+
+def test_an_override_of_our_own_format_wins(corpus: Path) -> None:
+    experiment = read_exc(corpus / EVERY[0], [f"models=[{corpus / 'models'}]", "duration=1 s", "seed=5"])
+    assert (experiment.duration, experiment.seed) == (10**9, 5)

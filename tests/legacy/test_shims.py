@@ -1,0 +1,275 @@
+"""What experiments import behaves as they know it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nrp_legacy.namespace import Namespace
+from nrp_legacy.shims import transformations
+from nrp_legacy.shims.cv_bridge import CvBridge, CvBridgeError
+from nrp_legacy.shims.smach import CBState, Concurrence, InvalidTransitionError, Sequence, StateMachine
+from nrp_legacy.shims.steps import Task
+from nrp_legacy.shims.times import Duration, Time
+
+from nrp_core.dsl.loader import load_transfer_functions
+from nrp_core.experiment.run import Run
+
+ANGLES = st.floats(-1.5, 1.5)
+
+
+# -- times
+
+
+def test_times_and_durations_add_up_as_in_ros() -> None:
+    assert Time(1.5) + Duration(0, 500_000_000) == Time(2)
+    assert isinstance(Time(3) - Time(1), Duration)
+    assert not isinstance(Time(3) - Time(1), Time)
+    assert (Time(2.25).secs, Time(2.25).nsecs, Time(2.25).to_sec()) == (2, 250_000_000, 2.25)
+    assert Time(1) < 2 < Time(3)
+
+
+# -- tf.transformations
+
+
+@given(ANGLES, ANGLES, ANGLES)
+def test_angles_come_back_from_their_quaternion(roll: float, pitch: float, yaw: float) -> None:
+    quaternion = transformations.quaternion_from_euler(roll, pitch, yaw)
+    assert transformations.euler_from_quaternion(quaternion) == pytest.approx((roll, pitch, yaw), abs=1e-9)
+
+
+@given(ANGLES, ANGLES)
+def test_quaternions_multiply_as_their_matrices_do(one: float, two: float) -> None:
+    p = transformations.quaternion_from_euler(one, two, 0.3)
+    q = transformations.quaternion_from_euler(two, 0.1, one)
+    product = transformations.quaternion_matrix(transformations.quaternion_multiply(p, q))
+    assert product == pytest.approx(
+        transformations.quaternion_matrix(p) @ transformations.quaternion_matrix(q)
+    )
+    one_turn = transformations.quaternion_multiply(p, transformations.quaternion_inverse(p))
+    assert one_turn == pytest.approx([0, 0, 0, 1])
+
+
+# -- cv_bridge
+
+PICTURE = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+
+
+@pytest.mark.parametrize("encoding", ["rgb8", "bgr8"])
+def test_a_picture_survives_its_message(encoding: str) -> None:
+    message = CvBridge().cv2_to_imgmsg(PICTURE, encoding)
+    assert (CvBridge().imgmsg_to_cv2(message, encoding) == PICTURE).all()
+    assert (CvBridge().imgmsg_to_cv2(message) == PICTURE).all()
+
+
+def test_channels_are_swapped_between_orders() -> None:
+    message = CvBridge().cv2_to_imgmsg(PICTURE, "rgb8")
+    assert (CvBridge().imgmsg_to_cv2(message, "bgr8") == PICTURE[..., ::-1]).all()
+
+
+def test_grey_pictures_have_no_axis_of_channels() -> None:
+    message = CvBridge().cv2_to_imgmsg(PICTURE[..., 0], "mono8")
+    assert (CvBridge().imgmsg_to_cv2(message, "mono8") == PICTURE[..., 0]).all()
+    assert CvBridge().imgmsg_to_cv2(message, "rgb8").shape == (2, 3, 3)
+
+
+def test_an_encoding_that_is_not_known_is_refused() -> None:
+    with pytest.raises(CvBridgeError, match="no encoding 'yuv'; valid: mono8"):
+        CvBridge().cv2_to_imgmsg(PICTURE, "yuv")
+
+
+# -- smach
+
+
+def machine(**states: tuple[Any, dict[str, str]]) -> StateMachine:
+    made = StateMachine(outcomes=["end", "error"])
+    with made:
+        for label, (callback, transitions) in states.items():
+            StateMachine.add(label, CBState(callback, outcomes=list(transitions)), transitions)
+    return made
+
+
+def test_a_machine_goes_from_state_to_state_and_shares_data() -> None:
+    def count(userdata: Any) -> str:
+        userdata.n = getattr(userdata, "n", 0) + 1
+        return "again" if userdata.n < 3 else "enough"
+
+    made = machine(
+        count=(count, {"again": "count", "enough": "last"}), last=(lambda _data: "yes", {"yes": "end"})
+    )
+    assert made.execute() == "end"
+    assert made.userdata["n"] == 3
+
+
+def test_an_outcome_that_leads_nowhere_is_an_error_that_names_it() -> None:
+    with pytest.raises(InvalidTransitionError, match="state 'one' ends with 'yess', which leads nowhere"):
+        machine(one=(lambda _data: "yess", {"yes": "end"})).execute()
+
+
+def test_a_sequence_leads_each_state_to_the_next() -> None:
+    order: list[str] = []
+    sequence = Sequence(outcomes=["succeeded"], connector_outcome="succeeded")
+    with sequence:
+        for name in "abc":
+            Sequence.add(name, CBState(lambda _data, name: order.append(name) or "succeeded", cb_args=[name]))
+    assert sequence.execute() == "succeeded"
+    assert order == ["a", "b", "c"]
+
+
+def test_states_side_by_side_end_as_their_map_says() -> None:
+    both = Concurrence(
+        outcomes=["yes", "no"], default_outcome="no", outcome_map={"yes": {"a": "done", "b": "done"}}
+    )
+    with both:
+        Concurrence.add("a", CBState(lambda _data: "done"))
+        Concurrence.add("b", CBState(lambda _data: "done"))
+    assert both.execute(None) == "yes"
+
+
+# -- tasks
+
+
+def test_a_task_goes_on_when_its_time_has_come_and_ends_when_it_is_stopped() -> None:
+    now, seen = [0], []
+
+    def work() -> None:
+        while True:
+            seen.append(now[0])
+            here = Task.here()
+            assert here is not None
+            here.wait_until(now[0] + 2)
+
+    task = Task(work, lambda: now[0])
+    for now[0] in range(6):
+        task.advance()
+    assert seen == [0, 2, 4]
+    task.stop()
+    assert task.is_over
+    assert task.error is None
+
+
+def test_what_a_task_raises_ends_it_and_is_kept() -> None:
+    task = Task(lambda: 1 / 0, lambda: 0)
+    task.advance()
+    assert isinstance(task.error, ZeroDivisionError)
+
+
+# -- the names and imports of transfer functions
+
+IMPORTS = """
+import hbp_nrp_cle.tf_framework as nrp
+import hbp_nrp_cle
+import python_cle.tf_framework
+from hbp_nrp_cle.tf_framework import tf_lib
+from hbp_nrp_cle.robotsim.RobotInterface import Topic
+from hbp_nrp_excontrol.logs import clientLogger
+from hbp_nrp_excontrol import nrp_states
+import rospy, smach, smach_ros, cv_bridge, tf
+from rospy.numpy_msg import numpy_msg
+from rospy import ServiceProxy, wait_for_service
+from tf import transformations
+from cv_bridge import CvBridge
+from std_msgs.msg import String, Float64
+import std_msgs.msg
+from dynamic_reconfigure.msg import Config
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from gazebo_msgs.srv import SetModelState, SpawnModel
+import gazebo_msgs.msg
+import numpy, cv2
+
+assert hbp_nrp_cle.tf_framework.tf_lib.detect_red is nrp.tf_lib.detect_red
+assert tf.transformations.quaternion_from_euler is transformations.quaternion_from_euler
+assert JointTrajectory(points=[JointTrajectoryPoint()]).points
+assert nrp.config.brain_root is nrp.brain
+
+@MapVariable("x", initial_value=nrange(0, 2))
+@nrp.Robot2Neuron()
+def first(t, x):
+    logger.info("hello")
+    clientLogger.advertise("%s", t)
+"""
+
+
+def test_everything_that_experiments_import_is_there(tmp_path: Path) -> None:
+    (tmp_path / "resources").mkdir()
+    (tmp_path / "resources" / "helper.py").write_text("answer = 42\n")
+    path = tmp_path / "tf.py"
+    path.write_text(IMPORTS + "\nimport helper\nassert helper.answer == 42\n")
+    names = Namespace(lambda _note: None, [tmp_path / "resources"])
+    (function,) = load_transfer_functions(path, module=names.module, scope=names.scope)
+    function.function(0.0, None)
+
+
+Opened = Callable[..., Run]
+
+NODE = """
+import rospy
+import smach
+from gazebo_msgs.srv import GetModelState, SetModelState
+from std_msgs.msg import Float64
+
+heard = []
+rospy.Subscriber("/from_machine", Float64, lambda message: heard.append(message.data))
+publisher = rospy.Publisher("/to_machine", Float64)
+
+@nrp.MapCSVRecorder("rows", filename="heard.csv", headers=["t", "heard"])
+@nrp.Robot2Neuron()
+def node(t, rows):
+    rows.record_entry(t, list(heard))
+    publisher.publish(t)
+    try:
+        rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)(None)
+    except rospy.ServiceException as error:
+        assert "not available" in str(error)
+"""
+MACHINE = """
+import rospy
+import smach
+from std_msgs.msg import Float64
+from hbp_nrp_excontrol.nrp_states import ClockDelayState, ClockMonitorState, SpawnSphere
+from smach_ros import MonitorState
+
+def talk(userdata):
+    publisher = rospy.Publisher("/from_machine", Float64, queue_size=1)
+    rate = rospy.Rate(25)
+    while not rospy.is_shutdown() and rospy.get_time() < 0.3:
+        publisher.publish(rospy.get_time())
+        rate.sleep()
+    message = rospy.wait_for_message("/to_machine", Float64)
+    publisher.publish(100 + message.data)
+    return "succeeded"
+
+add = smach.StateMachine.add
+clock, late = ClockMonitorState(lambda ud, t: t < 0.2), lambda ud, m: m.data < 0.22
+hear = MonitorState("/to_machine", Float64, late)
+sm = smach.StateMachine(outcomes=["DONE", "ERROR"])
+with sm:
+    add("delay", ClockDelayState(0.1), transitions={"valid": "delay", "invalid": "until"})
+    add("until", clock, transitions={"valid": "until", "invalid": "hear"})
+    add("hear", hear, transitions={"valid": "hear", "invalid": "ball", "preempted": "ERROR"})
+    add("ball", SpawnSphere("ball", 1.0), transitions={"succeeded": "talk", "aborted": "talk"})
+    add("talk", smach.CBState(talk, outcomes=["succeeded"]), transitions={"succeeded": "DONE"})
+"""
+BIBI = '<bibi><transferFunction src="node.py"/></bibi>'
+EXC = """<ExD><bibiConf src="n.bibi"/><timeout>0.5</timeout>
+<experimentControl><stateMachine src="n.exd"/></experimentControl></ExD>"""
+
+
+def test_machines_and_functions_talk_in_simulated_time(opened: Opened, corpus: Path) -> None:
+    folder = corpus / "node"
+    folder.mkdir()
+    for name, text in {"node.py": NODE, "n.exd": MACHINE, "n.bibi": BIBI, "n.exc": EXC}.items():
+        (folder / name).write_text(text)
+    run = opened("node/n.exc")
+    run.run()
+    result = run.result()
+    assert not result.failures
+    assert "a state machine asks to add a model, which is not possible here" in result.warnings
+    last = run.loop.functions[0].adapters["rows"].rows[-1]
+    # what is published at the end of a step is heard at the end of the next: 0.22 s at 0.26 s
+    assert last == ["0.48", "[0.26, 100.3]"]

@@ -1,0 +1,114 @@
+"""Topics as ROS has them: under the names of all years, each way, whether somebody serves them or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from nrp_legacy.aliases import find_alias
+
+from nrp_core.dsl.mocks import MockWorld
+from nrp_core.experiment.run import Run
+from nrp_core.world.messages.geometry_msgs import Twist
+from nrp_core.world.messages.sensor_msgs import Image
+
+Opened = Callable[..., Run]
+
+SERVED = {"/robot/husky/camera": Image, "/robot/husky/cmd_vel": Twist}
+
+
+@pytest.mark.parametrize("name", ["/husky/camera", "/husky/husky/camera", "/other/husky/camera"])
+def test_a_name_that_differs_by_its_prefix_means_the_topic_that_is_served(name: str) -> None:
+    assert find_alias(name, Image, MockWorld(SERVED)) == "/robot/husky/camera"
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [("/husky/camera", Twist), ("/left/camera", Image), ("/robot/husky/camera", Image)]
+)
+def test_another_type_another_name_and_a_served_topic_need_no_further_name(name: str, kind: type) -> None:
+    assert find_alias(name, kind, MockWorld(SERVED)) is None
+
+
+def test_a_name_that_could_mean_two_topics_means_none() -> None:
+    world = MockWorld({"/one/cmd_vel": Twist, "/two/cmd_vel": Twist})
+    assert find_alias("/cmd_vel", Twist, world) is None
+
+
+FUNCTIONS = """
+@nrp.MapSpikeSink("cells", nrp.brain.circuit, nrp.spike_recorder)
+@nrp.Neuron2Robot(Topic('/gazebo/model_states', gazebo_msgs.msg.ModelStates))
+def against_the_direction(t, cells):
+    return gazebo_msgs.msg.ModelStates()
+
+@nrp.MapRobotPublisher("states", Topic('/gazebo/model_states', gazebo_msgs.msg.ModelStates))
+@nrp.MapVariable("proxy", initial_value=rospy.ServiceProxy('/gazebo/get_world_properties', None))
+@nrp.Robot2Neuron()
+def against_it_too(t, states, proxy):
+    states.send_message(gazebo_msgs.msg.ModelStates())
+    assert 'robot' in proxy.value().model_names
+
+@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))
+def drive(t):
+    return geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(x=0.25))
+
+@nrp.MapRobotSubscriber("sent", Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))
+@nrp.MapRobotSubscriber("pose", Topic('/gazebo/model_states', gazebo_msgs.msg.ModelStates))
+@nrp.MapCSVRecorder("rows", filename="rows.csv", headers=["sent", "models"])
+@nrp.Robot2Neuron()
+def eavesdrop(t, sent, pose, rows):
+    rows.record_entry(sent.value and sent.value.linear.x, 'robot' in pose.value.name)
+
+@nrp.MapRobotPublisher("plain", Topic('number', std_msgs.msg.Float64))
+@nrp.MapRobotSubscriber("heard", Topic('/number', std_msgs.msg.Float64))
+@nrp.MapRobotSubscriber("open", Topic('/trajectory', trajectory_msgs.msg.JointTrajectory))
+@nrp.MapSpikeSource("refused", nrp.brain.circuit, nrp.poisson)
+@nrp.Robot2Neuron()
+def plain_values(t, plain, heard, open, refused):
+    plain.send_message(t)
+    assert open.value is None
+    assert t == 0 or heard.value.data == t - 0.02 or abs(heard.value.data - t + 0.02) < 1e-9
+"""
+REFUSED = """
+@nrp.MapSpikeSource("cells", nrp.brain.circuit, nrp.injector)
+@nrp.Robot2Neuron()
+def injects(t, cells):
+    pass
+"""
+BIBI = """<bibi><brainModel>brain_model/two_cells.py</brainModel>
+<bodyModel>husky_model/model.sdf</bodyModel>
+<transferFunction src="topics.py"/><transferFunction src="injects.py"/></bibi>"""
+EXC = (
+    '<ExD><environmentModel src="arena/arena.sdf"/><bibiConf src="topics.bibi"/><timeout>0.1</timeout></ExD>'
+)
+
+
+@pytest.fixture
+def run(opened: Opened, corpus: Path) -> Run:
+    folder = corpus / "topics"
+    folder.mkdir()
+    files = {
+        "topics.py": "import rospy\n" + FUNCTIONS,
+        "injects.py": REFUSED,
+        "topics.bibi": BIBI,
+        "t.exc": EXC,
+    }
+    for name, text in files.items():
+        (folder / name).write_text(text)
+    made = opened("topics/t.exc")
+    made.run()
+    return made
+
+
+def test_functions_talk_whichever_way_a_topic_goes(run: Run) -> None:
+    assert run.result().failures == []
+    adapters: dict[str, Any] = {function.name: function.adapters for function in run.loop.functions}
+    rows = adapters["eavesdrop"]["rows"].rows
+    assert rows[0][1] == "True"
+    assert rows[-1] == ["0.25", "True"]
+
+
+def test_a_device_of_another_simulator_is_refused_alone(run: Run) -> None:
+    assert "injects" not in [function.name for function in run.loop.functions]
+    assert any("injector does not drive neurons" in warning for warning in run.result().warnings)

@@ -1,0 +1,34 @@
+"""``nrp conformance`` where nothing is simulated; what it tells of real backends is tested with them."""
+
+from importlib import util
+
+import pytest
+
+from nrp_core.cli import conformance
+
+
+def test_a_backend_that_is_not_installed_is_named_with_what_is_near(nrp):
+    done = nrp("conformance", "brain", "evnt")
+    assert done.code == 4
+    assert "evnt" in done.err
+    assert "event" in done.err
+
+
+@pytest.mark.parametrize("option", ["tolerance", "=3"])
+def test_an_option_without_key_or_value_is_wrong_usage(nrp, option):
+    done = nrp("conformance", "brain", "event", "-o", option)
+    assert done.code == 2
+    assert "KEY=VALUE" in done.err
+
+
+@pytest.mark.parametrize("kind", ["body", ""])
+def test_there_are_brains_and_worlds(nrp, kind):
+    assert nrp("conformance", kind, "event").code == 2
+
+
+def test_what_the_kit_needs_is_named_where_it_is_missing(nrp, monkeypatch):
+    found = util.find_spec
+    monkeypatch.setattr(conformance, "find_spec", lambda name: None if name == "pytest" else found(name))
+    done = nrp("conformance", "brain", "event")
+    assert done.code == 1
+    assert "needs pytest; try: pip install pytest" in done.err

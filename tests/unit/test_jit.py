@@ -1,0 +1,43 @@
+"""Compiled kernels: borrowed memory, and a cache that knows its sources."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nrp_core import jit
+from nrp_core.jit import borrowed
+
+
+@jit.jit
+def _write_borrowed(array: np.ndarray) -> float:
+    view = borrowed(array)
+    view[0] = 7.0
+    return float(view.sum())
+
+
+def test_a_borrowed_array_is_the_same_memory() -> None:
+    array = np.ones(3)
+    assert _write_borrowed(array) == 9.0
+    assert array.tolist() == [7.0, 1.0, 1.0]
+
+
+def test_code_compiled_from_other_sources_is_kept_apart(tmp_path: Path) -> None:
+    def directory() -> Path:
+        jit._cache_directory.cache_clear()
+        return jit._cache_directory(tmp_path / "package", str(tmp_path / "cache"))
+
+    (tmp_path / "package").mkdir()
+    (tmp_path / "package" / "one.py").write_text("A = 1\n")
+    first = directory()
+    assert first.parent == tmp_path / "cache"
+    assert first == directory()
+    (tmp_path / "package" / "two.py").write_text("B = 2\n")
+    assert directory() != first
+
+
+def test_the_users_choice_of_a_cache_is_left_alone() -> None:
+    numba = pytest.importorskip("numba")
+    before = numba.config.CACHE_DIR
+    jit.jit(lambda x: x)
+    assert before == numba.config.CACHE_DIR
