@@ -140,7 +140,7 @@ def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
     servo = next(iter(built.drives.values()))
     body, place = built.bodies["husky"][servo.body]
     wheels = [built.joints["husky"][wheel.joint] for wheel in servo.wheels]
-    drive = Drive(client, servo, body, wheels, SUBSTEP_NS / 1e9, scene.gravity)
+    drive = Drive(client, servo, body, wheels[0].multibody, wheels, SUBSTEP_NS / 1e9, scene.gravity)
     cameras = open_cameras(case.renderer or "raster", built, client, optics_of(scene, case.scale))
 
     def step(k: int) -> None:

@@ -158,3 +158,14 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
     if close:
         return f"; did you mean '{close[0]}'?"
     return f"; valid: {', '.join(names)}" if names else "; there are none"
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """Return which of the valid names is most like one that there is not, and all of them.
+
+    Returns:
+        ``"the nearest is x, of a, b, x"``, or ``"there are none"``.
+    """
+    names = sorted(valid)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.0)
+    return f"the nearest is {close[0]}, of {', '.join(names)}" if close else "there are none"

@@ -1,16 +1,14 @@
-"""What a check of an experiment finds: one thing wrong, where, and what would be right.
-
-A code never changes its meaning, so that people can look it up and scripts can rely on it.
-"""
+"""What a check of an experiment finds: one thing wrong, where, and what would be right."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from enum import Enum, StrEnum
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from nrp_core.codes import Code as Code  # part of what a finding is
 from nrp_core.errors import ExperimentError
 
 
@@ -23,28 +21,6 @@ class Level(StrEnum):
     """It runs, but probably not as meant."""
     NOTE = "note"
     """Worth knowing."""
-
-
-class Code(Enum):
-    """Every kind of finding about an experiment file; the value says what it means."""
-
-    NRP200 = "The file is not YAML, or not text."
-    NRP201 = "A key that the format does not have."
-    NRP202 = "A value of the wrong kind, or out of range."
-    NRP203 = "A key that is needed is missing."
-    NRP204 = "A file that does not exist."
-    NRP205 = "A backend that is not installed or does not load."
-    NRP206 = "A backend option that is unknown or wrong."
-    NRP207 = "Time steps that do not divide each other."
-    NRP208 = "The brain script cannot be turned into a network."
-    NRP209 = "A robot or room cannot be read."
-    NRP210 = "A transfer function is written wrongly."
-    NRP211 = "Neurons that the network does not have."
-    NRP212 = "A topic that does not exist, or has another type or direction."
-    NRP213 = "An event or criterion refers to something that does not exist."
-    NRP214 = "The experiment that this one extends cannot be read."
-    NRP215 = "An override that cannot be applied."
-    NRP216 = "The backend does not have what the experiment asks."
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +51,12 @@ class Finding:
         return ExperimentError(self.message, path=self.path, line=self.line, column=self.column)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain data for JSON."""
+        """Return it as plain data for JSON, with why it matters and what to do."""
         path = None if self.path is None else str(self.path)
-        return {**asdict(self), "code": self.code.name, "level": str(self.level), "path": path}
+        return {
+            **asdict(self), "code": self.code.name, "level": str(self.level), "path": path,
+            "why": self.code.why, "suggestion": self.code.suggestion,
+        }  # fmt: skip
 
     def __str__(self) -> str:
         return f"{self.as_error()} [{self.code.name}]"

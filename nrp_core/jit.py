@@ -21,14 +21,15 @@ A = TypeVar("A")
 
 try:
     import numba
-    from numba.core import event
+    from llvmlite import ir  # type: ignore[import-untyped]
+    from numba.core import event, types
     from numba.extending import intrinsic
 
     COMPILED = not numba.config.DISABLE_JIT
 except ImportError:
     COMPILED = False
 
-_SHARED = Path(__file__).parent / "brain" / "filters.py"
+_SHARED = [Path(__file__).parent / "brain" / name for name in ("filters.py", "short_term.py")]
 """Formulas that the kernels of backends are compiled from as well."""
 _logger = logging.getLogger(__name__)
 
@@ -49,7 +50,7 @@ def jit(function: F) -> F:
 @cache
 def _cache_directory(package: Path, chosen: str) -> Path:
     """Return where the code of a package goes, by the contents of all files that it is compiled from."""
-    sources = sorted({*package.glob("*.py"), _SHARED})
+    sources = sorted({*package.glob("*.py"), *_SHARED})
     digest = hashlib.blake2b(digest_size=8)
     for source in sources:
         digest.update(source.read_bytes())
@@ -74,6 +75,24 @@ if COMPILED:
 
         return array(array), generate
 
+    @intrinsic  # type: ignore[untyped-decorator]
+    def prefetch(_typing: Any, array: Any, index: Any) -> Any:
+        """Let the processor fetch the element of an array that will be needed soon."""
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+            address = builder.gep(data, [context.cast(builder, arguments[1], index, types.intp)])
+            number = ir.IntType(32)
+            fetch = builder.module.declare_intrinsic(
+                "llvm.prefetch",
+                [address.type],
+                ir.FunctionType(ir.VoidType(), [address.type, number, number, number]),
+            )
+            builder.call(fetch, [address, number(0), number(3), number(1)])  # to read, to keep, data
+            return context.get_dummy_value()
+
+        return types.none(array, index), generate
+
     class _Notice(event.Listener):  # type: ignore[misc]
         """Says once why the first start takes longer."""
 
@@ -91,3 +110,6 @@ else:
     def borrowed(array: A) -> A:
         """Return the array."""
         return array
+
+    def prefetch(_array: A, _index: int) -> None:
+        """Do nothing."""

@@ -44,7 +44,12 @@ def ask(module: str, *arguments: str, depends_on: str = "", timeout_s: float = 3
 
 
 def inquire(
-    module: str, *arguments: str, depends_on: str = "", timeout_s: float = 30.0, anew: bool = False
+    module: str,
+    *arguments: str,
+    depends_on: str = "",
+    timeout_s: float = 30.0,
+    anew: bool = False,
+    keep_failures: bool = True,
 ) -> Answer:
     """Run ``python -m module arguments...`` in a child process and return how it ended.
 
@@ -55,6 +60,7 @@ def inquire(
             The interpreter, the module and the installed system libraries are always part of it.
         timeout_s: after this time the child, and whatever it started, is ended.
         anew: do not look for a kept answer.
+        keep_failures: whether to keep the answer of a child that did not end well.
     """
     question = [sys.executable, "-m", module, *arguments]
     answers = user_cache_path("nrp-core") / "probes"
@@ -64,7 +70,8 @@ def inquire(
         with suppress(OSError, ValueError, KeyError, TypeError):
             return Answer(**json.loads(kept.read_text())["answer"])
     answer = _run(question, timeout_s)
-    _keep(kept, {"question": question[1:], "answer": asdict(answer)})
+    if keep_failures or answer.exit_code == 0:
+        _keep(kept, {"question": question[1:], "answer": asdict(answer)})
     return answer
 
 

@@ -37,7 +37,7 @@ class Scope:
         folders: Iterable[Path] = (),
     ) -> None:
         self._packages = {root: self._package(root) for root in roots}
-        self._substitute = substitute
+        self._stands_for = substitute
         self._folders = tuple(folders)
         self._importlib = ModuleType("importlib", importlib.__doc__)
         self._importlib.__dict__.update(vars(importlib), import_module=self._import_module)
@@ -96,6 +96,10 @@ class Scope:
         text = str(error)
         return kind(f"{type(error).__name__}{': ' if text else ''}{text}", path=path, line=line)
 
+    def substitute(self, name: str) -> ModuleType | None:
+        """Return what the import of a dotted name gives in this scope, None where it is the real module."""
+        return self._ours(name)
+
     # -- what files of this scope get as `__import__` and `importlib.import_module`
 
     def _import(
@@ -119,16 +123,16 @@ class Scope:
         """Return the substitute for a name, or the package through which substitutes are reached."""
         if name == "importlib":
             return self._importlib
-        return self._packages.get(name) or self._substitute(name)
+        return self._packages.get(name) or self._stands_for(name)
 
     def _package(self, name: str) -> ModuleType:
         package = ModuleType(name)
 
         def attribute(child: str) -> object:
-            substitute = self._substitute(f"{name}.{child}")
+            substitute = self._stands_for(f"{name}.{child}")
             if substitute is not None:
                 return substitute
-            own = self._substitute(name)
+            own = self._stands_for(name)
             if own is not None:
                 return getattr(own, child)
             real = importlib.import_module(name)

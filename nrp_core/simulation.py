@@ -78,7 +78,7 @@ class Simulation(Closing):
     def __init__(self, *, seed: int, identity: str) -> None:
         self._seed = seed
         self._now_ns = 0
-        self._state = State.READY
+        self._lifecycle = State.READY
         self._digest = hashlib.blake2b(identity.encode(), digest_size=16).hexdigest()
 
     @property
@@ -94,7 +94,7 @@ class Simulation(Closing):
     @property
     def state(self) -> State:
         """The state of the life cycle."""
-        return self._state
+        return self._lifecycle
 
     @final
     def run_until(self, t_ns: int) -> None:
@@ -125,7 +125,7 @@ class Simulation(Closing):
         if seed is not None:
             self._seed = seed
         self._now_ns = 0
-        self._state = State.READY
+        self._lifecycle = State.READY
         with self._guarded("reset"):
             self._reset()
 
@@ -146,7 +146,7 @@ class Simulation(Closing):
         self._require_open()
         if snapshot.digest != self._digest:
             raise SnapshotError("the snapshot was taken from another backend, model or set of options")
-        self._state = State.READY
+        self._lifecycle = State.READY
         with self._guarded("restore"):
             self._load(pickle.loads(snapshot.payload))
         self._now_ns = snapshot.t_ns
@@ -154,8 +154,8 @@ class Simulation(Closing):
     @final
     def close(self) -> None:
         """Release the engine; calling it again does nothing."""
-        if self._state is not State.CLOSED:
-            self._state = State.CLOSED
+        if self._lifecycle is not State.CLOSED:
+            self._lifecycle = State.CLOSED
             self._do_close()
 
     # -- for the two sides (brain and world), which wrap the backend's own methods
@@ -174,19 +174,18 @@ class Simulation(Closing):
 
     # -- for backends
 
-    @abstractmethod
     def _do_close(self) -> None:
-        """Release the engine."""
+        """Release the engine; by default there is nothing to release."""
 
     # -- checks
 
     def _require_open(self) -> None:
-        if self._state is State.CLOSED:
+        if self._lifecycle is State.CLOSED:
             raise LifecycleError(f"{type(self).__name__} is closed")
 
     def _require_ready(self) -> None:
         self._require_open()
-        if self._state is State.FAILED:
+        if self._lifecycle is State.FAILED:
             raise LifecycleError(f"{type(self).__name__} has failed; only reset, restore and close work")
 
     @contextmanager
@@ -200,7 +199,7 @@ class Simulation(Closing):
         except (CapabilityError, ExperimentError):
             raise
         except BaseException as error:
-            self._state = State.FAILED
+            self._lifecycle = State.FAILED
             if isinstance(error, NrpError) or not isinstance(error, Exception):
                 raise
             raise SimulationError(

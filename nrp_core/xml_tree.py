@@ -6,13 +6,14 @@ Safe for files from anywhere: document types, and with them entities of any kind
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import hypot, isfinite, isnan
+from math import hypot, isnan
 from pathlib import Path
 from xml.parsers import expat
 
 from nrp_core.errors import ExperimentError, did_you_mean
 
 _MAX_DEPTH = 100
+_LARGEST = 1e30  # in any unit it is a slip, and its powers are not finite any more
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
 
 
@@ -96,8 +97,8 @@ class Element:
         if len(values) != count or any(map(isnan, values)):
             wanted = "a number" if count == 1 else f"{count} numbers"
             raise self.error(f"<{self.tag}> must hold {wanted}, not '{text}'")
-        if finite and not all(map(isfinite, values)):
-            raise self.error(f"<{self.tag}> must be finite, not '{text}'")
+        if finite and not all(abs(value) <= _LARGEST for value in values):
+            raise self.error(f"<{self.tag}> must be finite and below {_LARGEST:g}, not '{text}'")
         return values
 
     def number(self, tag: str, default: float, *, finite: bool = True) -> float:

@@ -8,6 +8,7 @@ from types import ModuleType
 from nrp_bibi.generate.transformation import transformed
 from nrp_bibi.reader import read_bibi
 from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.listing import Listing
 from nrp_core.dsl.loader import load_transfer_functions
 from nrp_core.errors import TransferFunctionError
 
@@ -29,3 +30,12 @@ def load_bibi(path: Path | str) -> list[TransferFunction]:
     if not functions:
         raise TransferFunctionError("declares no transfer function; add a <transferFunction>", path=path)
     return functions
+
+
+def bibi_listing(path: Path) -> Listing:
+    """Return the Python that a file stands for, without executing it.
+
+    Raises:
+        TransferFunctionError: the file cannot be read, or has no meaning.
+    """
+    return Listing(tuple(part.source() for part in transformed(read_bibi(path), path)))

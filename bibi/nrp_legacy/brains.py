@@ -20,34 +20,42 @@ CIRCUIT = "circuit"
 _SIMULATORS = ("hbp_nrp_cle.brainsim.simulator", "python_cle.brainsim.simulator")
 
 
-def load_brain(
-    path: Path, populations: Mapping[str, Element], seed: int, notes: Callable[[str], None]
-) -> Network:
+def load_brain(path: Path, populations: Mapping[str, Element], seed: int) -> Network:
     """Return the network of a brain file, with the names that an experiment gives its neurons.
 
     Args:
         path: the file.
         populations: elements that choose neurons of the file's ``circuit``, by the names for them.
         seed: all that is random follows from it.
-        notes: told what was converted, and which names mean nothing.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
     """
     if path.suffix != ".py":
         raise NetworkError(f"brains are read from .py files, not from '{path.name}'", path=path)
-    code = Source.of_file(path).compiled(notes)
+    code = Source.of_file(path).compiled(_unheard)
     with as_of_old():
         network = load_network(path, seed=seed, simulators=_SIMULATORS, code=code, adapt=add_spellings)
     views = dict(network.views)
     for name, chosen in populations.items():
         ids = _chosen(chosen, name, views)
-        if ids is None or not ids.size:
-            if name not in (*views, *network.populations):
-                notes(f"population '{name}' has no neurons in {path.name}")
-        else:
+        if ids is not None and ids.size:
             views[name] = ids
     return replace(network, views=views)
+
+
+def remark(
+    path: Path, populations: Mapping[str, Element], network: Network, notes: Callable[[str], None]
+) -> None:
+    """Tell what was converted in a brain file, and which names mean nothing in the network it became."""
+    Source.of_file(path).compiled(notes)
+    for name in populations:
+        if name not in (*network.views, *network.populations):
+            notes(f"population '{name}' has no neurons in {path.name}")
+
+
+def _unheard(note: str) -> None:
+    """Tell nobody."""
 
 
 def _chosen(element: Element, name: str, views: Mapping[str, IntArray]) -> IntArray | None:

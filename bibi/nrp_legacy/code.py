@@ -60,8 +60,8 @@ class Source:
         first = element.end_line - element.raw_text.count("\n") + raw[:blank].count("\n")
         return cls(dedented(code), element.path, first)
 
-    def compiled(self, notes: Notes) -> CodeType:
-        """Return what Python 3 runs; errors in it name the file and line in which it stands.
+    def tree(self, notes: Notes) -> ast.Module:
+        """Return what it says in Python 3; lines are those of the file in which it stands.
 
         Args:
             notes: told what was converted.
@@ -77,5 +77,14 @@ class Source:
         if result.changes:
             notes(f"{self.path.name}: leftovers of Python 2 were converted: {', '.join(result.changes)}")
         ast.increment_lineno(result.tree, self.first_line - 1)
+        return result.tree
+
+    def compiled(self, notes: Notes) -> CodeType:
+        """Return what Python 3 runs; errors in it name the file and line in which it stands.
+
+        Raises:
+            TransferFunctionError: as of :meth:`tree`.
+        """
+        tree = self.tree(notes)
         with as_of_old():
-            return compile(result.tree, str(self.path), "exec", dont_inherit=True)
+            return compile(tree, str(self.path), "exec", dont_inherit=True)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-import zipfile
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from platformdirs import user_cache_path
+from nrp_core.archives import unpacked
 
 _SHELVES = ("", "robots", "brains", "environments", "bibi", "brain_model")
 """Folders of a model library in which its models stand."""
@@ -88,15 +86,8 @@ def _plain(name: str) -> str:
 
 
 def _inside(archive: Path, suffixes: Iterable[str]) -> Path | None:
-    """Unpack an archive into the cache, once for each content, and return its main file."""
-    digest = hashlib.blake2b(archive.read_bytes(), digest_size=12).hexdigest()
-    folder = user_cache_path("nrp-core") / "unpacked" / f"{archive.stem}-{digest}"
-    if not folder.is_dir():
-        try:
-            with zipfile.ZipFile(archive) as packed:
-                packed.extractall(folder)
-        except (zipfile.BadZipFile, OSError):
-            return None
+    """Return the main file of an archive."""
+    folder = unpacked(archive)
     found = [path for suffix in suffixes for path in sorted(folder.rglob(f"*{suffix}"))]
     named = [path for path in found if path.stem in ("model", archive.stem)] or found
     return min(named, key=lambda path: len(path.parts), default=None)

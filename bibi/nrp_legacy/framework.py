@@ -83,7 +83,7 @@ def framework(notes: Callable[[str], None]) -> ModuleType:
             **own,
             **{mapping.__name__: mapping for mapping in mappings},
             "Topic": topic, "resolve": resolve,
-            "injector": Unavailable("injector"), "raw_signal": Unavailable("raw_signal"),
+            "raw_signal": Unavailable("raw_signal"),
             "config": module("config", brain_root=dsl.brain, brain_source=None),
         },
     )  # fmt: skip

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from nrp_bibi.generate.part import Part
 from nrp_bibi.generate.transformation import transformed
 from nrp_bibi.reader import model_of
 
+from nrp_core.dsl import listing
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.loader import load_transfer_functions
 from nrp_core.errors import TransferFunctionError
@@ -47,6 +50,22 @@ def load(
     return loaded
 
 
+def sources_of(element: Element, root: Element, library: Library, notes: Notes) -> list[listing.Source]:
+    """Return what :func:`load` would execute.
+
+    Raises:
+        ExperimentError: it is not there, not Python, or has no meaning.
+    """
+    if not _is_python(element):
+        return [part.source() for part in _parts(element, root)]
+    source = _source(element, library)
+    tree = source.tree(notes)
+    if not is_active(element):
+        names = [item.name for item in tree.body if isinstance(item, ast.FunctionDef) and item.decorator_list]
+        tree.body += ast.parse("\n".join(f"{name}.active = False" for name in names)).body
+    return [listing.Source(source.path, tree, has_columns=False)]
+
+
 def _is_python(element: Element) -> bool:
     kind = local(attribute(element, "type") or element.tag)
     return kind in _PYTHON or not element.children
@@ -75,9 +94,14 @@ def _source(element: Element, library: Library) -> Source:
 
 
 def _blocks(element: Element, root: Element, names: Namespace) -> Iterator[TransferFunction]:
-    shared = children(root, "connectors", "synapseDynamics")
-    alone = replace(root, children=[*shared, element], text="", raw_text="")
-    for part in transformed(model_of(alone), element.path)[1:]:
+    for part in _parts(element, root):
         yield from load_transfer_functions(
             part.path, module=names.module, code=part.compiled(), scope=names.scope
         )
+
+
+def _parts(element: Element, root: Element) -> list[Part]:
+    """Return the Python that building blocks stand for."""
+    shared = children(root, "connectors", "synapseDynamics")
+    alone = replace(root, children=[*shared, element], text="", raw_text="")
+    return transformed(model_of(alone), element.path)[1:]

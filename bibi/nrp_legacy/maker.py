@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 from nrp_core.brain.network import Network
 from nrp_core.dsl.function import Flow, TransferFunction
+from nrp_core.dsl.listing import Listing, Source
 from nrp_core.errors import NrpError
 from nrp_core.experiment.collector import Collector
-from nrp_core.experiment.making import Maker
+from nrp_core.experiment.making import Build, Maker, build_here
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.run import Run
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.interface import World
 from nrp_legacy.aliases import find_alias
-from nrp_legacy.brains import load_brain
+from nrp_legacy.brains import load_brain, remark
 from nrp_legacy.documents import Bibi
 from nrp_legacy.eavesdrop import let_all_talk, plain_name
 from nrp_legacy.files import Library
-from nrp_legacy.functions import load
+from nrp_legacy.functions import load, sources_of
 from nrp_legacy.machines import StateMachines
 from nrp_legacy.namespace import Namespace
 
@@ -38,13 +40,24 @@ class LegacyMaker(Maker):
         self._bibi, self._library, self._machines, self._notes = bibi, library, machines, notes
         self._names = self._namespace()
 
-    def _namespace(self) -> Namespace:
-        folder = self._library.folder
-        return Namespace(self._note, (folder / "resources", folder))
+    @property
+    def can_be_saved(self) -> bool:
+        return not self._machines
 
-    def network(self, experiment: Experiment) -> Network:
+    def _namespace(self) -> Namespace:
+        return Namespace(self._note, self._folders)
+
+    @property
+    def _folders(self) -> tuple[Path, ...]:
+        """The folders whose modules can be imported."""
+        return self._library.folder / "resources", self._library.folder
+
+    def network(self, experiment: Experiment, build: Build = build_here) -> Network:
+        path, populations = experiment.brain.model, self._bibi.populations
         try:
-            return load_brain(experiment.brain.model, self._bibi.populations, experiment.seed, self._note)
+            network = build(partial(load_brain, path, populations, experiment.seed))
+            remark(path, populations, network, self._note)
+            return network
         except NrpError as error:
             self._note(f"the brain is left out: {error}")
             return Network({})
@@ -58,6 +71,16 @@ class LegacyMaker(Maker):
         collector.findings += dict.fromkeys(self._notes)
         # of equal priority, those to the robot ran before those to the brain
         yield from sorted(loaded, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
+
+    def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
+        self._names = self._namespace()
+        sources: list[Source] = []
+        for element in self._bibi.functions:
+            with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
+                sources += sources_of(element, self._bibi.element, self._library, self._note)
+        collector.findings += dict.fromkeys(self._notes)
+        names = {name: value for name, value in vars(self._names.module).items() if name[:2] != "__"}
+        yield Listing(tuple(sources), names, self._names.scope, self._folders)
 
     def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
         topics = [topic for function in functions for topic in (*function.published, *function.subscribed)]

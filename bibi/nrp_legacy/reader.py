@@ -78,7 +78,7 @@ class _Reading:
         experiment = experiment_of(tree, [one for one in self._overrides if one not in self._chosen])
         machines = [file for one in exc.machines if (file := self._required(one, "state machine"))]
         maker = LegacyMaker(bibi, self._library, machines, self._notes)
-        return experiment.with_maker(maker)
+        return experiment.with_maker(maker).with_overrides(self._overrides)
 
     # -- the parts
 

@@ -8,8 +8,7 @@ supplied here, once for all backends.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf
 from typing import Any, ClassVar, final
 
@@ -17,50 +16,27 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
-from nrp_core.brain.network import FloatArray, IntArray, Network, Population
+from nrp_core.brain import changes
+from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
+from nrp_core.brain.network import STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.report import Report
 from nrp_core.brain.sinks import SinkPort, SinkSpec
 from nrp_core.brain.source_cells import PopulationTrains
 from nrp_core.brain.sources import SourcePort, SourceSpec
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain.state_recorder import StateRecorderPort
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError, SnapshotError
 from nrp_core.seeds import Seeds
-from nrp_core.simulation import INTERFACE_VERSION, Determinism, Simulation
+from nrp_core.simulation import INTERFACE_VERSION, Simulation
 
 
 class BrainOptions(BaseModel):
     """Base of a backend's options, as an experiment file gives them; unknown names are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-@dataclass(frozen=True, slots=True)
-class BrainCapabilities:
-    """What a brain backend has, asked as questions.
-
-    Args:
-        cells: which PyNN standard cells can it simulate?
-        synapses: which synapse types?
-        extensions: which of these are additions to what the simulator is known for?
-        approximate: which cells does it solve so roughly that they leave their equations by more than the
-            resolution explains?
-        resolution_ns: on which grid do its events lie? None: they are exact.
-        determinism: how far do two runs agree?
-        state_variables: which state can be read and set while running?
-        snapshot: can its state be saved and restored?
-        releases_gil: can it step while Python code runs in another thread?
-    """
-
-    cells: frozenset[str]
-    synapses: frozenset[str]
-    extensions: frozenset[str] = frozenset()
-    approximate: frozenset[str] = frozenset()
-    resolution_ns: int | None = None
-    determinism: Determinism = Determinism.MACHINE
-    state_variables: frozenset[str] = frozenset()
-    snapshot: bool = False
-    releases_gil: bool = False
 
 
 class Brain(Simulation):
@@ -80,7 +56,7 @@ class Brain(Simulation):
         self.network = network
         self.capabilities = capabilities
         self.warnings: list[str] = []
-        self._require_capabilities()
+        capabilities.require(network, type(self).__name__)
         self._sources: list[SourcePort] = []
         self._sinks: list[SinkPort] = []
         self._currents = np.zeros(network.size)
@@ -106,15 +82,23 @@ class Brain(Simulation):
         """
         self._require_ready()
         port = spec.open(self._targets(neurons, name), self._seeds.child("device"), name)
+        port.start(milliseconds(self._now_ns), self.network)
         self._sources.append(port)
         return port
 
     @final
     def add_sink(self, spec: SinkSpec, neurons: npt.ArrayLike, *, name: str) -> SinkPort:
-        """Let a sink listen to neurons (global ids) from now on."""
+        """Let a sink listen to neurons (global ids) from now on.
+
+        Raises:
+            NeuronSelectionError: there is no such neuron.
+            CapabilityError: it records state that the backend does not show.
+        """
         self._require_ready()
         port = spec.open(self._selected(neurons), self.network.size, name)
         port.receive(Spikes(), milliseconds(self._now_ns))
+        if isinstance(port, StateRecorderPort):
+            port.take(milliseconds(self._now_ns), self.read_state(port.variable, port.neurons))
         self._sinks.append(port)
         return port
 
@@ -143,6 +127,88 @@ class Brain(Simulation):
         with self._guarded("read state"):
             return self._do_read_state(variable, self._selected(neurons))
 
+    # -- changes of the network while it runs; a reset undoes them
+
+    @final
+    def set_parameters(self, neurons: npt.ArrayLike, values: Mapping[str, npt.ArrayLike]) -> None:
+        """Let cells have other parameters from now on.
+
+        Args:
+            neurons: global ids.
+            values: by PyNN's name, PyNN's units: one number for all, or one for each neuron.
+
+        Raises:
+            CapabilityError: the backend cannot change them while it runs.
+            NetworkError: a population has no such parameter, or a value is impossible.
+        """
+        self._require_ready()
+        changed = changes.parameter_changes(self.network, self._selected(neurons), values)
+        trains = {train.label: train for train in self._trains}
+        if any(change.label not in trains for change in changed):
+            self._require_change(PARAMETERS)
+        with self._guarded("change parameters"):
+            for change in changed:
+                if change.label in trains:
+                    trains[change.label].set_parameters(change.index, change.values)
+                else:
+                    self._do_set_parameters(change)
+
+    @final
+    def set_spike_times(
+        self, population: str, trains: Sequence[npt.ArrayLike], cells: npt.ArrayLike | None = None
+    ) -> None:
+        """Give cells of a ``SpikeSourceArray`` population other spikes; those before now do not count.
+
+        Args:
+            population: its label.
+            trains: ascending times in ms, one train a cell.
+            cells: which cells of the population, by default all.
+
+        Raises:
+            CapabilityError: the simulator emits them itself.
+            NetworkError: it is no such population, or times do not ascend.
+        """
+        self._require_ready()
+        index, arrays = changes.spike_trains(self.network, population, trains, cells)
+        own = next((train for train in self._trains if train.label == population), None)
+        if own is None:
+            raise CapabilityError(f"{type(self).__name__} cannot change the spikes of '{population}'")
+        own.set_spike_times(index, arrays, milliseconds(self._now_ns))
+
+    @final
+    def read_weights(self, projection: str) -> FloatArray:
+        """Return the weights of a projection (by label) as they are now, in the order of its synapses.
+
+        Raises:
+            CapabilityError: they are plastic, and the backend does not show them.
+            NetworkError: there is no such projection.
+        """
+        self._require_ready()
+        chosen = changes.projection_of(self.network, projection)
+        if WEIGHTS not in self.capabilities.changes and chosen.synapse_type != STDP:
+            return chosen.weight.copy()
+        self._require_change(WEIGHTS)
+        with self._guarded("read weights"):
+            return self._do_read_weights(chosen)
+
+    @final
+    def set_weights(self, projection: str, weights: npt.ArrayLike) -> None:
+        """Let the synapses of a projection have other weights; spikes on their way keep the old ones.
+
+        Args:
+            projection: its label.
+            weights: PyNN's meaning and units: one number for all, or one for each synapse.
+
+        Raises:
+            CapabilityError: the backend cannot change them while it runs.
+            NetworkError: there is no such projection, or a weight is impossible.
+        """
+        self._require_ready()
+        each = changes.new_weights(self.network, projection, weights)
+        self._require_change(WEIGHTS)
+        with self._guarded("change weights"):
+            self._do_set_weights(changes.projection_of(self.network, projection), each)
+
     # -- the sequence of one advance, the same for every backend
 
     @property
@@ -168,18 +234,26 @@ class Brain(Simulation):
             sink.receive(spikes, until_ms)
 
     def _run_under_currents(self, t_ns: int) -> None:
-        """Run to ``t_ns``, halting where a current changes by itself, on the brain's own grid."""
+        """Run to ``t_ns``, halting on the brain's grid where a current changes or state is recorded."""
         grid_ns = self.capabilities.resolution_ns or 1
         at_ns = self._now_ns
         while at_ns < t_ns:
             now_ms = milliseconds(at_ns)
             self._update_currents(now_ms)
-            change_ms = min((source.next_change_ms(now_ms) for source in self._sources), default=inf)
+            recorders = [sink for sink in self._sinks if isinstance(sink, StateRecorderPort)]
+            halts = [source.next_change_ms(now_ms) for source in self._sources]
+            halt_ms = min([*halts, *(recorder.next_sample_ms(now_ms) for recorder in recorders)], default=inf)
             stop_ns = t_ns
-            if change_ms < milliseconds(t_ns):
-                stop_ns = min(t_ns, -(-round(change_ms * NS_PER_MS) // grid_ns) * grid_ns)
+            if halt_ms < milliseconds(t_ns):
+                stop_ns = min(t_ns, -(-round(halt_ms * NS_PER_MS) // grid_ns) * grid_ns)
             self._do_run_until(stop_ns)
+            for recorder in recorders:
+                if recorder.is_due(now_ms, milliseconds(stop_ns)):
+                    self._sample(recorder, stop_ns)
             at_ns = stop_ns
+
+    def _sample(self, recorder: StateRecorderPort, at_ns: int) -> None:
+        recorder.take(milliseconds(at_ns), self._do_read_state(recorder.variable, recorder.neurons))
 
     def _update_currents(self, now_ms: float) -> None:
         total: FloatArray | None = None
@@ -205,6 +279,9 @@ class Brain(Simulation):
             sink.reset()
         self._currents = np.zeros(self.network.size)
         self._do_reset(self._seed)
+        for sink in self._sinks:
+            if isinstance(sink, StateRecorderPort):
+                self._sample(sink, 0)
 
     def _save(self) -> object:
         self._require_snapshot()
@@ -214,18 +291,27 @@ class Brain(Simulation):
     def _load(self, saved: Any) -> None:
         self._require_snapshot()
         seed, currents, names, devices, state = saved
-        if names != self._device_names():
+        here = [""] * len(self._trains) + self._device_names()
+        then = [""] * len(self._trains) + names
+        if sorted(then) != sorted(here):
             raise SnapshotError(f"the snapshot has other devices than the brain: {names}")
         self._seed, self._currents = seed, currents
-        for device, state_of in zip(self._devices(), devices, strict=True):
-            device.restore(state_of)
+        states: dict[str, list[Any]] = {}
+        for name, state_of in zip(then, devices, strict=True):
+            states.setdefault(name, []).append(state_of)
+        for name, device in zip(
+            here, self._devices(), strict=True
+        ):  # some may have been added in another order
+            device.restore(states[name].pop(0))
         self._do_restore(state)
 
     def _devices(self) -> Iterable[PopulationTrains | SourcePort | SinkPort]:
-        return [*self._trains, *self._sources, *self._sinks]
+        kept = (sink for sink in self._sinks if not sink.passing)
+        return [*self._trains, *self._sources, *kept]
 
     def _device_names(self) -> list[str]:
-        return [f"{type(port).__name__} {port.name}" for port in self.devices]
+        ports = (port for port in self.devices if isinstance(port, SourcePort) or not port.passing)
+        return [f"{type(port).__name__} {port.name}" for port in ports]
 
     def _targets(self, neurons: npt.ArrayLike, name: str) -> IntArray:
         ids = self._selected(neurons)
@@ -243,20 +329,12 @@ class Brain(Simulation):
             raise NeuronSelectionError(f"neuron ids lie in 0..{self.network.size - 1}, not {ids.tolist()}")
         return ids
 
-    def _require_capabilities(self) -> None:
-        name = type(self).__name__
-        for population in self.network.populations.values():
-            if not population.is_source and population.cell_type not in self.capabilities.cells:
-                raise CapabilityError(
-                    f"{name} has no cells of type {population.cell_type} (population "
-                    f"'{population.label}'); it has {', '.join(sorted(self.capabilities.cells))}"
-                )
-        for projection in self.network.projections:
-            if projection.synapse_type not in self.capabilities.synapses:
-                raise CapabilityError(
-                    f"{name} has no {projection.synapse_type} synapses (projection "
-                    f"'{projection.label}'); it has {', '.join(sorted(self.capabilities.synapses))}"
-                )
+    def _require_change(self, what: str) -> None:
+        if what not in self.capabilities.changes:
+            known = ", ".join(sorted(self.capabilities.changes)) or "nothing"
+            raise CapabilityError(
+                f"{type(self).__name__} cannot change {what} while it runs; it can change: {known}"
+            )
 
     def _require_snapshot(self) -> None:
         if not self.capabilities.snapshot:
@@ -296,6 +374,18 @@ class Brain(Simulation):
         """Return a declared state variable of cells."""
         raise NotImplementedError(variable)
 
+    def _do_set_parameters(self, change: ParameterChange) -> None:
+        """Change parameters of cells, or of source cells that the simulator emits itself."""
+        raise NotImplementedError(change.label)
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        """Return the weights as they are now; the array is the caller's."""
+        raise NotImplementedError(projection.label)
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        """Change the weights, shape ``(n_synapses,)``."""
+        raise NotImplementedError(projection.label)
+
     def _do_save(self) -> object:
         """Return the complete state as something that pickles."""
         raise NotImplementedError
@@ -322,6 +412,22 @@ class BrainBackend(ABC):
 
     def diagnose(self) -> list[Diagnosis]:
         """Look at this machine for what the backend needs; may load the simulator."""
+        return []
+
+    def warnings(self, network: Network, options: BrainOptions) -> list[str]:
+        """Return what the simulator would not keep of a network, one sentence each; asked before every run.
+
+        Raises:
+            NetworkError, CapabilityError: it would not take the network at all.
+        """
+        return []
+
+    def reports(self, network: Network, options: BrainOptions) -> list[Report]:
+        """Return all there is to know about a network before it runs there; by default nothing.
+
+        Raises:
+            NetworkError, CapabilityError: the simulator would not take the network at all.
+        """
         return []
 
     @abstractmethod

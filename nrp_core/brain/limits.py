@@ -104,7 +104,7 @@ def _require(
 
 def _allowed(name: str, array: Values) -> tuple[npt.NDArray[np.bool_], str]:
     if name in _POSITIVE:
-        return array > 0, "more than 0"
+        return (array > 0) & (array < np.inf), "more than 0, and finite"
     if name in _NOT_NEGATIVE:
         return array >= 0, "0 or more"
     if name in _FRACTIONS:

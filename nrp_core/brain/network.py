@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -66,6 +66,16 @@ class Population:
                         f"not ({self.size},)"
                     )
             check_values(f"population '{self.label}'", values)
+        if self.spike_times_ms and len(self.spike_times_ms) != self.size:
+            raise NetworkError(
+                f"population '{self.label}' has {len(self.spike_times_ms)} spike trains for its "
+                f"{self.size} cells"
+            )
+        if self.positions_um is not None and self.positions_um.shape != (self.size, 3):
+            raise NetworkError(
+                f"population '{self.label}': positions have shape {self.positions_um.shape}, "
+                f"not ({self.size}, 3)"
+            )
         check_spike_times(f"population '{self.label}'", self.spike_times_ms)
 
     @property
@@ -204,6 +214,33 @@ class Network:
                 return label, neuron - first
         raise NeuronSelectionError(f"the network has no neuron {neuron}; it has {self.size}")
 
+    def positions_of(self, neurons: IntArray) -> FloatArray:
+        """Return where neurons (global ids) lie, um, shape ``(n, 3)``.
+
+        Raises:
+            NeuronSelectionError: a population of theirs has no positions.
+        """
+        positions = np.empty((len(neurons), 3))
+        for label, population in self.populations.items():
+            index = neurons - self.offsets[label]
+            mine = (index >= 0) & (index < population.size)
+            if mine.any():
+                if population.positions_um is None:
+                    raise NeuronSelectionError(
+                        f"population '{label}' has no positions; give it a structure where it is made, "
+                        "e.g. sim.Population(10, ..., structure=sim.Line(dx=50.0))"
+                    )
+                positions[mine] = population.positions_um[index[mine]]
+        return positions
+
+    def synaptic_times_ms(self, neurons: IntArray, receptor: str) -> FloatArray:
+        """Return the time constant of a receptor of each neuron (global ids); 0 where input is a jump."""
+        times, name = np.zeros(self.size), "tau_syn_E" if receptor == "excitatory" else "tau_syn_I"
+        for label, population in self.populations.items():
+            if name in population.parameters:
+                times[self.ids_of(label)] = population.parameters[name]
+        return times[neurons]
+
     @cached_property
     def digest(self) -> str:
         """Hash of everything in the network; equal digests, equal networks."""
@@ -217,7 +254,8 @@ class Network:
             _feed(state, projection.pre_index, projection.post_index, projection.weight)
             _feed(state, projection.delay_ms, projection.synapse_type)
             _feed(state, dict(projection.synapse_parameters), dict(projection.plasticity))
-        _feed(state, dict(self.views))
+            _feed(state, asdict(projection.origin))
+        _feed(state, dict(self.views), self.timestep_ms)
         return state.hexdigest()
 
     def _check(self, projection: Projection) -> None:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.network import RECEPTORS, FloatArray, IntArray, Network
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.seeds import Seeds
 
@@ -45,6 +45,9 @@ class SourcePort(ABC):
         self.name = name
         self.active = True
 
+    def start(self, now_ms: float, network: Network) -> None:
+        """Begin to act on a network."""
+
     def events(self, since_ms: float, until_ms: float) -> SynapticEvents:
         """Return what was emitted with ``since_ms < t <= until_ms``, by time of arrival."""
         return NO_EVENTS
@@ -68,6 +71,20 @@ class SourcePort(ABC):
     @abstractmethod
     def restore(self, saved: Any) -> None:
         """Return to what :meth:`save` gave."""
+
+
+def check_synapse(weight: float, delay: float, receptor_type: str) -> None:
+    """Check how a spike source is connected.
+
+    Raises:
+        ValueError: a value is impossible.
+    """
+    if not isfinite(weight):
+        raise ValueError(f"weight must be finite, not {weight}")
+    if not (isfinite(delay) and delay >= 0):
+        raise ValueError(f"delay must be 0 ms or more, not {delay}")
+    if receptor_type not in RECEPTORS:
+        raise ValueError(f"receptor_type is {' or '.join(RECEPTORS)}, not '{receptor_type}'")
 
 
 class Setting:

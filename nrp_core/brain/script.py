@@ -7,21 +7,17 @@ Whatever PyNN simulator the script imports, ``nrp_core.pynn`` included, is the b
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any, TypeAlias
 
 from nrp_core.brain.network import Network
+from nrp_core.brain.picking import Selection
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.paths import MissingFileError, existing_file
 from nrp_core.scoped_import import Scope
-
-Selection: TypeAlias = str | int | Sequence[int] | Mapping[str, Any] | None
-"""Neurons of a circuit: ``"0:5"``, ``"0:6:2"``, ``5``, ``[0, 2]``, ``{"from": 0, "to": 6, "step": 2}``,
-``{"list": [0, 2]}``, or None for all of them; they mean what they mean to a NumPy array."""
 
 # what of PyNN is not a simulator
 _LIBRARY = frozenset(

@@ -6,9 +6,10 @@ Names, units and defaults are those of the Neurorobotics Platform and PyNN (ms, 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from nrp_core.brain.filters import Kernel, LeakyMembrane
 from nrp_core.brain.network import IntArray
 from nrp_core.brain.spikes import Spikes
 from nrp_core.errors import CapabilityError
+
+if TYPE_CHECKING:
+    from nrp_core.brain.short_term import ShortTermSynapses
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +37,12 @@ class SinkPort(ABC):
     Attributes:
         quantity: the attribute that holds its value now, for recorders; None where it has no such.
         unit: of that value.
+        passing: whether it only hands on what it hears; it then is no part of a snapshot.
     """
 
     quantity: ClassVar[str | None] = None
     unit: ClassVar[str] = ""
+    passing: ClassVar[bool] = False
 
     def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
         self.neurons = neurons
@@ -76,6 +82,7 @@ class LeakyIntegrator(SinkSpec):
         receptor_type: ``excitatory`` or ``inhibitory``.
         cm, tau_m, tau_syn_E, tau_syn_I, v_rest, i_offset: as PyNN's IF_curr_alpha and IF_curr_exp.
         v_thresh: infinity; an integrator that fires is not one.
+        synapse_type: for synapses that tire, see :class:`~nrp_core.brain.short_term.ShortTermSynapses`.
     """
 
     weight: float | None = None
@@ -90,6 +97,7 @@ class LeakyIntegrator(SinkSpec):
     v_thresh: float = inf
     tau_refrac: float = 0.1
     i_offset: float = 0.0
+    synapse_type: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
         for name in ("cm", "tau_m", "tau_syn_E", "tau_syn_I"):
@@ -100,6 +108,12 @@ class LeakyIntegrator(SinkSpec):
             raise ValueError(f"delay must be 0 ms or more, not {self.delay}")
         if self.v_thresh != inf:
             raise CapabilityError(f"a leaky integrator never fires: v_thresh is inf, not {self.v_thresh}")
+
+    def _open(self, kernel: Kernel, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
+        port = LeakyIntegratorPort(kernel, self._weight(), self.delay, neurons, n_neurons, name)
+        if self.synapse_type is not None:
+            port.tire(self.synapse_type)
+        return port
 
     def _kernel(self, alpha: bool) -> Kernel:
         tau_syn = self.tau_syn_E if self.receptor_type == "excitatory" else self.tau_syn_I
@@ -116,7 +130,7 @@ class LeakyIntegratorAlpha(LeakyIntegrator):
     """Alpha-shaped currents, tau_m 10 ms, tau_syn 2 ms."""
 
     def open(self, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
-        return LeakyIntegratorPort(self._kernel(True), self._weight(), self.delay, neurons, n_neurons, name)
+        return self._open(self._kernel(True), neurons, n_neurons, name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +142,7 @@ class LeakyIntegratorExp(LeakyIntegrator):
     tau_syn_I: float = 0.5
 
     def open(self, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
-        return LeakyIntegratorPort(self._kernel(False), self._weight(), self.delay, neurons, n_neurons, name)
+        return self._open(self._kernel(False), neurons, n_neurons, name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,27 +192,43 @@ class _FilterPort(SinkPort):
         self._kernel, self._weight, self._delay_ms = kernel, weight, delay_ms
         # A neuron that is chosen twice counts twice, as two synapses would.
         self._counts = np.bincount(neurons, minlength=n_neurons)
+        self._synapses: ShortTermSynapses | None = None
         self.reset()
 
+    def tire(self, synapse_type: Mapping[str, Any]) -> None:
+        """Give each neuron a synapse with short-term plasticity."""
+        from nrp_core.brain.short_term import ShortTermSynapses  # loads a compiler
+
+        self._synapses = ShortTermSynapses(synapse_type, np.full(len(self._heard), self._kernel.tau_syn_ms))
+
     def reset(self) -> None:
+        if self._synapses is not None:
+            self._synapses.reset()
         self._membrane = LeakyMembrane(self._kernel)
         self._now_ms = 0.0
 
     def _absorb(self, spikes: Spikes, until_ms: float) -> None:
-        counts = self._counts[spikes.neurons].tolist()
-        for time_ms, count in zip(spikes.times_ms.tolist(), counts, strict=True):
-            self._membrane.push(time_ms + self._delay_ms, self._weight * count)
         self._now_ms = until_ms
+        if not len(spikes):
+            return
+        weights = self._weight * self._counts[spikes.neurons]
+        if self._synapses is not None:
+            weights = weights * self._synapses.released(spikes.neurons, spikes.times_ms)
+        for time_ms, weight in zip(spikes.times_ms.tolist(), weights.tolist(), strict=True):
+            self._membrane.push(time_ms + self._delay_ms, weight)
 
     def _read(self) -> float:
         return self._membrane.voltage_mv(self._now_ms)
 
     def save(self) -> object:
-        return self._now_ms, self.active, self._membrane.state()
+        synapses = None if self._synapses is None else self._synapses.save()
+        return self._now_ms, self.active, self._membrane.state(), synapses
 
     def restore(self, saved: Any) -> None:
-        self._now_ms, self.active, state = saved
+        self._now_ms, self.active, state, synapses = saved
         self._membrane.restore(state)
+        if self._synapses is not None:
+            self._synapses.restore(synapses)
 
 
 class LeakyIntegratorPort(_FilterPort):

@@ -12,6 +12,7 @@ from nrp_core.brain.currents import (
     NoisyCurrentPort,
     NoisyCurrentSource,
 )  # fmt: skip
+from nrp_core.brain.injector import SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.ports import SourcePort, SourceSpec
 from nrp_core.brain.trains import (
     FixedFrequencyPort,
@@ -35,6 +36,8 @@ __all__ = [
     "PoissonSource",
     "SourcePort",
     "SourceSpec",
+    "SpikeInjector",
+    "SpikeInjectorPort",
     "SpikeSourceSpec",
     "TrainPort",
 ]

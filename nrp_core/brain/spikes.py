@@ -42,6 +42,9 @@ class Spikes:
         if len(parts) > 1:
             neurons = np.concatenate([part.neurons for part in parts])
             times = np.concatenate([part.times_ms for part in parts])
+        later = times[1:] > times[:-1]
+        if (later | ((times[1:] == times[:-1]) & (neurons[1:] >= neurons[:-1]))).all():
+            return cls(neurons, times)
         order = np.lexsort((neurons, times))
         return cls(neurons[order], times[order])
 

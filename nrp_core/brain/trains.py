@@ -8,17 +8,21 @@ depends neither on how a run is split nor on writes that change nothing.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf, isfinite
-from typing import Any, Final
+from math import inf
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from nrp_core.brain.network import FloatArray, IntArray
-from nrp_core.brain.ports import NO_EVENTS, Setting, SourcePort, SourceSpec, Value
+from nrp_core.brain.network import FloatArray, IntArray, Network
+from nrp_core.brain.ports import NO_EVENTS, Setting, SourcePort, SourceSpec, Value, check_synapse
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.seeds import Seeds
+
+if TYPE_CHECKING:
+    from nrp_core.brain.short_term import ShortTermSynapses
 
 _BLOCK: Final = 256
 """Arrivals drawn at a time."""
@@ -35,6 +39,7 @@ class SpikeSourceSpec(SourceSpec):
         receptor_type: ``excitatory`` or ``inhibitory``.
         start, duration: ms; silent outside.
         n: number of independent generators on each neuron.
+        synapse_type: for synapses that tire, see :class:`~nrp_core.brain.short_term.ShortTermSynapses`.
     """
 
     rate: Value = 0.0
@@ -44,16 +49,16 @@ class SpikeSourceSpec(SourceSpec):
     start: float = 0.0
     duration: float = inf
     n: int = 1
+    synapse_type: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        if not isfinite(self.weight):
-            raise ValueError(f"weight must be finite, not {self.weight}")
-        if not self.delay >= 0 or not isfinite(self.delay):
-            raise ValueError(f"delay must be 0 ms or more, not {self.delay}")
+        check_synapse(self.weight, self.delay, self.receptor_type)
         if self.n < 1:
             raise ValueError(f"n must be 1 or more, not {self.n}")
-        if self.receptor_type not in ("excitatory", "inhibitory"):
-            raise ValueError(f"receptor_type is excitatory or inhibitory, not '{self.receptor_type}'")
+        if self.synapse_type is not None and self.n != 1:
+            raise ValueError(
+                f"a source with a synapse_type is one generator for each neuron, not n = {self.n}"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +88,22 @@ class TrainPort(SourcePort):
         self._stop_ms = spec.start + spec.duration
         self._rates = Setting("rate", len(neurons), least=0.0)
         self._weights = np.full(_BLOCK, spec.weight)
+        self._synapses: ShortTermSynapses | None = None
         self.reset(seeds)
 
+    def start(self, now_ms: float, network: Network) -> None:
+        if self._spec.synapse_type is None:
+            return
+        from nrp_core.brain.short_term import ShortTermSynapses  # loads a compiler
+
+        self._places = np.zeros(network.size, np.int64)
+        self._places[self.neurons] = np.arange(len(self.neurons))
+        taus = network.synaptic_times_ms(self.neurons, self._spec.receptor_type)
+        self._synapses = ShortTermSynapses(self._spec.synapse_type, taus)
+
     def reset(self, seeds: Seeds) -> None:
+        if self._synapses is not None:
+            self._synapses.reset()
         self._anchor_ms = self._anchor_u = 0.0
         self._anchored_rate = 0.0
         self._reset_train(seeds)
@@ -114,7 +132,10 @@ class TrainPort(SourcePort):
             return NO_EVENTS
         if n > len(self._weights):
             self._weights = np.full(2 * n, self._spec.weight)
-        return SynapticEvents(neurons, times + self._spec.delay, self._weights[:n], self._spec.receptor_type)
+        weights = self._weights[:n]
+        if self._synapses is not None:
+            weights = weights * self._synapses.released(self._places[neurons], times)
+        return SynapticEvents(neurons, times + self._spec.delay, weights, self._spec.receptor_type)
 
     def _segment(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of a stretch of time without a border in it."""
@@ -137,10 +158,13 @@ class TrainPort(SourcePort):
 
     def save(self) -> object:
         anchors = (self._anchor_ms, self._anchor_u, self._anchored_rate)
-        return self._rates.value, self.active, anchors, self._save_train()
+        synapses = None if self._synapses is None else self._synapses.save()
+        return self._rates.value, self.active, anchors, self._save_train(), synapses
 
     def restore(self, saved: Any) -> None:
-        self.rate, self.active, anchors, train = saved
+        self.rate, self.active, anchors, train, synapses = saved
+        if self._synapses is not None:
+            self._synapses.restore(synapses)
         self._anchor_ms, self._anchor_u, self._anchored_rate = anchors
         self._restore_train(train)
 

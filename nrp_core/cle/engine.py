@@ -7,9 +7,9 @@ transfer functions run, see what both are at ``t + period``, and write what acts
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from time import perf_counter_ns
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.account import TimeAccount
@@ -18,14 +18,17 @@ from nrp_core.cle.hooks import Hook, Hooks
 from nrp_core.cle.interrupts import DeferredInterrupt
 from nrp_core.cle.latency import LoopPath, paths
 from nrp_core.cle.pacing import AsFastAsPossible, Pacing
+from nrp_core.cle.requests import Requests
 from nrp_core.cle.sides import Sides
-from nrp_core.cle.wiring import connect
+from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.closing import Closing
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.errors import LifecycleError, SimulationError, TimestepError
 from nrp_core.world.interface import World
 from nrp_core.world.topics import Publication, check_message
+
+T = TypeVar("T")
 
 
 class ClosedLoop(Closing):
@@ -66,7 +69,9 @@ class ClosedLoop(Closing):
             at = f"{seconds(brain.now_ns):g} s and {seconds(world.now_ns):g} s"
             raise LifecycleError(f"brain and world must be at the same time, not at {at}")
         self.brain, self.world = brain, world
-        self.functions = tuple(connect(functions, brain, world))
+        self._wiring = Wiring(brain, world)
+        self._wiring.change(functions)
+        self._requests = Requests()
         self.tf_time, self.on_error = tf_time, on_error
         self.pacing = AsFastAsPossible() if pacing is None else pacing
         self.hooks = Hooks()
@@ -76,6 +81,11 @@ class ClosedLoop(Closing):
         self._sides = Sides(brain, world, concurrent=concurrent)
         self._published: deque[tuple[Publication, Any]] = deque()
         self._stopping = False
+
+    @property
+    def functions(self) -> tuple[TransferFunction, ...]:
+        """The transfer functions in the order in which they run."""
+        return self._wiring.functions
 
     @property
     def now_ns(self) -> int:
@@ -104,10 +114,12 @@ class ClosedLoop(Closing):
             )
         self._stopping = False
         self.pacing.start(self.now_ns)
-        while self.now_ns < t_ns and not self._stopping:
-            with DeferredInterrupt():
-                self._step()
-            self.pacing.wait(self.now_ns)
+        with self._requests.running():
+            while self.now_ns < t_ns and not self._stopping:
+                with DeferredInterrupt():
+                    self._requests.serve()
+                    self._step()
+                self.pacing.wait(self.now_ns)
 
     def stop(self) -> None:
         """End the run after its current step; any thread or hook may ask for it."""
@@ -139,8 +151,8 @@ class ClosedLoop(Closing):
         now_ns = self.now_ns
         t = seconds(now_ns if self.tf_time == "end" else start_ns)
         for function in self.functions:
-            if not function.is_due(start_ns):
-                continue
+            if not (function.is_bound and function.is_due(start_ns)):
+                continue  # one that was removed in this step is no longer bound
             began = perf_counter_ns()
             failure = self._run(function, now_ns, t)
             self.account.function_ns[function.name] += perf_counter_ns() - began
@@ -179,7 +191,47 @@ class ClosedLoop(Closing):
     def _deliver_published(self) -> None:
         while self._published:
             publication, message = self._published.popleft()
+            for hook in self.hooks.from_outside:
+                hook(publication.topic.name, message)
             publication.publish(message)
+
+    def between_steps(self, call: Callable[[], T]) -> T:
+        """Return what a call returns that is made between two steps; any thread may ask."""
+        return self._requests.make(call)
+
+    def change(self, add: Iterable[TransferFunction] = (), remove: Iterable[str] = ()) -> None:
+        """Add, replace and remove functions between two steps, or, if that cannot be, change nothing.
+
+        A function takes the place of the one of its name: its variables keep their values, its devices
+        what they have heard and drawn. One in quarantine runs again once it is replaced. Any thread may ask.
+
+        Args:
+            add: new ones.
+            remove: names of those to take away.
+
+        Raises:
+            ExperimentError: a function names what does not exist, or there is none of a name.
+        """
+        added = tuple(add)
+        self.between_steps(lambda: self._change(added, tuple(remove)))
+
+    def _change(self, add: Sequence[TransferFunction], remove: Sequence[str]) -> None:
+        self._wiring.change(add, remove)
+        self._resume(add)
+
+    def activate(self, name: str, active: bool = True) -> None:
+        """Let a transfer function run or not between two steps; any thread may ask.
+
+        Raises:
+            ExperimentError: there is none of this name.
+        """
+        self.between_steps(lambda: setattr(self._wiring[name], "active", active))
+
+    def _resume(self, functions: Iterable[TransferFunction]) -> None:
+        """Let those run that are active, or were until they failed."""
+        failed = {failure.function for failure in self.failures}
+        for function in functions:
+            function.active = function.active or function.name in failed
 
     def latency(self) -> list[LoopPath]:
         """Return how many steps lie between each sensor and each actuator that it can move."""
@@ -195,18 +247,32 @@ class ClosedLoop(Closing):
         """
         self.brain.reset(seed=seed)
         self.world.reset(seed=seed)
-        failed = {failure.function for failure in self.failures}
         for function in self.functions:
             function.reset()
-            function.active = function.active or function.name in failed
+        self._resume(self.functions)
         self.failures.clear()
         self._published.clear()
         self.account = TimeAccount()
         self.steps = 0
         self._call(self.hooks.after_reset)
 
+    def save(self) -> Any:
+        """Return the state of the loop and of its functions; brain and world save their own."""
+        return self.steps, {function.name: function.save() for function in self.functions}
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave; brain and world have been restored before.
+
+        Functions that were not there then stay as they are.
+        """
+        self.steps, functions = saved
+        for function in self.functions:
+            if function.name in functions:
+                function.restore(functions[function.name])
+        self.failures.clear()
+        self._published.clear()
+
     def close(self) -> None:
         """Unbind the functions; brain and world stay open."""
-        for function in self.functions:
-            function.unbind()
+        self._wiring.close()
         self._sides.close()

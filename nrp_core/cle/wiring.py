@@ -7,30 +7,93 @@ from contextlib import ExitStack
 from typing import Any
 
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.ports import SourcePort
+from nrp_core.brain.sinks import SinkPort
 from nrp_core.dsl.collector import require_new_name
 from nrp_core.dsl.function import TransferFunction
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.world.interface import World
 
 
-def connect(functions: Iterable[TransferFunction], brain: Brain, world: World) -> list[TransferFunction]:
-    """Bind functions and return them in the order in which they run.
+class Wiring:
+    """The transfer functions that are bound to a brain and a world, and the variables that they share.
 
-    Those of higher priority run first; equals run in the order given.
+    Args:
+        brain, world: the two sides.
 
-    Raises:
-        ExperimentError: two have one name, or one names what does not exist; none stays bound.
+    Attributes:
+        functions: in the order in which they run: by priority, equals in the order given.
     """
-    ordered = sorted(functions, key=lambda function: -function.priority)
-    for i, function in enumerate(ordered):
-        require_new_name(function, ordered[:i])
-    declare_topics(ordered, world)
-    variables: dict[str, Any] = {}
-    with ExitStack() as undo:
-        for function in ordered:
-            function.bind(brain, world, variables=variables)
-            undo.callback(function.unbind)
-        undo.pop_all()
-    return ordered
+
+    def __init__(self, brain: Brain, world: World) -> None:
+        self._brain, self._world = brain, world
+        self._variables: dict[str, Any] = {}
+        self.functions: tuple[TransferFunction, ...] = ()
+
+    def change(self, add: Iterable[TransferFunction], remove: Iterable[str] = ()) -> None:
+        """Add and remove functions, or, if that cannot be, change nothing.
+
+        One that is added takes the place of the one of its name, if there is one, and goes on where that
+        was: its variables keep their values, and its devices on the same neurons what they have heard and
+        drawn.
+
+        Args:
+            add: what is bound already stays.
+            remove: names.
+
+        Raises:
+            ExperimentError: two have one name, one names what does not exist, or there is none to remove.
+        """
+        bound = {function.name: function for function in self.functions}
+        added = [function for function in add if bound.get(function.name) is not function]
+        for i, function in enumerate(added):
+            require_new_name(function, added[:i])
+        leaving = {self._known(name) for name in remove} | (bound.keys() & {f.name for f in added})
+        after = {
+            name: bound[name] for name in bound if name not in leaving or name in {f.name for f in added}
+        }
+        after |= {function.name: function for function in added}
+        declare_topics(list(after.values()), self._world)
+        with ExitStack() as undo:
+            before = {_device_key(port): port for port in self._brain.devices}
+            known = {id(port) for port in before.values()}
+            for function in added:
+                function.bind(self._brain, self._world, variables=self._variables)
+                undo.callback(function.unbind)
+                if function.name in bound:
+                    function.restore(bound[function.name].save())
+            for port in self._brain.devices:
+                if id(port) not in known and _device_key(port) in before:
+                    port.restore(before[_device_key(port)].save())
+            undo.pop_all()
+        for name in leaving:
+            bound[name].unbind()
+        self.functions = tuple(sorted(after.values(), key=lambda function: -function.priority))
+
+    def _known(self, name: str) -> str:
+        names = [function.name for function in self.functions]
+        if name not in names:
+            raise ExperimentError(f"there is no transfer function '{name}'{did_you_mean(name, names)}")
+        return name
+
+    def __getitem__(self, name: str) -> TransferFunction:
+        """Return a function by its name.
+
+        Raises:
+            ExperimentError: there is none.
+        """
+        self._known(name)
+        return next(function for function in self.functions if function.name == name)
+
+    def close(self) -> None:
+        """Unbind all functions."""
+        for function in self.functions:
+            function.unbind()
+
+
+def _device_key(port: SourcePort | SinkPort) -> tuple[str, str, tuple[int, ...]]:
+    """Return what a device of a brain is recognised by: its kind, its name and its neurons."""
+    return type(port).__qualname__, port.name, tuple(port.neurons.tolist())
 
 
 def declare_topics(functions: Sequence[TransferFunction], world: World) -> None:

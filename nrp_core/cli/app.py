@@ -11,16 +11,39 @@ import typer
 from nrp_core.cli.backends import backends
 from nrp_core.cli.conformance import conformance
 from nrp_core.cli.doctor import doctor
+from nrp_core.cli.explain import explain
+from nrp_core.cli.export import export
 from nrp_core.cli.extensions import CommandGroup
 from nrp_core.cli.failure import report, report_interrupt, report_usage
+from nrp_core.cli.functions import functions
+from nrp_core.cli.inspect import inspect
+from nrp_core.cli.map import map as map_
 from nrp_core.cli.output import reserve_stdout
 from nrp_core.cli.plot import plot
 from nrp_core.cli.publish import publish
+from nrp_core.cli.recover import recover
+from nrp_core.cli.replay import replay
 from nrp_core.cli.run import run
 from nrp_core.cli.schema import schema
 from nrp_core.cli.validate import validate
 
-COMMANDS = (run, publish, validate, plot, backends, conformance, doctor, schema)
+COMMANDS = (
+    run,
+    publish,
+    functions,
+    validate,
+    explain,
+    map_,
+    inspect,
+    replay,
+    plot,
+    export,
+    recover,
+    backends,
+    conformance,
+    doctor,
+    schema,
+)
 
 EXIT_CODES = (
     "Exit codes: 0 all is well; 1 the answer is no, or a run failed; 2 the command is used wrongly; "

@@ -13,6 +13,12 @@ from nrp_core.cli.output import document
 
 def plot(
     recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar="[run|raster|trajectory|devices|camera]", envvar="NRP_WHAT", help="What it shows."
+        ),
+    ] = "run",
     output: Annotated[
         Path,
         typer.Option(
@@ -21,7 +27,8 @@ def plot(
     ] = Path("run.png"),
     json: Json = False,
 ) -> None:
-    """Draw the figure of a recorded run."""
+    """Draw a figure of a recorded run: the whole story, or a part of it."""
+    from nrp_core.errors import did_you_mean
     from nrp_core.recording import plot as figure
     from nrp_core.recording.read import Recording
 
@@ -29,7 +36,10 @@ def plot(
         source = Recording(recording)
     with usage_errors("--output"):
         figure.check_target(output)
-    figure.plot(source, output)
+    with usage_errors("WHAT"):
+        if what not in (known := [one.value for one in figure.What]):
+            raise ValueError(f"no figure '{what}'{did_you_mean(what, known)}")
+    figure.plot(source, output, figure.What(what))
     if json:
         document({"figure": output, "complete": source.complete})
     else:

@@ -19,14 +19,14 @@ def publish(
 ) -> None:
     """Publish a message in a run that was started with --control SOCKET."""
     from nrp_core.errors import ExperimentError
-    from nrp_core.experiment.control import send_publish
+    from nrp_core.experiment.control import tell
     from nrp_core.experiment.tree import Place
     from nrp_core.experiment.yaml_tree import parse_tree
 
     with usage_errors("VALUE"):
         given = parse_tree(value, Place()).plain()
     try:
-        send_publish(socket, topic, given)
+        tell(socket, "publish", topic=topic, value=given)
     except ExperimentError as error:
         report(error, as_json=json)
         raise typer.Exit(NO) from None

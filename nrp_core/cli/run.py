@@ -46,6 +46,12 @@ def run(
             metavar="exact|jpeg|off", envvar="NRP_PICTURES", help="How camera pictures are recorded."
         ),
     ] = Pictures.EXACT,
+    snapshots: Annotated[
+        str,
+        typer.Option(
+            metavar="TIME|off", envvar="NRP_SNAPSHOTS", help="How often a recording keeps the whole state."
+        ),
+    ] = "10s",
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", envvar="NRP_PLOT", help="Draw a figure: a .png, .svg or .pdf file."),
@@ -63,5 +69,5 @@ def run(
     from nrp_core.cli.session import Request, Session
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed, pace=pace)
-    request = Request(experiment, settings, until, record, pictures, plot, control)
+    request = Request(experiment, settings, until, record, pictures, snapshots, plot, control)
     raise typer.Exit(Session(request).run(as_json=json))

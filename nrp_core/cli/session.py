@@ -16,6 +16,7 @@ from nrp_core.cli.progress import Display, display
 from nrp_core.cli.summary import summary
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.errors import NrpError
+from nrp_core.experiment.commands import commands_of
 from nrp_core.experiment.control import ControlServer
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.model import Experiment
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from nrp_core.recording.capsule import Capsule
     from nrp_core.recording.used_files import FilesRead
 
+OFF = "off"
+
 
 @dataclass(frozen=True, slots=True)
 class Request:
@@ -39,6 +42,7 @@ class Request:
         until: a time with its unit, None: to the end.
         record: a folder to record into.
         pictures: how camera pictures are recorded.
+        snapshots: time between two snapshots, with its unit, or ``off``.
         plot: a file to draw a figure into.
         control: a socket to listen on.
     """
@@ -48,6 +52,7 @@ class Request:
     until: str | None = None
     record: Path | None = None
     pictures: Pictures = Pictures.EXACT
+    snapshots: str = "10s"
     plot: Path | None = None
     control: Path | None = None
 
@@ -59,6 +64,7 @@ class Session:
         self._request = request
         self._error: NrpError | None = None
         self._interrupted = False
+        self._told: list[str] = []
 
     def run(self, *, as_json: bool) -> int:
         """Do everything and return the exit code.
@@ -84,6 +90,10 @@ class Session:
         if request.until is not None:
             with usage_errors("--until"):
                 time_ns(request.until)
+        if request.snapshots != OFF:
+            with usage_errors("--snapshots"):
+                if time_ns(request.snapshots) <= 0:
+                    raise ValueError(f"a time above 0, or '{OFF}', not {request.snapshots}")
         if request.plot is not None:
             from nrp_core.recording.plot import check_target
 
@@ -124,9 +134,10 @@ class Session:
             experiment = load_experiment(self._request.experiment, self._request.overrides)
             until_s = self._until_s(experiment)
             simulation = stack.enter_context(Run(experiment, shown.say))
+            self._warn(simulation.warnings)
             shown.watch(simulation, seconds(experiment.duration) if until_s is None else until_s)
             if self._request.control is not None:
-                stack.enter_context(ControlServer(self._request.control, simulation.publish))
+                stack.enter_context(ControlServer(self._request.control, commands_of(simulation)))
             warnings = self._step(simulation, until_s, folder, files)
             self._write_csv(simulation)
             result = simulation.result()
@@ -141,7 +152,11 @@ class Session:
             return []
         from nrp_core.recording.capsule import Capsule
 
-        capsule = Capsule(simulation, folder, pictures=self._request.pictures, files=files)
+        request = self._request
+        snapshots_ns = None if request.snapshots == OFF else time_ns(request.snapshots)
+        capsule = Capsule(
+            simulation, folder, pictures=request.pictures, files=files, snapshots_ns=snapshots_ns
+        )
         state = "failed"
         try:
             self._run_guarded(simulation, until_s)
@@ -172,6 +187,13 @@ class Session:
         except NrpError as error:
             self._error = error
 
+    def _warn(self, warnings: Sequence[str]) -> None:
+        """Tell what was not told yet; before the first step that is what the backends cannot keep."""
+        for warning in warnings:
+            if warning not in self._told:
+                complain(warning, label="warning", color="yellow")
+                self._told.append(warning)
+
     # -- after
 
     def _draw(self, folder: Path, target: Path) -> None:
@@ -182,6 +204,7 @@ class Session:
 
     def _report(self, result: Result, *, as_json: bool) -> None:
         error = self._error
+        self._warn(result.warnings)
         if as_json:
             document({
                 **result.to_dict(),

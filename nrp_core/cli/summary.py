@@ -8,7 +8,6 @@ from pathlib import Path
 
 import typer
 
-from nrp_core.cli.failure import complain
 from nrp_core.cli.progress import shares_text
 from nrp_core.experiment.result import Result
 
@@ -16,9 +15,7 @@ _MARKS = {True: ("✓", "green"), False: ("✗", "red"), None: ("?", "yellow")}
 
 
 def summary(result: Result, *, interrupted: bool, recording: Path | None, figure: Path | None) -> None:
-    """Write a short summary to standard output and the warnings to standard error."""
-    for warning in result.warnings:
-        complain(warning, label="warning", color="yellow")
+    """Write a short summary to standard output."""
     for line in _lines(result, recording, figure):
         typer.echo(line)
     typer.echo(_verdict(result, interrupted))

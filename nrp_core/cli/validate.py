@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,26 +17,58 @@ if TYPE_CHECKING:
 _COLORS = {"error": "red", "warning": "yellow", "note": "blue"}
 
 
+class Format(StrEnum):
+    """How findings are written."""
+
+    TEXT = "text"
+    JSON = "json"
+    SARIF = "sarif"
+    GITHUB = "github"
+
+
 def validate(
     experiment: ExperimentName,
     brain: BrainName = None,
     world: WorldName = None,
     overrides: Overrides = None,
     models: Models = None,
+    format: Annotated[  # noqa: A002  the name of the option
+        Format, typer.Option("--format", envvar="NRP_FORMAT", help="How to write what is found.")
+    ] = Format.TEXT,
     json: Json = False,
 ) -> None:
     """Check an experiment without starting a simulator."""
-    from nrp_core.experiment.validate import validate_file
+    from nrp_core.analysis.validate import validate_file
 
     findings = validate_file(experiment, overrides_of(overrides, brain=brain, world=world, models=models))
     code = _exit_code(findings)
-    if json:
-        document({"valid": code == 0, "findings": [finding.to_dict() for finding in findings]})
-    else:
-        for finding in findings:
-            complain(str(finding), label=str(finding.level), color=_COLORS[str(finding.level)])
-        typer.echo("valid" if code == 0 else "not valid")
+    _write(findings, Format.JSON if json else format, is_valid=code == 0)
     raise typer.Exit(code)
+
+
+def _write(findings: list[Finding], form: Format, *, is_valid: bool) -> None:
+    from nrp_core.analysis.formats import github, sarif
+
+    if form is Format.JSON:
+        document({"valid": is_valid, "findings": [finding.to_dict() for finding in findings]})
+    elif form is Format.SARIF:
+        document(sarif(findings))
+    elif form is Format.GITHUB:
+        for line in github(findings):
+            typer.echo(line)
+    else:
+        _write_text(findings)
+        typer.echo("valid" if is_valid else "not valid")
+
+
+def _write_text(findings: list[Finding]) -> None:
+    """Write a line for each finding, and below the first of a kind why it matters and what to do."""
+    explained = set()
+    for finding in findings:
+        complain(str(finding), label=str(finding.level), color=_COLORS[str(finding.level)])
+        if finding.code not in explained and finding.level != "note":
+            explained.add(finding.code)
+            typer.echo(f"    why: {finding.code.why}\n    fix: {finding.code.suggestion}", err=True)
 
 
 def _exit_code(findings: list[Finding]) -> int:

@@ -11,18 +11,22 @@
 from __future__ import annotations
 
 from nrp_core.dsl import tf_lib
+from nrp_core.dsl.custom import CustomDevice
 from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.kinds import (
     ac_source,
+    conductance_recorder,
     dc_source,
     fixed_frequency,
+    injector,
     leaky_integrator_alpha,
     leaky_integrator_exp,
     nc_source,
     poisson,
     population_rate,
     spike_recorder,
+    voltage_recorder,
 )
 from nrp_core.dsl.mappings import (
     MapCSVRecorder,
@@ -33,13 +37,16 @@ from nrp_core.dsl.mappings import (
     MapVariable,
 )
 from nrp_core.dsl.monitors import NeuronMonitor
+from nrp_core.dsl.regions import Box, Sphere
 from nrp_core.dsl.selectors import brain, chain_neurons, map_neurons, nrange, resolve
-from nrp_core.dsl.topics import Topic
+from nrp_core.dsl.topics import PreprocessedTopic, Topic
 from nrp_core.dsl.variables import GLOBAL, TRANSFER_FUNCTION_LOCAL
 
 __all__ = [
     "GLOBAL",
     "TRANSFER_FUNCTION_LOCAL",
+    "Box",
+    "CustomDevice",
     "MapCSVRecorder",
     "MapRobotPublisher",
     "MapRobotSubscriber",
@@ -48,14 +55,18 @@ __all__ = [
     "MapVariable",
     "Neuron2Robot",
     "NeuronMonitor",
+    "PreprocessedTopic",
     "Robot2Neuron",
+    "Sphere",
     "Topic",
     "TransferFunction",
     "ac_source",
     "brain",
     "chain_neurons",
+    "conductance_recorder",
     "dc_source",
     "fixed_frequency",
+    "injector",
     "leaky_integrator_alpha",
     "leaky_integrator_exp",
     "map_neurons",
@@ -66,4 +77,5 @@ __all__ = [
     "resolve",
     "spike_recorder",
     "tf_lib",
+    "voltage_recorder",
 ]

@@ -33,6 +33,13 @@ class Adapter:
     def release(self) -> None:
         """Give back what was taken from brain and world."""
 
+    def save(self) -> Any:
+        """Return what changes while running, besides what brain and world save."""
+        return None
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+
     def shown(self) -> str:
         """Return what the function sees, for reports; empty where it only writes."""
         return ""

@@ -6,6 +6,7 @@ import csv
 from collections.abc import Iterable, Sequence
 from io import StringIO
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from nrp_core.dsl.binding import Adapter
 from nrp_core.dsl.function import TransferFunction
@@ -45,6 +46,13 @@ class CSVRecorder(Adapter):
             self.rows.clear()
         else:
             self._is_first_after_reset = bool(self.rows)
+
+    def save(self) -> Any:
+        return list(self.rows), self._is_first_after_reset
+
+    def restore(self, saved: Any) -> None:
+        rows, self._is_first_after_reset = saved
+        self.rows[:] = rows
 
     def shown(self) -> str:
         return f"{len(self.rows)} rows"

@@ -12,11 +12,10 @@ import numpy.typing as npt
 from nrp_core.brain.network import IntArray
 from nrp_core.brain.sinks import SinkPort
 from nrp_core.brain.sources import SourcePort
-from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.binding import Adapter
 from nrp_core.dsl.selection import Selection
-from nrp_core.errors import did_you_mean
+from nrp_core.errors import NeuronSelectionError, did_you_mean
 
 Port = SourcePort | SinkPort
 
@@ -155,10 +154,80 @@ class PopulationRateDevice(Device):
         return f"rate = {self.rate:g}"
 
 
-class SpikeRecorderDevice(Device):
-    """The spikes since the function last ran; of a longer time, those of the last ``keep_ms``."""
+class SpikeInjectorDevice(Device):
+    """A source of single spikes."""
 
-    __slots__ = ("_spikes", "_until_ms", "_use_ids")
+    __slots__ = ()
+
+    def inject_spikes(
+        self, neuron_ids: npt.ArrayLike | None = None, times_ms: npt.ArrayLike | None = None
+    ) -> None:
+        """Send a spike to neurons, by their places among those of the device; by default to all and now."""
+        try:
+            self.port.inject_spikes(neuron_ids, times_ms)
+        except (ValueError, TypeError, NeuronSelectionError) as error:
+            raise ValueError(f"{self.parameter}: {error}") from None
+
+
+class RecorderDevice(Device):
+    """What was recorded since the function last ran; of a longer time, that of the last ``keep_ms``."""
+
+    __slots__ = ("_seen", "_until_ms")
+
+    _seen: Any
+    _until_ms: float
+
+    def __init__(self, parameter: str, port: Port, selection: Selection, release: Callable[[], None]) -> None:
+        super().__init__(parameter, port, selection, release)
+        self.reset()
+
+    def refresh(self, now_ns: int) -> None:
+        since_ms, self._until_ms = self._until_ms, milliseconds(now_ns)
+        self._seen = self._recorded(since_ms, self._until_ms)
+
+    def reset(self) -> None:
+        self._until_ms = -inf
+        self._seen = self._recorded(inf, inf)
+
+    def save(self) -> Any:
+        return self._until_ms, self._seen
+
+    def restore(self, saved: Any) -> None:
+        self._until_ms, self._seen = saved
+
+    def _recorded(self, since_ms: float, until_ms: float) -> Any:
+        """Return what was recorded with ``since_ms < t <= until_ms``."""
+        raise NotImplementedError
+
+
+class StateRecorderDevice(RecorderDevice):
+    """Voltages or conductances of its neurons."""
+
+    __slots__ = ()
+
+    def _recorded(self, since_ms: float, until_ms: float) -> Any:
+        return self.port.samples(since_ms, until_ms)
+
+    @property
+    def times(self) -> npt.NDArray[np.float64]:
+        """Times of the samples, ms, shape ``(n,)``."""
+        times: npt.NDArray[np.float64] = self._seen[0]
+        return times
+
+    @property
+    def values(self) -> npt.NDArray[np.float64]:
+        """Samples, mV or uS, shape ``(n, neurons)``."""
+        values: npt.NDArray[np.float64] = self._seen[1]
+        return values
+
+    def shown(self) -> str:
+        return f"{len(self.times)} samples"
+
+
+class SpikeRecorderDevice(RecorderDevice):
+    """Spikes of its neurons."""
+
+    __slots__ = ("_use_ids",)
 
     options: ClassVar[tuple[str, ...]] = ("use_ids",)
 
@@ -173,16 +242,9 @@ class SpikeRecorderDevice(Device):
     ) -> None:
         super().__init__(parameter, port, selection, release)
         self._use_ids = use_ids
-        self._until_ms = -inf
-        self._spikes = Spikes()
 
-    def refresh(self, now_ns: int) -> None:
-        since_ms, self._until_ms = self._until_ms, milliseconds(now_ns)
-        self._spikes = self.port.spikes(since_ms, self._until_ms)
-
-    def reset(self) -> None:
-        self._until_ms = -inf
-        self._spikes = Spikes()
+    def _recorded(self, since_ms: float, until_ms: float) -> Any:
+        return self.port.spikes(since_ms, until_ms)
 
     @property
     def times(self) -> npt.NDArray[np.float64]:
@@ -190,16 +252,16 @@ class SpikeRecorderDevice(Device):
 
         Neurons are global ids, or with ``use_ids=False`` places within what was selected.
         """
-        ids = self._spikes.neurons
+        ids = self._seen.neurons
         if not self._use_ids:
             order = np.argsort(self.selection.ids, kind="stable")
             ids = order[np.searchsorted(self.selection.ids, ids, sorter=order)]
-        return np.stack([ids, self._spikes.times_ms], axis=1)
+        return np.stack([ids, self._seen.times_ms], axis=1)
 
     @property
     def spiked(self) -> bool:
         """Whether there was any spike."""
-        return len(self._spikes) > 0
+        return len(self._seen) > 0
 
     @property
     def neurons(self) -> IntArray:
@@ -217,4 +279,4 @@ class SpikeRecorderDevice(Device):
         return self.selection.label
 
     def shown(self) -> str:
-        return f"{len(self._spikes)} spikes"
+        return f"{len(self._seen)} spikes"

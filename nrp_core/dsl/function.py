@@ -231,6 +231,22 @@ class TransferFunction:
         for adapter in self._adapters.values():
             adapter.reset()
 
+    def save(self) -> Any:
+        """Return what changes while running, besides what brain and world save."""
+        adapters = {name: (type(adapter), adapter.save()) for name, adapter in self._adapters.items()}
+        return self._active, self.throttle.save(), adapters
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave, for this function or one of the same name.
+
+        Parameters that are new, or bound to something of another kind, stay as they are.
+        """
+        self._active, throttle, adapters = saved
+        self.throttle.restore(throttle)
+        for name, (kind, state) in adapters.items():
+            if type(self._adapters.get(name)) is kind:
+                self._adapters[name].restore(state)
+
     def inputs(self) -> dict[str, str]:
         """Return what the function sees in its parameters, as text, for reports."""
         shown = {name: adapter.shown() for name, adapter in self._adapters.items()}

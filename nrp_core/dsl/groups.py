@@ -82,6 +82,13 @@ class DeviceGroup(Adapter):
         for device in self._devices:
             device.reset()
 
+    def save(self) -> Any:
+        return [device.save() for device in self._devices]
+
+    def restore(self, saved: Any) -> None:
+        for device, one in zip(self._devices, saved, strict=False):
+            device.restore(one)
+
     def set_active(self, active: bool) -> None:
         self.active = active
 

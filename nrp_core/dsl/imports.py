@@ -15,8 +15,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 
-from nrp_core.dsl.messages import message_packages
+from nrp_core.dsl.messages import message_packages, service_packages
 from nrp_core.scoped_import import Scope
+from nrp_core.world.messages import cv_bridge
 
 
 def file_scope(
@@ -32,6 +33,8 @@ def file_scope(
         folders: where modules are looked for that do not stand beside the file.
     """
     known = {f"{name}.msg": package.msg for name, package in message_packages().items()}
+    known |= {f"{name}.srv": services for name, services in service_packages().items()}
+    known |= {"cv_bridge": cv_bridge}
     known |= {"hbp_nrp_client.tf_framework": framework, **(substitutes or {})}
     return Scope({name.partition(".")[0] for name in known if "." in name}, known.get, folders)
 
@@ -43,15 +46,26 @@ class _MessageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
         package, _, rest = fullname.partition(".")
-        if package not in message_packages() or rest not in ("", "msg"):
+        if rest not in _parts_of(package):
             return None
         return importlib.util.spec_from_loader(fullname, self, is_package=not rest)
 
     def exec_module(self, module: ModuleType) -> None:
         package, _, rest = module.__name__.partition(".")
         if rest:
-            types = vars(message_packages()[package])[rest]
-            vars(module).update({k: v for k, v in vars(types).items() if not k.startswith("_")})
+            types = vars(_parts_of(package)[rest])
+            shown = ("__getattr__", "__dir__")
+            vars(module).update({k: v for k, v in types.items() if not k.startswith("_") or k in shown})
+
+
+def _parts_of(package: str) -> dict[str, ModuleType]:
+    """Return a package by the empty name and its modules by theirs; nothing if it is none."""
+    parts = {}
+    if package in message_packages():
+        parts["msg"] = message_packages()[package].msg
+    if package in service_packages():
+        parts["srv"] = service_packages()[package]
+    return {"": ModuleType(package), **parts} if parts else {}
 
 
 def provide_messages() -> None:

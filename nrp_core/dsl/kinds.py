@@ -6,15 +6,25 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
-from nrp_core.brain import sinks, sources
+import numpy as np
+
+from nrp_core.brain import sinks, sources, state_recorder
+from nrp_core.brain.network import IntArray
 from nrp_core.brain.sinks import SinkSpec
 from nrp_core.brain.sources import SourceSpec
 from nrp_core.dsl import devices
 from nrp_core.dsl.binding import Binding
 from nrp_core.dsl.devices import Device
 from nrp_core.dsl.selection import Selection
+from nrp_core.seeds import Seeds
+
+_MODES: Final = ("AllToAll", "OneToOne", "Fixed")
+_CONNECTED: Final = (
+    sources.PoissonSource, sources.FixedFrequencySource, sinks.LeakyIntegratorAlpha, sinks.LeakyIntegratorExp,
+)  # fmt: skip
+"""The devices that have synapses with weights and delays."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -41,7 +51,9 @@ class DeviceKind:
     @property
     def options(self) -> list[str]:
         """Names of the keyword arguments."""
-        return [*(item.name for item in dataclasses.fields(self.spec)), *self.device.options]
+        names = [item.name for item in dataclasses.fields(self.spec)]
+        connected = ["connector"] if self.spec in _CONNECTED else []
+        return [*names, *connected, *self.device.options]
 
     def open(
         self, binding: Binding, selection: Selection, options: Mapping[str, Any], *, parameter: str, name: str
@@ -59,15 +71,40 @@ class DeviceKind:
             ValueError: an option has a value that cannot be.
         """
         brain = binding.brain
-        given = {**self.defaults, **options}
+        given, ids = self._connected({**self.defaults, **options}, selection.ids, brain.seed, name)
         of_device = {key: given.pop(key) for key in self.device.options if key in given}
         spec = self.spec(**given)
         port: devices.Port
         if isinstance(spec, SourceSpec):
-            port = brain.add_source(spec, selection.ids, name=name)
+            port = brain.add_source(spec, ids, name=name)
         else:
-            port = brain.add_sink(spec, selection.ids, name=name)
+            port = brain.add_sink(spec, ids, name=name)
         return self.device(parameter, port, selection, partial(brain.remove, port), **of_device)
+
+    def _connected(
+        self, given: dict[str, Any], ids: IntArray, seed: int, name: str
+    ) -> tuple[dict[str, Any], IntArray]:
+        """Return settings and neurons that a ``connector`` stands for.
+
+        That is ``{"mode": "AllToAll" | "OneToOne" | "Fixed", "n": ..., "weight": ..., "delay": ...}``. A
+        device reaches each neuron once; with ``Fixed`` a neuron has n generators, and a sink hears n neurons
+        drawn at random.
+        """
+        connector = given.pop("connector", None)
+        if connector is None:
+            return given, ids
+        mode, n = connector.get("mode"), int(connector.get("n", 1))
+        if mode not in _MODES:
+            raise ValueError(f"connector has the mode {' or '.join(_MODES)}, not {mode!r}")
+        if n < 1:
+            raise ValueError(f"connector has n of 1 or more, not {n}")
+        given = {**{key: connector[key] for key in ("weight", "delay") if key in connector}, **given}
+        if mode == "Fixed" and self.drives:
+            given.setdefault("n", n)
+        elif mode == "Fixed":
+            drawn = Seeds(seed).child("brain").child("connector").stream(name)
+            ids = np.sort(drawn.choice(ids, n, replace=n > len(ids)))
+        return given, ids
 
     def __repr__(self) -> str:
         return self.name
@@ -78,6 +115,7 @@ fixed_frequency = DeviceKind("fixed_frequency", sources.FixedFrequencySource, de
 dc_source = DeviceKind("dc_source", sources.DCSource, devices.CurrentGenerator)
 ac_source = DeviceKind("ac_source", sources.ACSource, devices.SineCurrentGenerator)
 nc_source = DeviceKind("nc_source", sources.NoisyCurrentSource, devices.NoiseCurrentGenerator)
+injector = DeviceKind("injector", sources.SpikeInjector, devices.SpikeInjectorDevice)
 leaky_integrator_alpha = DeviceKind(
     "leaky_integrator_alpha", sinks.LeakyIntegratorAlpha, devices.LeakyIntegratorDevice
 )
@@ -88,9 +126,17 @@ population_rate = DeviceKind("population_rate", sinks.PopulationRate, devices.Po
 spike_recorder = DeviceKind(
     "spike_recorder", sinks.SpikeRecorder, devices.SpikeRecorderDevice, {"keep_ms": 10_000.0}
 )
+voltage_recorder = DeviceKind(
+    "voltage_recorder", state_recorder.VoltageRecorder, devices.StateRecorderDevice, {"keep_ms": 10_000.0}
+)
+conductance_recorder = DeviceKind(
+    "conductance_recorder", state_recorder.ConductanceRecorder, devices.StateRecorderDevice,
+    {"keep_ms": 10_000.0},
+)  # fmt: skip
 
 KINDS = (
-    poisson, fixed_frequency, dc_source, ac_source, nc_source,
+    poisson, fixed_frequency, dc_source, ac_source, nc_source, injector,
     leaky_integrator_alpha, leaky_integrator_exp, population_rate, spike_recorder,
+    voltage_recorder, conductance_recorder,
 )  # fmt: skip
 """All kinds."""

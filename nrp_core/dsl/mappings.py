@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence, Sized
+from collections.abc import Callable, Iterable, Sequence, Sized
 from typing import Any, ClassVar
 
 import numpy as np
 
 from nrp_core.dsl.binding import Adapter, Binding, Mapping
 from nrp_core.dsl.csv_recorder import CSVRecorder
+from nrp_core.dsl.custom import CustomDevice
 from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
 from nrp_core.dsl.devices import Device
 from nrp_core.dsl.function import Flow, TransferFunction
@@ -41,7 +42,7 @@ class _DeviceMapping(_MappingDecorator):
     Args:
         key: name of the parameter.
         value: the neurons, e.g. ``nrp.brain.actors[0]``.
-        device_type: the kind of device, e.g. ``nrp.leaky_integrator_alpha``.
+        device_type: the kind of device, e.g. ``nrp.leaky_integrator_alpha``, or a custom device.
         kwargs: settings of the device; in a group, a list gives each device its own.
 
     Raises:
@@ -50,9 +51,13 @@ class _DeviceMapping(_MappingDecorator):
 
     drives: ClassVar[bool]
 
-    def __init__(self, key: str, value: Any, device_type: DeviceKind, **kwargs: Any) -> None:
+    def __init__(self, key: str, value: Any, device_type: DeviceKind | CustomDevice, **kwargs: Any) -> None:
         super().__init__(key)
         self.selector, self.kind, self.options = value, device_type, kwargs
+        if not isinstance(device_type, CustomDevice):
+            self._check(key, device_type, kwargs)
+
+    def _check(self, key: str, device_type: DeviceKind, options: Iterable[str]) -> None:
         fitting = [kind.name for kind in KINDS if kind.drives is self.drives]
         if not isinstance(device_type, DeviceKind) or device_type.drives is not self.drives:
             verb = "drive" if self.drives else "read"
@@ -60,7 +65,7 @@ class _DeviceMapping(_MappingDecorator):
                 f"parameter '{key}': {device_type!r:.60} does not {verb} neurons, "
                 f"as {type(self).__name__} needs; valid: {', '.join(fitting)}"
             )
-        for name in kwargs:
+        for name in options:
             if name not in device_type.options:
                 hint = did_you_mean(name, device_type.options)
                 raise self.place.error(f"parameter '{key}': {device_type} has no setting '{name}'{hint}")
@@ -68,6 +73,8 @@ class _DeviceMapping(_MappingDecorator):
     def _do_bind(self, binding: Binding) -> Adapter:
         selected = select(self.selector, binding.root)
         options = {key: evaluate(value, binding.root) for key, value in self.options.items()}
+        if isinstance(self.kind, CustomDevice):
+            return self.kind.bound(selected, binding.brain, options)
         name = f"{binding.function}/{self.parameter}"
         if isinstance(selected, Selection):
             return self.kind.open(binding, selected, options, parameter=self.parameter, name=name)

@@ -13,11 +13,12 @@ from nrp_core.brain.network import FloatArray, IntArray, Network, Population
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.world.interface import World, WorldCapabilities
-from nrp_core.world.parts.base import BodyVelocity, JointStates, ModelMotion
+from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Wrench
 from nrp_core.world.scene.model import Rgba, Scene
 
 _CELL = "MockCell"
 _EMPTY = Scene(())
+_REST = {"v": -65.0, "gsyn_exc": 0.0, "gsyn_inh": 0.0}
 
 
 class MockBrain(Brain):
@@ -28,6 +29,9 @@ class MockBrain(Brain):
         step_ns: its grid, None for any time.
         releases_gil: what it declares.
         capabilities: all that it declares; by default it has whatever the network needs.
+
+    Attributes:
+        values: what its neurons show, by variable, shape ``(network.size,)``.
 
     Raises:
         CapabilityError: the capabilities given do not cover the network.
@@ -49,8 +53,10 @@ class MockBrain(Brain):
             cells=frozenset(population.cell_type for population in network.populations.values()),
             synapses=frozenset(projection.synapse_type for projection in network.projections),
             resolution_ns=step_ns,
+            state_variables=frozenset(_REST),
             releases_gil=releases_gil,
         )
+        self.values = {name: np.full(network.size, value) for name, value in _REST.items()}
         super().__init__(network, seed=0, capabilities=capabilities or needed, identity="mock")
         self._planned: list[Spikes] = []
 
@@ -70,6 +76,9 @@ class MockBrain(Brain):
     def _do_inject(self, events: SynapticEvents) -> None: ...
 
     def _do_set_current(self, currents_na: FloatArray) -> None: ...
+
+    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
+        return self.values[variable][neurons]
 
     def _do_reset(self, seed: int) -> None:
         self._planned = []
@@ -113,10 +122,17 @@ class MockWorld(World):
         return ModelMotion(self.scene.model(model).pose)
 
     def _do_joint_states(self, model: str) -> JointStates:
-        return JointStates((), np.empty(0), np.empty(0), np.empty(0))
+        names = tuple(joint.name for joint in self.scene.model(model).joints if joint.kind != "fixed")
+        return JointStates(names, *np.zeros((3, len(names))))
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None: ...
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None: ...
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None: ...
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None: ...
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None: ...
 
     def _do_close(self) -> None: ...

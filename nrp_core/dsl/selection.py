@@ -1,13 +1,15 @@
-"""Neurons of a brain that is there, chosen by name and index."""
+"""Neurons of a brain that is there, chosen by name, index and location."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network import IntArray, Network
+from nrp_core.brain.network import FloatArray, IntArray, Network
+from nrp_core.dsl.regions import Region, distances_um, point
 from nrp_core.errors import NeuronSelectionError
 
 
@@ -21,10 +23,12 @@ class Selection:
     Args:
         ids: global ids, shape ``(n,)``.
         label: the population or view they come from.
+        network: that they are part of, for what asks where they lie.
     """
 
     ids: IntArray
     label: str
+    network: Network | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -35,12 +39,50 @@ class Selection:
         return len(self.ids)
 
     def __getitem__(self, index: Any) -> Selection:
-        return Selection(self._chosen(index), self.label)
+        return self._of(self._chosen(index))
 
     def __add__(self, other: Selection) -> Selection:
         if not isinstance(other, Selection):
             return NotImplemented
-        return Selection(np.concatenate([self.ids, other.ids]), f"{self.label} + {other.label}")
+        ids = np.concatenate([self.ids, other.ids])
+        return Selection(ids, f"{self.label} + {other.label}", self.network)
+
+    @property
+    def positions_um(self) -> FloatArray:
+        """Where they lie, shape ``(n, 3)``.
+
+        Raises:
+            NeuronSelectionError: the network does not say.
+        """
+        if self.network is None:
+            raise NeuronSelectionError(f"'{self.label}' has no positions")
+        return self.network.positions_of(self.ids)
+
+    def within(self, region: Region) -> Selection:
+        """Return those that lie in a region, in their order; there may be none.
+
+        Raises:
+            NeuronSelectionError: they have no positions, or that is no region.
+        """
+        if not isinstance(region, Region):
+            raise NeuronSelectionError(f"neurons lie within a Box or a Sphere, not within {region!r}")
+        return self._of(self.ids[region.contains(self.positions_um)])
+
+    def nearest(self, center: Sequence[float], n: int = 1) -> Selection:
+        """Return the ``n`` that lie nearest to a point (um), the nearest first; of equals the first ones.
+
+        Raises:
+            NeuronSelectionError: they have no positions, that is no point, or they are fewer than ``n``.
+        """
+        if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or not 0 < n <= self.size:
+            raise NeuronSelectionError(
+                f"'{self.label}' has {self.size} neurons; {n!r} of them cannot be nearest"
+            )
+        distances = distances_um(self.positions_um, point(center, "what neurons are near", finite=True))
+        return self._of(self.ids[np.argsort(distances, kind="stable")[:n]])
+
+    def _of(self, ids: IntArray) -> Selection:
+        return Selection(ids, self.label, self.network)
 
     def _chosen(self, index: Any) -> IntArray:
         if isinstance(index, tuple):
@@ -71,4 +113,4 @@ class BrainRoot:
     def __getattr__(self, name: str) -> Selection:
         if name.startswith("_"):
             raise AttributeError(name)
-        return Selection(self._network.neurons(name), name)
+        return Selection(self._network.neurons(name), name, self._network)

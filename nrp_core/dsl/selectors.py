@@ -18,7 +18,8 @@ class Selector:
     """Something to be found in the brain; what is done to it is remembered and done then.
 
     Attributes, indices and arithmetic are remembered: ``nrp.brain.sensors[0:3:2]``,
-    ``nrp.brain.left + nrp.brain.right``, ``nrp.brain.sensors.size - 1``.
+    ``nrp.brain.left + nrp.brain.right``, ``nrp.brain.sensors.size - 1``. So are choices by location:
+    ``nrp.brain.sensors.within(nrp.Sphere((0, 0), 50))``, ``nrp.brain.sensors.nearest((0, 0), 3)``.
 
     Args:
         find: evaluates it, given the root of the brain.
@@ -48,6 +49,27 @@ class Selector:
             return self._find(root)[_evaluate(index, root)]
 
         return Selector(find, f"{self._text}[{_index_text(index)}]")
+
+    def within(self, region: Any) -> Selector:
+        """Choose the neurons in a region: ``nrp.brain.cells.within(nrp.Box((0, 0), (100, 50)))``.
+
+        Args:
+            region: a :class:`~nrp_core.dsl.regions.Box` or :class:`~nrp_core.dsl.regions.Sphere`, um.
+        """
+        return self._choosing("within", region)
+
+    def nearest(self, center: Any, n: Any = 1) -> Selector:
+        """Choose the ``n`` neurons nearest to a point (um), the nearest first."""
+        return self._choosing("nearest", center, n)
+
+    def _choosing(self, method: str, *arguments: Any) -> Selector:
+        def find(root: Root) -> Any:
+            found = self._find(root)
+            if not isinstance(found, Selection):
+                raise NeuronSelectionError(f"{self._text} are no neurons with a location")
+            return getattr(found, method)(*_evaluate(arguments, root))
+
+        return Selector(find, f"{self._text}.{method}({', '.join(map(repr, arguments))})")
 
     def __add__(self, other: Any) -> Selector:
         return _combined(operator.add, "+", self, other)

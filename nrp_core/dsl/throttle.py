@@ -30,6 +30,14 @@ class Throttle:
         self._last = period
         return True
 
+    def save(self) -> int:
+        """Return what changes while running."""
+        return self._last
+
+    def restore(self, saved: int) -> None:
+        """Return to what :meth:`save` gave."""
+        self._last = saved
+
     def reset(self) -> None:
         """Start anew at time 0."""
         self._last = -1

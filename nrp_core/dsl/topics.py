@@ -16,6 +16,10 @@ from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Publication, Stamped, TopicInfo
 
 
+def _unchanged(message: Any) -> Any:
+    return message
+
+
 @dataclass(frozen=True, slots=True)
 class Topic:
     """A topic of the robot or of the user's own.
@@ -48,6 +52,11 @@ class Topic:
             return given if isinstance(given, Topic) else cls(given)
         raise Place.of_caller().error(f"expected a Topic or the name of one, not {given!r}")
 
+    @property
+    def process(self) -> Callable[[Any], Any]:
+        """What becomes of a message on its way."""
+        return _unchanged
+
     def require_type(self, info: TopicInfo) -> None:
         """Refuse a topic that carries something else.
 
@@ -63,6 +72,30 @@ class Topic:
         return self.name if self.topic_type is None else f"{self.name} ({type_name(self.topic_type)})"
 
 
+@dataclass(frozen=True, slots=True)
+class PreprocessedTopic(Topic):
+    """A topic whose messages are changed on their way.
+
+    Args:
+        name, topic_type: what the topic carries.
+        pre_processing: called with each message: of one that is read, it makes the ``value`` that the
+            function sees; of what the function sends, the message.
+    """
+
+    pre_processing: Callable[[Any], Any] = _unchanged
+
+    def __post_init__(self) -> None:
+        Topic.__post_init__(self)
+        if not callable(self.pre_processing):
+            raise Place.of_caller().error(
+                f"topic '{self.name}': pre_processing is a function, not {self.pre_processing!r:.60}"
+            )
+
+    @property
+    def process(self) -> Callable[[Any], Any]:
+        return self.pre_processing
+
+
 class SubscribedTopic(Adapter):
     """What came on a topic by the time the function runs.
 
@@ -72,12 +105,13 @@ class SubscribedTopic(Adapter):
             time, such as the poses of all models, always counts as changed.
     """
 
-    __slots__ = ("_initial", "_seen", "_subscription", "_world", "changed", "value")
+    __slots__ = ("_initial", "_process", "_seen", "_subscription", "_world", "changed", "value")
 
     def __init__(self, world: World, topic: Topic, initial: Any = None) -> None:
         self._world = world
         self._subscription = world.subscribe(topic.name)
         self._initial = initial
+        self._process = topic.process
         self._seen: Stamped | None = None
         self.value = initial
         self.changed = False
@@ -88,9 +122,14 @@ class SubscribedTopic(Adapter):
             raise
 
     @property
+    def info(self) -> TopicInfo:
+        """What is known of the topic."""
+        return self._subscription.topic
+
+    @property
     def name(self) -> str:
         """Name of the topic."""
-        return self._subscription.topic.name
+        return self.info.name
 
     @property
     def pending(self) -> bool:
@@ -102,12 +141,28 @@ class SubscribedTopic(Adapter):
         latest = self._subscription.latest
         self.changed = latest is not None and latest is not self._seen
         if latest is not None:
-            self._seen, self.value = latest, latest.message
+            if self.changed:
+                self.value = self._process(latest.message)
+            self._seen = latest
 
     def reset(self) -> None:
         self._seen = None
         self.value = self._initial
         self.changed = False
+
+    def save(self) -> Any:
+        kept = self._subscription.kept()
+        is_latest = bool(kept) and kept[-1] is self._seen
+        return self.value, self.changed, self._seen, is_latest, kept
+
+    def restore(self, saved: Any) -> None:
+        self.value, self.changed, self._seen, is_latest, kept = saved
+        if not self._subscription.kept():  # it began to listen only now
+            for stamped in kept:
+                self._subscription.push(stamped)
+        now_kept = self._subscription.kept()
+        if is_latest and now_kept:
+            self._seen = now_kept[-1]
 
     def release(self) -> None:
         self._world.unsubscribe(self._subscription)
@@ -119,7 +174,7 @@ class SubscribedTopic(Adapter):
 class PublishedTopic(Adapter):
     """A topic that the function publishes on."""
 
-    __slots__ = ("_publication", "_wrap")
+    __slots__ = ("_process", "_publication", "_wrap")
 
     def __init__(self, world: World, topic: Topic) -> None:
         if topic.topic_type is None and topic.name not in world.topics:
@@ -127,7 +182,13 @@ class PublishedTopic(Adapter):
             raise TopicError(f"no topic '{topic.name}'{hint} (a new one needs its type: Topic(name, type))")
         self._publication: Publication = world.advertise(topic.name)
         topic.require_type(self._publication.topic)
+        self._process = topic.process
         self._wrap = _wrapper(self._publication.topic.type)
+
+    @property
+    def info(self) -> TopicInfo:
+        """What is known of the topic."""
+        return self._publication.topic
 
     def send_message(self, message: Any) -> None:
         """Send a message; it takes effect in the next step.
@@ -137,6 +198,7 @@ class PublishedTopic(Adapter):
         Raises:
             TopicError: the message is of another type or holds a number that is not finite.
         """
+        message = self._process(message)
         self._publication.publish(self._wrap(message) if isinstance(message, _PLAIN) else message)
 
 

@@ -43,6 +43,12 @@ class Variable(Adapter):
     def reset(self) -> None:
         self.value: Any = _copied(self._initial)
 
+    def save(self) -> Any:
+        return self.value
+
+    def restore(self, saved: Any) -> None:
+        self.value = saved
+
     def shown(self) -> str:
         return f"value = {brief(self.value)}"
 

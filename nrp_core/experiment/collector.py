@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from nrp_core.errors import BackendError, CapabilityError, ExperimentError, NeuronSelectionError, TopicError
+from nrp_core.experiment.making import SlowScriptError
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.tree import Key
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level, has_errors
@@ -16,7 +17,9 @@ _CODES = {
     NeuronSelectionError: Code.NRP211,
     TopicError: Code.NRP212,
     CapabilityError: Code.NRP216,
+    SlowScriptError: Code.NRP244,
 }
+_MILD = {Code.NRP244: Level.WARNING}
 
 
 class Collector:
@@ -24,10 +27,13 @@ class Collector:
 
     Args:
         experiment: whose places are meant.
+
+    Attributes:
+        findings: what was found so far.
     """
 
     def __init__(self, experiment: Experiment) -> None:
-        self._experiment = experiment
+        self.experiment = experiment
         self._backend_error: BackendError | None = None
         self.findings: list[Finding] = []
 
@@ -46,17 +52,18 @@ class Collector:
             self.findings += error.findings
         except (BackendError, CapabilityError, ExperimentError) as error:
             known = next((known for kind, known in _CODES.items() if isinstance(error, kind)), code)
+            level = _MILD.get(known, level)
             if isinstance(error, ExperimentError) and error.path is not None:
                 self.findings.append(replace(Finding.of(error, known), level=level))
                 return
-            finding = self._experiment.place(*keys).finding(known, str(error), level)
+            finding = self.experiment.place(*keys).finding(known, str(error), level)
             self.findings.append(finding)
             if level is Level.ERROR and isinstance(error, BackendError) and self._backend_error is None:
                 self._backend_error = type(error)(str(finding.as_error()))
 
     def add(self, code: Code, message: str, *keys: Key, level: Level = Level.ERROR) -> None:
         """Add a finding at a place of the experiment."""
-        self.findings.append(self._experiment.place(*keys).finding(code, message, level))
+        self.findings.append(self.experiment.place(*keys).finding(code, message, level))
 
     def raise_errors(self) -> None:
         """Raise what keeps the experiment from running, if anything does.

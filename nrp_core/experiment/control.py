@@ -1,18 +1,20 @@
 """Talk to a run from outside: a Unix socket, one JSON object a line each way.
 
-``{"command": "publish", "topic": "/screens/left/color", "value": "red"}`` is answered by ``{"ok": true}``
-once the message is accepted (it is sent before the next step), or by ``{"ok": false, "error": "..."}``.
+``{"command": "publish", "topic": "/screens/left/color", "value": "red"}`` is answered by ``{"ok": true,
+"result": null}`` once the message is accepted (it is sent before the next step), or by ``{"ok": false,
+"error": "..."}``.
 """
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import socket
 import socketserver
 import stat
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,8 @@ from nrp_core.errors import ExperimentError, NrpError, did_you_mean
 MAX_LINE = 1 << 20
 """A request longer than this many bytes is refused."""
 
-Publish = Callable[[str, Any], None]
+Commands = Mapping[str, Callable[..., Any]]
+"""What a run can be told, by name; the other keys of a request are the arguments."""
 
 
 class ControlServer(Closing):
@@ -30,16 +33,16 @@ class ControlServer(Closing):
 
     Args:
         path: of the socket; one that a dead run left behind is replaced.
-        publish: called with topic and value, in a thread of the server.
+        commands: called in a thread of the server; what they return must fit into JSON.
 
     Raises:
         ExperimentError: another run listens there, or the socket cannot be made.
     """
 
-    def __init__(self, path: Path, publish: Publish) -> None:
+    def __init__(self, path: Path, commands: Commands) -> None:
         _make_way(path)
         try:
-            self._server = _Server(path, publish)
+            self._server = _Server(path, commands)
         except OSError as error:
             raise ExperimentError(f"cannot listen here: {error.strerror or error}", path=path) from error
         self._path = path
@@ -55,19 +58,19 @@ class ControlServer(Closing):
             self._path.unlink(missing_ok=True)
 
 
-def send_publish(path: Path, topic: str, value: Any, *, timeout_s: float = 5.0) -> None:
-    """Let the run that listens on a socket publish a message.
+def tell(path: Path, command: str, *, timeout_s: float = 5.0, **arguments: Any) -> Any:
+    """Give a command to the run that listens on a socket, and return what it answers.
 
     Args:
         path: of the socket.
-        topic: its name or an alias.
-        value: anything that JSON can carry and the topic's type can be made of.
+        command: e.g. ``publish``.
         timeout_s: how long to wait for the answer.
+        arguments: of the command; anything that JSON can carry.
 
     Raises:
         ExperimentError: nobody listens there, or the run refuses; the message is the run's.
     """
-    request = {"command": "publish", "topic": topic, "value": value}
+    request = {"command": command, **arguments}
     try:
         with socket.socket(socket.AF_UNIX) as connection:
             connection.settimeout(timeout_s)
@@ -81,6 +84,7 @@ def send_publish(path: Path, topic: str, value: Any, *, timeout_s: float = 5.0) 
         raise ExperimentError("what listens here is no run", path=path) from error
     if refusal is not None:
         raise ExperimentError(refusal)
+    return answer.get("result")
 
 
 def _make_way(path: Path) -> None:
@@ -103,8 +107,8 @@ def _make_way(path: Path) -> None:
 class _Server(socketserver.ThreadingUnixStreamServer):
     daemon_threads = True
 
-    def __init__(self, path: Path, publish: Publish) -> None:
-        self.publish = publish
+    def __init__(self, path: Path, commands: Commands) -> None:
+        self.commands = commands
         super().__init__(str(path), _Handler)
 
     def server_bind(self) -> None:
@@ -118,18 +122,23 @@ class _Handler(socketserver.StreamRequestHandler):
     def handle(self) -> None:
         while line := self.rfile.readline(MAX_LINE):
             try:
-                self._obey(line)
-                answer: dict[str, Any] = {"ok": True}
+                answer: dict[str, Any] = {"ok": True, "result": self._obey(line)}
             except NrpError as error:
                 answer = {"ok": False, "error": str(error)}
             self.wfile.write(json.dumps(answer).encode() + b"\n")
 
-    def _obey(self, line: bytes) -> None:
+    def _obey(self, line: bytes) -> Any:
         try:
-            request = json.loads(line)
-            command, topic, value = request["command"], request["topic"], request["value"]
-        except (ValueError, TypeError, KeyError) as error:
-            raise ExperimentError("a request is a JSON object with 'command', 'topic' and 'value'") from error
-        if command != "publish":
-            raise ExperimentError(f"no command '{command}'{did_you_mean(str(command), ['publish'])}")
-        self.server.publish(str(topic), value)
+            arguments = json.loads(line)
+            name = str(arguments.pop("command"))
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise ExperimentError("a request is a JSON object with a 'command' and its arguments") from error
+        commands = self.server.commands
+        if name not in commands:
+            raise ExperimentError(f"no command '{name}'{did_you_mean(name, commands)}")
+        takes = inspect.signature(commands[name])
+        try:
+            takes.bind(**arguments)
+        except TypeError as error:
+            raise ExperimentError(f"'{name}' takes {', '.join(takes.parameters)}: {error}") from error
+        return commands[name](**arguments)

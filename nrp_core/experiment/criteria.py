@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot, inf
-from typing import final
+from typing import Any, final
 
 from nrp_core.clock import seconds
 from nrp_core.experiment.conditions import Times
@@ -83,6 +83,14 @@ class Judge(ABC):
         decided_s = None if decided is None else seconds(decided)
         return Outcome(self._passed, decided_s, took_s, self._distance, self._limit, self._reason)
 
+    def save(self) -> Any:
+        """Return what changes while running."""
+        return self._began_ns, self._decided_ns, self._passed, self._distance, self._reason
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+        self._began_ns, self._decided_ns, self._passed, self._distance, self._reason = saved
+
     def _decide(self, passed: bool, now_ns: int, reason: str) -> None:
         self._passed, self._decided_ns, self._reason = passed, now_ns, reason
 
@@ -125,6 +133,13 @@ class Stays(Judge):
         self._model = scene.model(stays.model).name
         self._until = stays.during.until
         self._centre: GroundPoint | None = None if isinstance(stays.of, str) else stays.of
+
+    def save(self) -> Any:
+        return super().save(), self._centre
+
+    def restore(self, saved: Any) -> None:
+        judged, self._centre = saved
+        super().restore(judged)
 
     def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None:
         x, y = where.ground(self._model)

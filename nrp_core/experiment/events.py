@@ -47,6 +47,11 @@ class Events:
         """When each event that has happened did, ns, in the order in which they did."""
         return self._times
 
+    def restore(self, times: Times) -> None:
+        """Go back to when these events had happened, and no others."""
+        self._times = dict(times)
+        self._waiting = {name: event for name, event in self._all.items() if name not in times}
+
     def add(self, name: str, condition: Condition, actions: Sequence[Action] = ()) -> None:
         """Wait for an event from now on.
 

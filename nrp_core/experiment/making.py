@@ -5,15 +5,18 @@ A reader of another format brings a :class:`Maker` of its own where a part is no
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from nrp_core.brain.network import Network
-from nrp_core.brain.script import load_network
 from nrp_core.dsl.function import TransferFunction
-from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.findings import Code
-from nrp_core.registry import plugins
+from nrp_core.dsl.listing import Listing
+from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
+from nrp_core.experiment.networks import network_from
+from nrp_core.findings import Code, Level
+from nrp_core.registry import Registry, plugins
 from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -24,10 +27,28 @@ if TYPE_CHECKING:
     from nrp_core.experiment.run import Run
 
 LOADERS_GROUP = "nrp_core.transfer_functions"
+LISTINGS_GROUP = "nrp_core.transfer_function_listings"
+
+Build: TypeAlias = Callable[[Callable[[], Network]], Network]
+"""Makes a network by calling what makes it, which can be pickled; maybe not in this process."""
+
+
+class SlowScriptError(NetworkError):
+    """A brain script takes longer than a check may last."""
+
+
+def build_here(make: Callable[[], Network]) -> Network:
+    """Make a network in this process."""
+    return make()
 
 
 class Maker:
     """Makes each part from the file that the experiment names; override what is made otherwise."""
+
+    @property
+    def can_be_saved(self) -> bool:
+        """Whether what takes part in a run through :meth:`begin` has no state of its own."""
+        return True
 
     def room(self, experiment: Experiment) -> Scene:
         """Return the scene without robots.
@@ -46,28 +67,59 @@ class Maker:
         section = experiment.world.robots[name]
         return read_model(section.model, name=name, pose=section.start, search_path=experiment.models)
 
-    def network(self, experiment: Experiment) -> Network:
+    def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         """Return the network of the brain.
+
+        Args:
+            experiment: the experiment.
+            build: makes it.
 
         Raises:
             NetworkError: it cannot be made.
             NeuronSelectionError: a population reaches outside of it.
         """
         brain = experiment.brain
-        return load_network(brain.model, populations=brain.populations, seed=experiment.seed)
+        return build(partial(network_from, brain.model, populations=brain.populations, seed=experiment.seed))
 
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         """Yield new transfer functions; what is wrong with one goes to the collector."""
-        loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
         for i, path in enumerate(experiment.transfer_functions):
             with collector.during(Code.NRP210, "transfer_functions", i):
-                if path.suffix not in loaders.names():
-                    valid = did_you_mean(path.suffix, loaders.names())
-                    raise ExperimentError(f"no transfer functions are read from '{path.name}'{valid}")
-                yield from loaders.load(path.suffix)(path)
+                yield from load_functions(path)
+
+    def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
+        """Yield what :meth:`functions` would execute; what is wrong with it goes to the collector."""
+        loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
+        readers = plugins(LISTINGS_GROUP, "reader of transfer functions")
+        for i, path in enumerate(experiment.transfer_functions):
+            with collector.during(Code.NRP210, "transfer_functions", i):
+                if _suffix(path, loaders) in readers.names():
+                    yield readers.load(path.suffix)(path)
+                else:
+                    message = f"'{path.name}' is known only when it runs"
+                    collector.add(Code.NRP239, message, "transfer_functions", i, level=Level.NOTE)
 
     def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
         """Add to a world what these functions expect of it, such as further names of its topics."""
 
     def begin(self, run: Run) -> None:
         """Take part in a run that is about to begin, through the hooks of its loop."""
+
+
+def load_functions(path: Path) -> list[TransferFunction]:
+    """Return the transfer functions of a file of any kind that is known.
+
+    Raises:
+        ExperimentError: it is of no kind that is known, or something in it is wrong.
+    """
+    loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
+    loaded: list[TransferFunction] = loaders.load(_suffix(path, loaders))(path)
+    return loaded
+
+
+def _suffix(path: Path, loaders: Registry[Any]) -> str:
+    """Return the suffix of a file that some loader knows."""
+    if path.suffix not in loaders.names():
+        valid = did_you_mean(path.suffix, loaders.names())
+        raise ExperimentError(f"no transfer functions are read from '{path.name}'{valid}")
+    return path.suffix

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -89,9 +90,9 @@ class BrainSection(BackendSection):
     """The brain side."""
 
     model: ExistingFile
-    """The brain: a PyNN script."""
+    """The brain: a PyNN script, a network file (``.nrpnet``) or a SONATA configuration (``.json``)."""
     populations: dict[Name, Selection] = Field(default_factory=dict)
-    """Names for groups of neurons of the script's ``circuit``."""
+    """Names for groups of neurons of its ``circuit``; of a file without one, of all its neurons."""
 
 
 class RobotSection(Section):
@@ -111,6 +112,19 @@ class RobotSection(Section):
         return Pose.from_rpy((x, y, z), roll, pitch, yaw)
 
 
+class SensorSection(Section):
+    """How a sensor differs from what its robot's file says."""
+
+    noise: float | None = Field(default=None, ge=0)
+    """Standard deviation of Gaussian noise on every number, in its own unit; 1 is full brightness."""
+    bias: float = 0.0
+    """Mean of that noise."""
+    delay: DurationNs | None = None
+    """From the measurement to the arrival of its message."""
+    drop_out: float | None = Field(default=None, ge=0, le=1)
+    """Share of the messages that get lost."""
+
+
 class WorldSection(BackendSection):
     """The world side."""
 
@@ -118,6 +132,8 @@ class WorldSection(BackendSection):
     """The room: an SDF file."""
     robots: dict[Name, RobotSection] = Field(default_factory=dict)
     """The robots in it; a robot's name is that of its model in the scene."""
+    sensors: dict[TopicName, SensorSection] = Field(default_factory=dict)
+    """Sensors that are worse than their files have them, by their topics."""
 
 
 class Experiment(Section):
@@ -163,6 +179,7 @@ class Experiment(Section):
 
     _source: Tree = PrivateAttr(default_factory=lambda: Tree({}))
     _maker: Maker = PrivateAttr(default_factory=Maker)
+    _overrides: tuple[str, ...] = PrivateAttr(default=())
 
     @field_validator("duration")
     @classmethod
@@ -194,6 +211,17 @@ class Experiment(Section):
         copy = self.model_copy()
         copy._maker = maker
         return copy
+
+    def with_overrides(self, overrides: Sequence[str]) -> Experiment:
+        """Return the same experiment, knowing which ``dotted.key=value`` were laid over its file."""
+        copy = self.model_copy()
+        copy._overrides = tuple(overrides)
+        return copy
+
+    @property
+    def overrides(self) -> tuple[str, ...]:
+        """What was laid over its file."""
+        return self._overrides
 
     @property
     def maker(self) -> Maker:

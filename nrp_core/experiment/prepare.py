@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network import Network
 from nrp_core.cle.wiring import declare_topics
-from nrp_core.clock import StepPlan
+from nrp_core.clock import StepPlan, seconds
 from nrp_core.dsl.collector import require_new_name
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.mocks import MockBrain, MockWorld
@@ -23,10 +23,12 @@ from nrp_core.experiment.happenings import END, START
 from nrp_core.experiment.model import BackendSection, Experiment
 from nrp_core.experiment.tree import Key
 from nrp_core.experiment.watch import Watch, declare_own, furnish
-from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings import Code, Finding, Level, has_errors
 from nrp_core.registry import Registry, brains, worlds
 from nrp_core.world.interface import World, WorldBackend
+from nrp_core.world.scene.imperfect import with_imperfection
 from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.sensing import Noise
 
 Say = Callable[[str], None]
 """Told what is being done, for people who wait."""
@@ -99,6 +101,29 @@ def prepare(experiment: Experiment, say: Say = quietly) -> Plan:
     )
 
 
+def side_of(
+    collector: Collector, registry: Registry[B], side: str, section: BackendSection
+) -> Side[B] | None:
+    """Return a backend as an experiment chooses it; what is wrong goes to the collector."""
+    with collector.during(Code.NRP205, side, "backend"):
+        source = collector.experiment.source
+        backend, options = load_backend(registry, side, section.backend, section.options, source)
+        with named(section.backend, "tell its capabilities"):
+            return Side(backend, options, backend.capabilities(options))
+    return None
+
+
+def network_of(collector: Collector) -> Network | None:
+    """Return the network of an experiment; what is wrong with it goes to the collector."""
+    experiment = collector.experiment
+    with collector.during(Code.NRP208, "brain", "model"):
+        try:
+            return experiment.maker.network(experiment)
+        except NeuronSelectionError as error:
+            collector.add(Code.NRP211, error.message, "brain", "populations")
+    return None
+
+
 class Examination:
     """One look at an experiment; each part is None where it could not be made.
 
@@ -111,26 +136,19 @@ class Examination:
         self._experiment = experiment
         self._lapse = Level.ERROR if experiment.strict else Level.WARNING
         self.collector = Collector(experiment)
-        self.brain = self._side(brains(), "brain", experiment.brain)
-        self.world = self._side(worlds(), "world", experiment.world)
+        self.brain = side_of(self.collector, brains(), "brain", experiment.brain)
+        self.world = side_of(self.collector, worlds(), "world", experiment.world)
         self._check_steps()
         self._check_event_names()
         say("reading the room and the robots")
         self.scene = self._scene()
         say("building the network")
-        self.network = self._network()
+        self.network = network_of(self.collector)
+        self._fits = self._brain_fits()
         self.functions = tuple(experiment.maker.functions(experiment, self.collector))
         self._check_together()
 
     # -- the parts
-
-    def _side(self, registry: Registry[B], side: str, section: BackendSection) -> Side[B] | None:
-        with self.collector.during(Code.NRP205, side, "backend"):
-            source = self._experiment.source
-            backend, options = load_backend(registry, side, section.backend, section.options, source)
-            with named(section.backend, "tell its capabilities"):
-                return Side(backend, options, backend.capabilities(options))
-        return None
 
     def _scene(self) -> Scene | None:
         scene, robots = None, self._experiment.world.robots
@@ -145,16 +163,17 @@ class Examination:
         with self.collector.during(Code.NRP209, "world", "robots"):
             scene = reduce(Scene.with_model, models, scene)
             self.collector.findings += map(_warning, scene.warnings)
-            return scene
+            return self._with_sensors(scene)
         return None
 
-    def _network(self) -> Network | None:
-        with self.collector.during(Code.NRP208, "brain", "model"):
-            try:
-                return self._experiment.maker.network(self._experiment)
-            except NeuronSelectionError as error:
-                self.collector.add(Code.NRP211, error.message, "brain", "populations")
-        return None
+    def _with_sensors(self, scene: Scene) -> Scene:
+        """Return the scene with sensors as bad as the experiment wants them."""
+        for topic, section in self._experiment.world.sensors.items():
+            with self.collector.during(Code.NRP209, "world", "sensors", topic):
+                noise = None if section.noise is None else Noise(section.bias, section.noise)
+                delay = None if section.delay is None else seconds(section.delay)
+                scene = with_imperfection(scene, topic, noise=noise, delay=delay, drop_out=section.drop_out)
+        return scene
 
     # -- how they fit together
 
@@ -179,6 +198,18 @@ class Examination:
                 message = f"no event is called '{name}'{did_you_mean(name, events)}"
                 self.collector.add(Code.NRP213, message, *keys)
 
+    def _brain_fits(self) -> bool:
+        """Whether the brain backend takes the network; collects what it would not keep of it."""
+        if self.brain is None or self.network is None:
+            return False
+        name, before = self._experiment.brain.backend, len(self.collector.findings)
+        with self.collector.during(Code.NRP216, "brain", "backend"):
+            self.brain.capabilities.require(self.network, name)
+            with self.collector.during(Code.NRP208, "brain", "model"), named(name, "look at the network"):
+                for warning in self.brain.backend.warnings(self.network, self.brain.options):
+                    self.collector.add(Code.NRP217, warning, "brain", "model", level=Level.WARNING)
+        return not has_errors(self.collector.findings[before:])
+
     def _check_together(self) -> None:
         """Set everything up as for a run, with mocks, which check all that engines do."""
         if self.scene is None:
@@ -191,7 +222,9 @@ class Examination:
 
     def _check_functions(self, network: Network, world: World) -> None:
         with self.collector.during(Code.NRP216, "brain", "backend"):
-            brain = MockBrain(network, capabilities=self.brain.capabilities if self.brain else None)
+            brain = MockBrain(
+                network, capabilities=self.brain.capabilities if self.brain and self._fits else None
+            )
             for topic in furnish(self._experiment, world, self.functions):
                 message = f"nobody serves the topic '{topic}': it is silent unless a function publishes on it"
                 self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)

@@ -53,7 +53,7 @@ def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
         findings += schema_findings(error, Experiment, tree)
     if findings:
         raise InvalidExperimentError(sorted(findings, key=_reading_order))
-    return experiment.with_source(tree)
+    return experiment.with_source(tree).with_overrides(overrides)
 
 
 def _reading_order(finding: Finding) -> tuple[str, int, int]:

@@ -11,7 +11,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import pickle
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from time import perf_counter
@@ -25,10 +26,12 @@ from nrp_core.cle import ClosedLoop, pacing_of
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.closing import Closing
 from nrp_core.dsl.csv_recorder import write_csv
-from nrp_core.errors import SimulationError
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.errors import CapabilityError, SimulationError, SnapshotError
 from nrp_core.experiment.backends import named
 from nrp_core.experiment.collector import Collector
 from nrp_core.experiment.criteria import all_passed
+from nrp_core.experiment.making import load_functions
 from nrp_core.experiment.model import BackendSection, Experiment
 from nrp_core.experiment.prepare import Plan, Say, Side, prepare, quietly
 from nrp_core.experiment.result import Result, failure_data, pose_data
@@ -47,6 +50,7 @@ class Run(Closing):
     Args:
         experiment: what to run.
         say: told what is being done while it opens, for people who wait.
+        revise: may exchange parts of what it opens, such as an engine for one that is recorded.
 
     Attributes:
         experiment: what runs.
@@ -62,12 +66,17 @@ class Run(Closing):
 
     _error: BaseException | None
 
-    def __init__(self, experiment: Experiment, say: Say = quietly) -> None:
+    def __init__(
+        self, experiment: Experiment, say: Say = quietly, *, revise: Callable[[Plan], Plan] | None = None
+    ) -> None:
         plan = prepare(experiment, say)
+        if revise is not None:
+            plan = revise(plan)
         self.experiment = experiment
         self.on_step: list[Observer] = []
         self.on_close: list[Callable[[], None]] = []
         self._warnings = [str(finding.as_error()) for finding in plan.warnings]
+        self._told = {finding.message for finding in plan.warnings}
         with ExitStack() as opened:
             say(f"opening the world ({experiment.world.backend})")
             self.world: World = opened.enter_context(
@@ -103,6 +112,13 @@ class Run(Closing):
         loop.hooks.after_step.append(self._after_step)
         loop.hooks.after_reset.append(self._after_reset)
         return loop
+
+    @property
+    def warnings(self) -> list[str]:
+        """What may not be as meant: what was found before the run, and what the engines say so far."""
+        engines = (*self.world.warnings, *self.brain.warnings)
+        new = (warning for warning in engines if warning not in self._told)
+        return list(dict.fromkeys([*self._warnings, *new]))
 
     @property
     def seed(self) -> int:
@@ -161,6 +177,25 @@ class Run(Closing):
         if self.loop.now_ns >= self.experiment.duration:
             self._watch.finish(self.loop.now_ns)
 
+    def change(self, add: Iterable[TransferFunction | Path] = (), remove: Iterable[str] = ()) -> None:
+        """Add, replace and remove transfer functions before the next step, or change nothing; any thread may.
+
+        Args:
+            add: functions, or files of them; each takes the place of the one of its name.
+            remove: names of those to take away.
+
+        Raises:
+            ExperimentError: a file or a function is wrong, or there is none of a name.
+        """
+        given = ([one] if isinstance(one, TransferFunction) else load_functions(one) for one in add)
+        functions, names = [function for some in given for function in some], tuple(remove)
+
+        def make() -> None:
+            furnish(self.experiment, self.world, functions)
+            self.loop.change(functions, names)
+
+        self.loop.between_steps(make)
+
     # -- what happens at each step
 
     def _begin(self) -> None:
@@ -184,6 +219,56 @@ class Run(Closing):
     def _after_reset(self, loop: ClosedLoop) -> None:
         self._watch.reset()
         self._begin()
+
+    # -- going back
+
+    def snapshot(self) -> bytes:
+        """Return the complete state of the run between two steps.
+
+        Raises:
+            CapabilityError: an engine cannot save its state, or what takes part in the run, such as a
+                state machine; or a variable of a transfer function holds what cannot be saved.
+        """
+        if not self.experiment.maker.can_be_saved:
+            raise CapabilityError("the state machines of an experiment cannot be saved")
+        own = self._looked_at_ns, self._digest.state, self._watch.save()
+        sides = self.brain.snapshot(), self.world.snapshot()
+        try:
+            return pickle.dumps((sides, self.loop.save(), own))
+        except (pickle.PicklingError, TypeError, AttributeError) as error:
+            raise CapabilityError(f"a transfer function keeps what cannot be saved: {error}") from error
+
+    def restore(self, snapshot: bytes) -> None:
+        """Return to a snapshot, also to one of another run of the same experiment.
+
+        It is a Python pickle: as with the experiment itself, whoever made it can have any code run.
+
+        Raises:
+            SnapshotError: it was taken from something else.
+        """
+        try:
+            (brain, world), loop, own = pickle.loads(snapshot)
+        except Exception as error:  # whatever bytes that are no pickle may raise
+            raise SnapshotError(f"the snapshot cannot be read: {error}") from error
+        self.brain.restore(brain)
+        self.world.restore(world)
+        self.loop.restore(loop)
+        self._looked_at_ns, self._digest.state, watched = own
+        self._watch.restore(watched)
+
+    def continue_as(self, experiment: Experiment) -> None:
+        """Go on with the transfer functions of another experiment, which is else the same.
+
+        Raises:
+            ExperimentError: one of them is wrong; nothing is changed then.
+        """
+        collector = Collector(experiment)
+        functions = tuple(experiment.maker.functions(experiment, collector))
+        collector.raise_errors()
+        furnish(experiment, self.world, functions)
+        names = {function.name for function in functions}
+        self.loop.change(functions, [one.name for one in self.loop.functions if one.name not in names])
+        self.experiment = experiment
 
     # -- the end
 
@@ -210,7 +295,7 @@ class Run(Closing):
             spikes=self._counter.of(self.brain.network),
             events={name: seconds(times[name]) if name in times else None for name in self.experiment.events},
             failures=[failure_data(failure) for failure in self.loop.failures],
-            warnings=list(dict.fromkeys([*self._warnings, *self.world.warnings, *self.brain.warnings])),
+            warnings=self.warnings,
         )
 
     def write_csv(self, folder: Path | None = None) -> list[Path]:

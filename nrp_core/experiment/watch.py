@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from nrp_core.cle.wiring import declare_unserved
 from nrp_core.dsl.function import TransferFunction
@@ -79,6 +80,18 @@ class Watch:
         """Begin anew at time 0."""
         self.events.reset()
         self._judges = self._appointed(Collector(self._experiment))
+
+    def save(self) -> Any:
+        """Return which events have happened and what the criteria have seen."""
+        return dict(self.events.times), {name: judge.save() for name, judge in self._judges.items()}
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave, for the same experiment."""
+        times, judges = saved
+        self.events.restore(times)
+        for name, judge in self._judges.items():
+            if name in judges:
+                judge.restore(judges[name])
 
     def look(self, now_ns: int) -> None:
         """Take in the time that the world has reached; call it once for each."""

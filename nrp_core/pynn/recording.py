@@ -53,6 +53,8 @@ class Recorder(recording.Recorder):
     def restart(self) -> None:
         """Forget what was recorded: the simulation is back at time 0."""
         self._rows = {}
+        if self._simulator.state.brain is None:
+            self._ports = []
 
     # -- what PyNN's recorder calls
 

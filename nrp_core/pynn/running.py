@@ -9,12 +9,14 @@ import numpy as np
 from pydantic import ValidationError
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.network import STDP, FloatArray, IntArray
 from nrp_core.brain.pynn.export import network_of
+from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.pynn.currents import Current, Waveform
+from nrp_core.pynn.shares import shares_of
 from nrp_core.registry import brains
 from nrp_core.seeds import Seeds
 
@@ -24,8 +26,8 @@ DEFAULT_BACKEND = "event"
 class RunningState(State):
     """What a script has built, and the brain in which it runs.
 
-    The brain is opened when the network first runs; until it has run, and after a reset, the
-    network may change.
+    The brain is opened when the network first runs. Until it has run, and after a reset, the network may
+    change; while it runs, its parameters, spike times and weights may, as far as the backend can.
 
     Attributes:
         brain: the network at work, or None while it is not.
@@ -35,6 +37,7 @@ class RunningState(State):
 
     def __init__(self) -> None:
         self._currents: list[Current] = []
+        self._changed = False
         super().__init__(Seeds(0).child("network"))
         self.use(DEFAULT_BACKEND, {}, 0)
 
@@ -71,6 +74,45 @@ class RunningState(State):
             )
         self.close()
 
+    def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
+        brain = self._changing()
+        if brain is None:
+            return
+        ids = int(population.first_id) + index
+        if SPIKE_TIMES in values:
+            trains = [train.value for train in values[SPIKE_TIMES]]
+            brain.set_spike_times(brain.network.label_of(int(population.first_id))[0], trains, index)
+        else:
+            brain.set_parameters(ids, values)
+
+    def before_synapses(self, projection: Any, values: Mapping[str, FloatArray]) -> None:
+        brain = self._changing()
+        if brain is None:
+            return
+        fixed = ", ".join(sorted(values.keys() - {"weight"}))
+        if fixed:
+            raise CapabilityError(
+                f"projection '{projection.label}': {fixed} cannot change at {self.t:g} ms, while the network "
+                f"runs in '{self._backend}'; reset() first"
+            )
+        for label, chosen in self._shares[projection]:
+            brain.set_weights(label, values["weight"][chosen])
+
+    def weights_of(self, projection: Any) -> FloatArray:
+        if self.brain is None or projection.synapse_type.kind != STDP:
+            return super().weights_of(projection)
+        weights = np.empty(len(projection))
+        for label, chosen in self._shares[projection]:
+            weights[chosen] = self.brain.read_weights(label)
+        return weights
+
+    def _changing(self) -> Brain | None:
+        """Return the brain in which something is about to change, or None where it will be opened anew."""
+        if self.t == 0:
+            self.close()
+        self._changed = self.brain is not None
+        return self.brain
+
     def inject(self, source: Any, cells: IntArray) -> None:
         name = f"current/{len(self._currents)}"
         waveforms = (current.waveform for current in self._currents if current.source is source)
@@ -88,7 +130,10 @@ class RunningState(State):
     def reset(self) -> None:
         super().reset()
         if self.brain is not None:
-            self.brain.reset()
+            if self._changed:  # the brain would go back to what it was opened with, PyNN does not
+                self.close()
+            else:
+                self.brain.reset()
             for device in (*self.recorders, *self._currents):
                 device.restart()
 
@@ -111,6 +156,8 @@ class RunningState(State):
             wrong = [f"{'.'.join(map(str, found['loc']))}: {found['msg']}" for found in error.errors()]
             raise ExperimentError(f"options of brain backend '{self._backend}': {'; '.join(wrong)}") from None
         self.brain = backend.open(network_of(self), seed=self._seed, options=options)
+        self._changed = False
+        self._shares = shares_of(self, self.brain.network)
         for device in (*self.recorders, *self._currents):
             device.start(self.brain)
         return self.brain

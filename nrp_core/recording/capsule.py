@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -15,51 +17,74 @@ from pydantic import BaseModel
 
 from nrp_core import machine
 from nrp_core.brain.network import IntArray, Network
-from nrp_core.errors import ExperimentError, SimulationError
+from nrp_core.clock import NS_PER_S
+from nrp_core.errors import CapabilityError, ExperimentError, SimulationError
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.run import Run
 from nrp_core.experiment.tree import Tree
 from nrp_core.plain import plain
+from nrp_core.recording.hashes import Chain
 from nrp_core.recording.layout import FILES_FOLDER, RUN_NAME, Pictures, check_folder
+from nrp_core.recording.read import DIGEST, Recording, digest_of
 from nrp_core.recording.recorder import Recorder
+from nrp_core.recording.self_contained import write_experiment
 from nrp_core.recording.used_files import FilesRead
 from nrp_core.world.scene.model import Mesh, Scene
 
-FORMAT = 1
+FORMAT = 2
 """Version of the layout of a recording."""
+
+SNAPSHOTS_NS = 10 * NS_PER_S
+"""Simulated time between two snapshots; one takes about as long as a step."""
 
 
 class Capsule:
     """Records a run into a folder, from now until it is closed.
 
     Args:
-        run: at time 0.
+        run: between two steps, most often at time 0.
         folder: is made; an empty one may be there.
         pictures: how camera pictures are kept.
         files: what noticed which files were read; without it only those are kept that the experiment
             names, and the meshes of its scene.
+        snapshots_ns: simulated time between two snapshots; None: there are none.
+        origin: the recording that the run goes on from, and where the chain of hashes was there.
 
     Raises:
         ExperimentError: the folder holds something, or cannot be written.
     """
 
     def __init__(
-        self, run: Run, folder: Path, *, pictures: Pictures = Pictures.EXACT, files: FilesRead | None = None
+        self,
+        run: Run,
+        folder: Path,
+        *,
+        pictures: Pictures = Pictures.EXACT,
+        files: FilesRead | None = None,
+        snapshots_ns: int | None = SNAPSHOTS_NS,
+        origin: Origin | None = None,
     ) -> None:
         self._run, self._folder, self._files = run, folder, files
+        self._snapshots_ns, self._warnings = snapshots_ns, list[str]()
         _make(folder)
         self._root = _copy_files(self._used(), folder)
-        self._about = _about(run, self._root)
+        self._about = _about(run, self._root) | {
+            "pictures": pictures, "snapshots_ns": snapshots_ns, "continues": origin
+        }  # fmt: skip
         self._write("running", None)
         self._recorder = Recorder(
-            run.brain, run.world, folder, period_ns=run.experiment.timestep, pictures=pictures
-        )
+            run.brain, run.world, folder, period_ns=run.experiment.timestep, pictures=pictures,
+            chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
+        )  # fmt: skip
+        if run.loop.now_ns:
+            self._snapshot()
         run.on_step.append(self._after_step)
+        run.loop.hooks.from_outside.append(self._recorder.observer.note_from_outside)
 
     @property
     def warnings(self) -> list[str]:
         """What could not be recorded."""
-        return self._recorder.warnings
+        return [*self._recorder.warnings, *self._warnings]
 
     def close(self, state: str) -> None:
         """Complete the recording; call it before the run is closed.
@@ -71,6 +96,7 @@ class Capsule:
             SimulationError: the disk does not take it.
         """
         self._run.on_step.remove(self._after_step)
+        self._run.loop.hooks.from_outside.remove(self._recorder.observer.note_from_outside)
         try:
             self._recorder.close()
         finally:
@@ -87,20 +113,44 @@ class Capsule:
 
     def _after_step(self, run: Run) -> None:
         self._recorder.step()
+        if self._snapshots_ns is not None and run.loop.now_ns % self._snapshots_ns == 0:
+            self._snapshot()
+
+    def _snapshot(self) -> None:
+        """Keep the state of the run; where that cannot be, say so once."""
+        try:
+            self._recorder.add_snapshot(self._run.snapshot())
+        except CapabilityError as error:
+            self._snapshots_ns = None
+            self._warnings.append(
+                f"no snapshots are recorded: {error}; to go on from within takes a whole run"
+            )
 
     def _used(self) -> list[Path]:
         named = {path for path in named_files(self._run.experiment) if path.is_file()}
-        folders = {path.parent for path in named}
+        folders = {path.parent for path in named} | set(self._run.experiment.models)
         read = self._files.below(folders) if self._files else []
         return sorted({*named, *_meshes(self._run.world.scene), *read})
 
     def _write(self, state: str, result: dict[str, Any] | None) -> None:
         """Write ``run.json`` in one piece, so that a kill leaves the last one."""
+        write_experiment(self._run.experiment, self._folder, self._used(), self._root)
         path = self._folder / RUN_NAME
         draft = path.with_suffix(".draft")
-        data = {**self._about, "state": state, "result": result}
-        draft.write_text(json.dumps(plain(data), indent=2, ensure_ascii=False) + "\n")
+        data = {**self._about, "files": _digests(self._folder), "state": state, "result": result}
+        told = plain(data)
+        told[DIGEST] = digest_of(told)
+        draft.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n")
         draft.replace(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a run goes on from: the name of a recording, the time, and its chain of hashes there."""
+
+    recording: str
+    t_ns: int
+    chain: str
 
 
 def named_files(experiment: Experiment) -> Iterator[Path]:
@@ -169,6 +219,22 @@ def _copy_files(files: Iterable[Path], folder: Path, root: Path | None = None) -
     return root
 
 
+def _digests(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every file that a recording holds a copy of."""
+    files = folder / FILES_FOLDER
+    return {
+        path.relative_to(files).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(files.rglob("*"))
+        if path.is_file()
+    }
+
+
+def changed_files(recording: Recording) -> list[str]:
+    """Return which files of a recording are no longer those that were recorded."""
+    then, now = dict(recording.run.get("files") or {}), _digests(recording.folder)
+    return sorted(name for name in {*then, *now} if then.get(name) != now.get(name))
+
+
 def _about(run: Run, root: Path) -> dict[str, Any]:
     """Return what ``run.json`` says of a run from its start on."""
     experiment, written = run.experiment, run.experiment.source.place.path
@@ -177,6 +243,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
         "experiment": experiment.name,
         "file": None if written is None else Path(FILES_FOLDER) / written.relative_to(root),
         "recorded": datetime.now(UTC).isoformat(timespec="seconds"),
+        "overrides": experiment.overrides,
         "seed": run.seed,
         "brain": {
             "backend": experiment.brain.backend,

@@ -4,6 +4,7 @@ A recording is a folder::
 
     run.json         what ran: versions, machine, seed, options; at the end the result
     recording.mcap   every message, in the encoding of ROS 2, stamped with simulated time
+    experiment.yaml  the experiment as it was run, overrides and all: ``nrp run`` takes the folder
     experiment/      the files that were used, in their places relative to each other
 """
 
@@ -17,10 +18,17 @@ from nrp_core.errors import ExperimentError
 MCAP_NAME = "recording.mcap"
 RUN_NAME = "run.json"
 FILES_FOLDER = "experiment"
+EXPERIMENT_NAME = "experiment.yaml"
 
 SCENE = "/scene"
 """Topic of what there is to see, as markers: those of a model that moves lie in its own frame."""
 WORLD_FRAME = "world"
+STEPS = "/nrp/steps"
+"""Topic of the hash of every step; the messages since the last one are those of the step."""
+SNAPSHOTS = "/nrp/snapshots"
+"""Topic of the complete state of the run, now and then."""
+PUBLISHED = "/nrp/published"
+"""Topic of what came from outside of the run."""
 
 
 class Pictures(StrEnum):
@@ -54,6 +62,8 @@ class Role(StrEnum):
     """The value of a device that listens to neurons, whenever it changed."""
     SOURCE = "source"
     """The settings of a device that acts on neurons, whenever they changed."""
+    RUN = "run"
+    """What the platform itself needs to verify and continue a run."""
 
 
 def spikes_topic(population: str) -> str:

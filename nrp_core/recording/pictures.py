@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.errors import ExperimentError
+from nrp_core.world.messages.cv_bridge import CvBridge, CvBridgeError
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 
 Pixels = npt.NDArray[np.uint8]
@@ -31,13 +34,36 @@ def compress(image: Image) -> CompressedImage:
 
 
 def pixels_of(picture: Image | CompressedImage) -> Pixels:
-    """Return the pixels of a recorded picture, shape ``(height, width, 3)``, RGB."""
+    """Return the pixels of a recorded picture, shape ``(height, width, 3)``, RGB; depths as greys."""
+    values = values_of(picture)
+    if values.dtype != np.uint8:
+        values = _greys(values)
+    return np.repeat(values[..., np.newaxis], 3, axis=2) if values.ndim == 2 else values[..., :3]
+
+
+def values_of(picture: Image | CompressedImage) -> npt.NDArray[Any]:
+    """Return what a recorded picture holds: RGB, or one value for each place, such as depths in m."""
     if isinstance(picture, CompressedImage):
         return _decoded(picture)[:, :, ::-1]
-    pixels = _shaped(picture)
-    if picture.encoding == "mono8":
-        return np.repeat(pixels, 3, axis=2)
-    return pixels[:, :, ::-1] if picture.encoding == "bgr8" else pixels
+    values = as_it_was(picture).data
+    return values[:, :, ::-1] if picture.encoding == "bgr8" else values
+
+
+def as_it_was(picture: Image) -> Image:
+    """Return a recorded picture with its data in the shape and type that it had when it was recorded."""
+    try:
+        return replace(picture, data=CvBridge().imgmsg_to_cv2(picture))
+    except (CvBridgeError, ValueError) as error:
+        raise ExperimentError(f"a picture in the encoding '{picture.encoding}' cannot be read") from error
+
+
+def _greys(values: npt.NDArray[Any]) -> Pixels:
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    far = np.clip(
+        (np.nan_to_num(values, nan=high, posinf=high, neginf=low) - low) / (high - low or 1.0), 0, 1
+    )
+    return np.asarray(255 * (1 - far), np.uint8)
 
 
 def _shaped(image: Image) -> Pixels:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Collection, Iterator, Mapping
@@ -10,13 +11,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Role
-from nrp_core.recording.writer import McapFile
 from nrp_core.world.messages.cdr import Codec
 
 
@@ -75,17 +75,27 @@ class Recording:
         if not path.is_file():
             return {}
         try:
-            return dict(json.loads(path.read_text()))
-        except ValueError as error:
+            data = json.loads(path.read_text())
+        except (ValueError, RecursionError) as error:
             raise ExperimentError(f"cannot be read as JSON: {error}", path=path) from error
+        if not isinstance(data, dict) or data.get(DIGEST, digest_of(data)) != digest_of(data):
+            raise ExperimentError("was changed or damaged since it was written", path=path)
+        return data
 
     @cached_property
     def complete(self) -> bool:
-        """Whether the file was closed properly; if not, :meth:`messages` gives what is whole."""
+        """Whether the file was closed and nothing in it is damaged; if not, what is whole of it is read.
+
+        All of it is read to know.
+        """
         with self.file.open("rb") as file:
             size = file.seek(0, os.SEEK_END)
             file.seek(max(0, size - len(MCAP0_MAGIC)))
-            return size > len(MCAP0_MAGIC) and file.read() == MCAP0_MAGIC
+            closed = size > len(MCAP0_MAGIC) and file.read() == MCAP0_MAGIC
+        if closed:
+            for _ in self._read():
+                pass
+        return closed and self._whole
 
     @cached_property
     def topics(self) -> dict[str, Topic]:
@@ -101,11 +111,38 @@ class Recording:
 
         Args:
             topics: only these; all by default.
+
+        Raises:
+            ExperimentError: a message is not of its type, in a file that is not ours.
         """
         codec = Codec({})
         for topic, message in self.raw(topics):
+            yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
+
+    def decoded(self, codec: Codec, topic: Topic, data: bytes) -> Any:
+        """Return a message.
+
+        Raises:
+            ExperimentError: it is none of that type, in a file that is not ours.
+        """
+        self.define(codec, topic)
+        try:
+            return codec.decode(data, topic.type_name)
+        except Exception as error:  # whatever bytes may raise that are something else
+            message = f"a message of {topic.name} ({topic.type_name}) cannot be read: {error}"
+            raise ExperimentError(message, path=self.file) from error
+
+    def define(self, codec: Codec, topic: Topic) -> None:
+        """Let a codec know the type of a topic.
+
+        Raises:
+            ExperimentError: it is not defined as ROS 2 defines types, in a file that is not ours.
+        """
+        try:
             codec.define(topic.type_name, topic.definition)
-            yield Recorded(topic.name, message.log_time, codec.decode(message.data, topic.type_name))
+        except Exception as error:
+            message = f"the type of {topic.name} ({topic.type_name}) cannot be read: {error}"
+            raise ExperimentError(message, path=self.file) from error
 
     def raw(self, topics: Collection[str] | None = None) -> Iterator[tuple[Topic, Message]]:
         """Return messages undecoded, as records of the file."""
@@ -118,6 +155,7 @@ class Recording:
         schemas: dict[int, Schema] = {}
         topics: dict[int, Topic] = {}
         expected: dict[int, int] = {}
+        self._whole = False
         for record in _records(self.file):
             if isinstance(record, Schema):
                 schemas[record.id] = record
@@ -131,24 +169,18 @@ class Recording:
                     return
                 expected[record.channel_id] = record.sequence + 1
                 yield topics[record.channel_id], record
+            elif isinstance(record, DataEnd):
+                self._whole = True
 
 
-def recover(path: Path | str, target: Path) -> int:
-    """Write everything that is whole in a cut MCAP file into a proper one.
+DIGEST = "digest"
+"""Key of ``run.json``: what :func:`digest_of` says of all else in it."""
 
-    Returns:
-        The number of messages.
-    """
-    recovered = McapFile(target, Codec({}))
-    try:
-        for topic, message in Recording(path).raw():
-            if not recovered.knows(topic.name):
-                recovered.codec.define(topic.type_name, topic.definition)
-                recovered.announce(topic.name, topic.type_name, topic.about)
-            recovered.write(topic.name, message.log_time, message.data)
-    finally:
-        recovered.close()
-    return sum(recovered.counts.values())
+
+def digest_of(data: Any) -> str:
+    """Return the SHA-256 of JSON data, but for its digest."""
+    rest = {key: value for key, value in data.items() if key != DIGEST} if isinstance(data, dict) else data
+    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
 
 
 def _records(path: Path) -> Iterator[McapRecord]:
@@ -167,6 +199,6 @@ def _records(path: Path) -> Iterator[McapRecord]:
                 return
             if record is None:
                 return
-            if isinstance(record, Chunk) or not chunked:
+            if isinstance(record, (Chunk, DataEnd)) or not chunked:
                 yield from inner
             chunked = chunked or isinstance(record, Chunk)

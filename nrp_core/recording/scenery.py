@@ -13,8 +13,7 @@ from nrp_core.world.messages.visualization_msgs import (
     Marker,
     MarkerArray,
 )
-from nrp_core.world.parts.base import ModelMotion
-from nrp_core.world.parts.model_states import pose_message
+from nrp_core.world.parts.poses import pose_message
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -53,7 +52,7 @@ def _marker(number: int, model: Model, link: Link, visual: Visual) -> Marker:
         ns=f"{model.name}/{link.name}/{visual.name}",
         id=number,
         type=kind,
-        pose=pose_message(ModelMotion(pose)),
+        pose=pose_message(pose),
         scale=Vector3(*scale),
         color=ColorRGBA(*visual.rgba),
         frame_locked=not model.static,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -16,31 +17,44 @@ from nrp_core.brain.sinks import SinkPort, SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.sources import SourcePort
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import seconds
-from nrp_core.recording.layout import Pictures, Role, compressed_topic, device_topic, spikes_topic
+from nrp_core.recording import encoding
+from nrp_core.recording.encoding import Parts
+from nrp_core.recording.layout import SCENE, Pictures, Role, compressed_topic, device_topic, spikes_topic
 from nrp_core.recording.pictures import compress, compressible
+from nrp_core.recording.scenery import markers
 from nrp_core.world.interface import World
 from nrp_core.world.messages import nrp_msgs
-from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray, Header
-from nrp_core.world.parts.model_states import MODEL_STATES, state_messages
+from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.world.messages.visualization_msgs import MarkerArray
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.scene.model import Scene
 from nrp_core.world.topics import Stamped, TopicInfo
 
 
 class Entry(NamedTuple):
-    """A message to be recorded, which nobody changes any more.
+    """A message to be recorded.
 
     Args:
         t_ns: when it was taken.
         topic: where it goes.
-        message: what it is.
+        kind: its class.
         about: what readers are told of the topic, its role among it.
+        encode: gives its bytes, now or later; None where the codec has to, at once.
+        message: the message itself, for the codec.
     """
 
     t_ns: int
     topic: str
-    message: Any
+    kind: type
     about: Mapping[str, str]
+    encode: Callable[[], Parts] | None = None
+    message: Any = None
+
+
+Add = Callable[[Entry], None]
+"""Takes in an entry."""
 
 
 def about_role(role: Role, **about: str) -> Mapping[str, str]:
@@ -52,11 +66,27 @@ class Signal(ABC):
     """Something that is recorded after each step."""
 
     @abstractmethod
-    def take(self, now_ns: int) -> Iterator[Entry]:
-        """Return what is new since the last call."""
+    def take(self, now_ns: int, add: Add) -> None:
+        """Add what is new since the last call."""
 
     def close(self) -> None:
         """Leave the run as if nobody had listened."""
+
+
+class Scenery(Signal):
+    """The look of the room and the robots, at the start and whenever models come, go or are put elsewhere."""
+
+    _about = about_role(Role.SCENE)
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._shown: Scene | None = None
+
+    def take(self, now_ns: int, add: Add) -> None:
+        scene = self._world.scene
+        if scene is not self._shown:
+            self._shown = scene
+            add(Entry(now_ns, SCENE, MarkerArray, self._about, message=markers(scene)))
 
 
 class MovingModels(Signal):
@@ -66,15 +96,19 @@ class MovingModels(Signal):
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._names = [model.name for model in world.scene.models if not model.static]
+        self._scene: Scene | None = None
         self._seen_ns = -1
 
-    def take(self, now_ns: int) -> Iterator[Entry]:
+    def take(self, now_ns: int, add: Add) -> None:
+        world = self._world
+        if world.scene is not self._scene:
+            self._scene = world.scene
+            self._names = [model.name for model in world.scene.models if not model.static]
+            self._encode = encoding.ModelStatesEncoder(self._names)
         if now_ns > self._seen_ns:
             self._seen_ns = now_ns
-            states = [state_messages(self._world.model_motion(name)) for name in self._names]
-            poses, twists = [pose for pose, _ in states], [twist for _, twist in states]
-            yield Entry(now_ns, MODEL_STATES, ModelStates(self._names, poses, twists), self._about)
+            motions = [world.model_motion(name) for name in self._names]
+            add(Entry(now_ns, MODEL_STATES, ModelStates, self._about, partial(self._encode, motions)))
 
 
 class Sensor(Signal):
@@ -94,13 +128,13 @@ class Sensor(Signal):
         self._subscription = world.subscribe(topic.name, depth=depth)
         self._seen_ns = -1
 
-    def take(self, now_ns: int) -> Iterator[Entry]:
+    def take(self, now_ns: int, add: Add) -> None:
         for stamped in self._subscription.since(self._seen_ns):
             self._seen_ns = stamped.t_ns
-            yield self._entry(self._subscription.topic.name, stamped)
+            add(self._entry(self._subscription.topic.name, stamped))
 
     def _entry(self, topic: str, stamped: Stamped) -> Entry:
-        return Entry(stamped.t_ns, topic, stamped.message, self._about)
+        return Entry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message)
 
     def close(self) -> None:
         self._world.unsubscribe(self._subscription)
@@ -118,8 +152,9 @@ class Camera(Sensor):
     def _entry(self, topic: str, stamped: Stamped) -> Entry:
         picture = stamped.message
         if self._compressed and compressible(picture):
-            return Entry(stamped.t_ns, compressed_topic(topic), compress(picture), self._about)
-        return Entry(stamped.t_ns, topic, picture, self._about)
+            small = compress(picture)
+            return Entry(stamped.t_ns, compressed_topic(topic), CompressedImage, self._about, message=small)
+        return Entry(stamped.t_ns, topic, Image, self._about, partial(encoding.image, picture))
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +166,16 @@ class _Everything(SpikeRecorder):
 
 
 class _EverythingPort(SpikeRecorderPort):
+    passing = True
+
     def take(self) -> Spikes:
         """Return the spikes since the last call."""
         parts, self._parts = self._parts, []
         return parts[0] if len(parts) == 1 else Spikes.merged(parts)
+
+    def receive(self, spikes: Spikes, until_ms: float) -> None:
+        if len(spikes):  # of all neurons, so there is nothing to choose
+            self._parts.append(spikes)
 
 
 class PopulationSpikes(Signal):
@@ -145,28 +186,29 @@ class PopulationSpikes(Signal):
     def __init__(self, brain: Brain) -> None:
         self._brain = brain
         self._labels = list(brain.network.populations)
+        self._topics = [spikes_topic(label) for label in self._labels]
+        self._encoders = [encoding.SpikesEncoder(label) for label in self._labels]
         self._offsets = np.array([brain.network.offsets[label] for label in self._labels])
         port = brain.add_sink(_Everything(), np.arange(brain.network.size), name="recording")
         assert isinstance(port, _EverythingPort)
         self._port = port
 
-    def take(self, now_ns: int) -> Iterator[Entry]:
+    def take(self, now_ns: int, add: Add) -> None:
         spikes = self._port.take()
         if not len(spikes):
             return
         if len(self._labels) == 1:
-            yield self._entry(now_ns, 0, spikes.neurons, spikes.times_ms)
+            add(self._entry(now_ns, 0, spikes.neurons, spikes.times_ms))
             return
         owners = np.searchsorted(self._offsets, spikes.neurons, side="right") - 1
         for owner in dict.fromkeys(owners.tolist()):
             chosen = owners == owner
             ids = spikes.neurons[chosen] - self._offsets[owner]
-            yield self._entry(now_ns, owner, ids, spikes.times_ms[chosen])
+            add(self._entry(now_ns, owner, ids, spikes.times_ms[chosen]))
 
     def _entry(self, now_ns: int, owner: int, ids: IntArray, times_ms: FloatArray) -> Entry:
-        label, header = self._labels[owner], Header(Time.from_ns(now_ns))
-        message = nrp_msgs.Spikes(header, label, ids.astype(np.uint32), times_ms * 1e-3)
-        return Entry(now_ns, spikes_topic(label), message, self._about)
+        encode = partial(self._encoders[owner], now_ns, ids, times_ms)
+        return Entry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, encode)
 
     def close(self) -> None:
         self._brain.remove(self._port)
@@ -180,50 +222,52 @@ class DeviceValues(Signal):
         self._devices: tuple[SourcePort | SinkPort, ...] = ()
         self._shown: list[_Device] = []
 
-    def take(self, now_ns: int) -> Iterator[Entry]:
+    def take(self, now_ns: int, add: Add) -> None:
         devices = self._brain.devices
         if devices != self._devices:
             self._devices = devices
             self._shown = self._show()
         for device in self._shown:
-            message = device.news()
-            if message is not None:
-                yield Entry(now_ns, device.topic, message, device.about)
+            value = getattr(device.port, device.quantity)
+            last, device.last = device.last, value
+            if value is not last and _differ(value, last):
+                add(device.entry(now_ns, value))
 
     def _show(self) -> list[_Device]:
         """Return all that have a value, each under a topic of its own."""
         kept = {id(device.port): device for device in self._shown}
+        last = {device.topic: device.last for device in self._shown}
         shown: dict[str, _Device] = {}
         for port in self._devices:
             if port.quantity is not None:
                 topic = _free(device_topic(port.name, port.quantity), shown)
-                shown[topic] = kept.get(id(port)) or _Device(port, port.quantity, topic)
+                shown[topic] = kept.get(id(port)) or _Device(port, port.quantity, topic, last.get(topic))
         return list(shown.values())
 
 
 class _Device:
     """A device, its topic, and the value that was recorded last."""
 
-    def __init__(self, port: SourcePort | SinkPort, quantity: str, topic: str) -> None:
-        self.port, self.topic, self._quantity = port, topic, quantity
+    def __init__(self, port: SourcePort | SinkPort, quantity: str, topic: str, last: Any) -> None:
+        self.port, self.topic, self.quantity = port, topic, quantity
         self._listens = isinstance(port, SinkPort)
         kind = Role.SINK if self._listens else Role.SOURCE
         neurons = str(port.neurons.tolist())
         self.about = about_role(kind, unit=port.unit, device=port.name, neurons=neurons)
-        self._last: Any = None
+        self.last = last
 
-    def news(self) -> Float64 | Float64MultiArray | None:
-        """Return the value if it changed since the last call."""
-        value = getattr(self.port, self._quantity)
-        last, self._last = self._last, value
-        if isinstance(value, float):  # the common case, and NumPy's comparison is slow
-            if value == last:
-                return None
-        elif np.array_equal(value, last):
-            return None
+    def entry(self, now_ns: int, value: Any) -> Entry:
+        """Return a new value."""
         if self._listens:
-            return Float64(float(value))
-        return Float64MultiArray(data=np.atleast_1d(np.asarray(value, float)))
+            return Entry(now_ns, self.topic, Float64, self.about, partial(encoding.float64, float(value)))
+        values = Float64MultiArray(data=np.atleast_1d(np.asarray(value, float)))
+        return Entry(now_ns, self.topic, Float64MultiArray, self.about, message=values)
+
+
+def _differ(value: Any, last: Any) -> bool:
+    if isinstance(value, float):  # the common case, and NumPy's comparison is slow
+        return bool(value != last)
+    return not np.array_equal(value, last)
 
 
 def _free(topic: str, taken: Mapping[str, object]) -> str:

@@ -35,6 +35,8 @@ class TopicInfo:
         rate_hz: messages a second; None: the value now, at any time.
         what: one line for people.
         limits: what every field of a message lies between, all of them numbers; None: anywhere.
+        delay: from a sample to the arrival of its message, s.
+        drop_out: share of the samples that get lost.
     """
 
     name: str
@@ -43,11 +45,13 @@ class TopicInfo:
     rate_hz: float | None = None
     what: str = ""
     limits: tuple[float, float] | None = None
+    delay: float = 0.0
+    drop_out: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Stamped:
-    """A message and the time it was taken, ns."""
+    """A message and the time it came, ns; without a delay that is when it was taken."""
 
     t_ns: int
     message: Any
@@ -77,7 +81,7 @@ class Subscription:
         return self._kept[-1] if self._kept else None
 
     def since(self, t_ns: int) -> list[Stamped]:
-        """Return the kept messages taken after ``t_ns``, oldest first."""
+        """Return the kept messages that came after ``t_ns``, oldest first."""
         if self._current is not None:
             now = self._current()
             return [now] if now is not None and now.t_ns > t_ns else []

@@ -9,7 +9,7 @@ import pytest
 from nrp_brain_event import EventBackend
 from nrp_brain_spinnaker import SpinnakerBackend
 
-from nrp_core.brain.network import Network, Population
+from nrp_core.brain.network import Network, Population, Projection
 from nrp_core.brain.remote import RemoteBrain
 from nrp_core.brain.sinks import SpikeRecorder
 from nrp_core.brain.sources import DCSource, PoissonSource
@@ -137,3 +137,18 @@ def test_closing_a_brain_ends_its_process(remote):
     brain.close()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+def test_changes_of_parameters_and_weights_reach_the_other_process(remote):
+    index = np.zeros(1, np.int32)
+    synapse = Projection("p", "cells", "cells", "excitatory", index, index + 1, np.ones(1), np.ones(1))
+    brain = remote(EventBackend(), Network(cells().populations, (synapse,)))
+    recorder = driven(brain)
+    brain.set_parameters([3], {"i_offset": 2.0})
+    brain.set_weights("p", 0.25)
+    run(brain, recorder, 100)
+    assert set(recorder.spikes().neurons) >= {2, 3}
+    assert brain.read_weights("p") == [0.25]
+    with pytest.raises(NetworkError, match=r"cell 1 has no refractory time"):
+        brain.set_parameters([1], {"tau_refrac": 0.0, "v_reset": -40.0})
+    brain.run_until(120 * NS_PER_MS)

@@ -31,12 +31,6 @@ class TestMujoco(WorldBackendTests):
 class TestPybullet(WorldBackendTests):
     backend_name = "pybullet"
 
-    @pytest.mark.xfail(
-        reason="a standing robot is off by 1e-11 m: Bullet keeps more than its saved state holds"
-    )
-    def test_a_reset_world_that_nobody_commands_equals_a_fresh_one(self):
-        super().test_a_reset_world_that_nobody_commands_equals_a_fresh_one()
-
 
 class TestEventSequences(BrainSequenceTests):
     backend_name = "event"

@@ -6,6 +6,7 @@ import brains_in_kind
 import brains_in_time
 import pytest
 import worlds
+import worlds_in_change
 from small_brain import SmallBackend
 
 from nrp_core.conformance import BrainBackendTests, WorldBackendTests
@@ -14,7 +15,7 @@ from nrp_core.conformance.report import Outcome
 from nrp_core.conformance.run import run_tests
 
 BRAINS = brains_in_time.FOUND_BY | brains_in_kind.FOUND_BY
-WORLDS = worlds.FOUND_BY
+WORLDS = worlds.FOUND_BY | worlds_in_change.FOUND_BY
 
 
 def failing(suite: type[BackendTests], backend: type) -> set[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nrp_legacy.brains import load_brain
+from nrp_legacy.brains import load_brain, remark
 
 from nrp_core.brain.network import Network
 from nrp_core.errors import ExperimentError, NetworkError
@@ -35,7 +35,9 @@ def loaded(folder: Path, text: str, populations: str = "") -> tuple[Network, lis
     root = parse_xml(f"<brainModel>{populations}</brainModel>".encode(), Path("b.bibi"), ExperimentError)
     chosen: dict[str, Element] = {one.attributes["population"]: one for one in root.children}
     notes: list[str] = []
-    return load_brain(path, chosen, 0, notes.append), notes
+    network = load_brain(path, chosen, 0)
+    remark(path, chosen, network, notes.append)
+    return network, notes
 
 
 def test_the_spellings_of_pynn_0_7_mean_those_of_today(tmp_path: Path) -> None:
@@ -82,4 +84,4 @@ def test_a_name_without_neurons_is_told(tmp_path: Path) -> None:
 
 def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NetworkError, match=r"brains are read from \.py files, not from 'brain.h5'"):
-        load_brain(tmp_path / "brain.h5", {}, 0, print)
+        load_brain(tmp_path / "brain.h5", {}, 0)

@@ -223,7 +223,7 @@ def node(t, rows):
     rows.record_entry(t, list(heard))
     publisher.publish(t)
     try:
-        rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)(None)
+        rospy.ServiceProxy("/gazebo/set_model_stat", SetModelState)(None)
     except rospy.ServiceException as error:
         assert "not available" in str(error)
 """
@@ -231,7 +231,9 @@ MACHINE = """
 import rospy
 import smach
 from std_msgs.msg import Float64
-from hbp_nrp_excontrol.nrp_states import ClockDelayState, ClockMonitorState, SpawnSphere
+from hbp_nrp_excontrol.nrp_states import ClockDelayState, ClockMonitorState, SpawnSphere, SpawnBox
+from hbp_nrp_excontrol.nrp_states import DestroyModel, SetModelPose, TranslateModelState
+from geometry_msgs.msg import Point, Vector3
 from smach_ros import MonitorState
 
 def talk(userdata):
@@ -252,7 +254,14 @@ with sm:
     add("delay", ClockDelayState(0.1), transitions={"valid": "delay", "invalid": "until"})
     add("until", clock, transitions={"valid": "until", "invalid": "hear"})
     add("hear", hear, transitions={"valid": "hear", "invalid": "ball", "preempted": "ERROR"})
-    add("ball", SpawnSphere("ball", 1.0), transitions={"succeeded": "talk", "aborted": "talk"})
+    ball = SpawnSphere(model_name="ball", radius=0.2, position=Point(1, 2, 3), gravity_factor=0, color="Gazebo/Red")
+    add("ball", ball, transitions={"succeeded": "box", "aborted": "ERROR"})
+    box = SpawnBox(model_name="box", size=Vector3(1, 1, 1), position=Point(0, 5, 1), color="Gazebo/Black")
+    add("box", box, transitions={"succeeded": "place", "aborted": "ERROR"})
+    add("place", SetModelPose("box", Point(0, 6, 1)), transitions={"succeeded": "move", "aborted": "ERROR"})
+    move = TranslateModelState("ball", 0, 0.5, 0)
+    add("move", move, transitions={"succeeded": "destroy", "aborted": "ERROR"})
+    add("destroy", DestroyModel("box"), transitions={"succeeded": "talk", "aborted": "ERROR"})
     add("talk", smach.CBState(talk, outcomes=["succeeded"]), transitions={"succeeded": "DONE"})
 """
 BIBI = '<bibi><transferFunction src="node.py"/></bibi>'
@@ -269,7 +278,11 @@ def test_machines_and_functions_talk_in_simulated_time(opened: Opened, corpus: P
     run.run()
     result = run.result()
     assert not result.failures
-    assert "a state machine asks to add a model, which is not possible here" in result.warnings
+    names = [model.name for model in run.world.scene.models]
+    assert "ball" in names
+    assert "box" not in names
+    assert run.world.model_motion("ball").pose.position == pytest.approx((1.0, 2.5, 3.0))
+    assert not [warning for warning in result.warnings if "box" in warning]
     last = run.loop.functions[0].adapters["rows"].rows[-1]
     # what is published at the end of a step is heard at the end of the next: 0.22 s at 0.26 s
     assert last == ["0.48", "[0.26, 100.3]"]

@@ -71,7 +71,7 @@ def plain_values(t, plain, heard, open, refused):
     assert t == 0 or heard.value.data == t - 0.02 or abs(heard.value.data - t + 0.02) < 1e-9
 """
 REFUSED = """
-@nrp.MapSpikeSource("cells", nrp.brain.circuit, nrp.injector)
+@nrp.MapSpikeSource("cells", nrp.brain.circuit, nrp.raw_signal)
 @nrp.Robot2Neuron()
 def injects(t, cells):
     pass
@@ -111,4 +111,4 @@ def test_functions_talk_whichever_way_a_topic_goes(run: Run) -> None:
 
 def test_a_device_of_another_simulator_is_refused_alone(run: Run) -> None:
     assert "injects" not in [function.name for function in run.loop.functions]
-    assert any("injector does not drive neurons" in warning for warning in run.result().warnings)
+    assert any("raw_signal does not drive neurons" in warning for warning in run.result().warnings)

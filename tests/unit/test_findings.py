@@ -21,6 +21,7 @@ def test_a_finding_is_plain_data() -> None:
     assert json.loads(json.dumps(ERROR.to_dict())) == {
         "code": "NRP212", "message": "no topic '/a'", "level": "error",
         "path": "experiment.yaml", "line": 2, "column": 5,
+        "why": Code.NRP212.why, "suggestion": Code.NRP212.suggestion,
     }  # fmt: skip
 
 
@@ -45,6 +46,6 @@ def test_only_errors_keep_an_experiment_from_running() -> None:
     assert has_errors([WARNING, ERROR])
 
 
-def test_every_code_says_what_it_means() -> None:
-    assert len({code.value for code in Code}) == len(Code)
-    assert all(code.value.endswith(".") for code in Code)
+def test_every_code_says_what_it_means_why_it_matters_and_what_to_do() -> None:
+    assert len({code.summary for code in Code}) == len(Code)
+    assert all(text.endswith(".") for code in Code for text in (code.summary, code.why, code.suggestion))

@@ -60,6 +60,7 @@ def gather(
     cell_slots: Array,
     events: Array,
     cells: Array,
+    plastic: Array,
     ready: Array,
     end: float,
 ) -> None:
@@ -71,7 +72,8 @@ def gather(
         event = events[index]
         following = event.after
         if event.time < end:
-            row = event.target >> 1
+            target = event.target if event.target >= 0 else plastic[~event.target].target
+            row = target >> 1
             _hand_over(events, cells[row], index)
             _get_ready(clock, cells, ready, row)
         else:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network import STATIC, TSODYKS_MARKRAM, Network
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network
+from nrp_core.clock import NS_PER_MS
+from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
 
 
@@ -21,6 +24,24 @@ class EventOptions(BrainOptions):
         description="largest local error (mV) of an integration step, for cells without a closed form: "
         "conductance-based, adaptive exponential, Izhikevich, Hodgkin-Huxley",
     )
+    resolution: DurationNs | None = Field(
+        default=None,
+        description="a grid of times, e.g. `0.1 ms`, on which all spikes lie: for dense networks, where "
+        "that is many times faster; none: spike times are exact",
+    )
+    poisson: Literal["core", "grid"] = Field(
+        default="core",
+        description="who draws SpikeSourcePoisson populations: the core, so that all backends get the same "
+        "spikes, or the grid, for populations of equal cells with one synapse each: many times faster",
+    )
+
+    @model_validator(mode="after")
+    def _check_grid(self) -> Self:
+        if self.resolution is None and self.poisson == "grid":
+            raise ValueError("poisson: grid needs a resolution, e.g. 0.1 ms")
+        if self.resolution is not None and self.resolution > NS_PER_MS:
+            raise ValueError(f"a resolution is 1 ms or finer, not {self.resolution / NS_PER_MS:g} ms")
+        return self
 
 
 class EventBackend(BrainBackend):
@@ -31,19 +52,26 @@ class EventBackend(BrainBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
         from nrp_brain_event.cell_types import CELL_TYPES
 
+        assert isinstance(options, EventOptions)
+        exact = options.resolution is None
         variables = (kind.state_variables for kind in CELL_TYPES.values())
         return BrainCapabilities(
             cells=frozenset(CELL_TYPES),
-            synapses=frozenset({STATIC, TSODYKS_MARKRAM}),
-            resolution_ns=None,
+            synapses=frozenset({STATIC, STDP, TSODYKS_MARKRAM} if exact else {STATIC, TSODYKS_MARKRAM}),
+            resolution_ns=options.resolution,
             determinism=Determinism.MACHINE,
             state_variables=frozenset().union(*variables),
+            changes=frozenset({PARAMETERS, WEIGHTS} if exact else ()),
             snapshot=True,
             releases_gil=True,
         )
 
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
+        assert isinstance(options, EventOptions)
+        if options.resolution is not None:
+            from nrp_brain_event.grid.brain import GridBrain
+
+            return GridBrain(network, seed, self.capabilities(options), options, options.resolution)
         from nrp_brain_event.brain import EventBrain
 
-        assert isinstance(options, EventOptions)
         return EventBrain(network, seed, self.capabilities(options), options)

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from math import inf, nextafter
 from typing import Any, Final
 
 import numpy as np
 
 from nrp_brain_event.backend import EventOptions
-from nrp_brain_event.cell_types import CELL_TYPES
+from nrp_brain_event.cell_types import diverged, require_variable
+from nrp_brain_event.connections import places_of
 from nrp_brain_event.engine import build_engine, changing, enlarged
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents
+from nrp_brain_event.live import change_parameters, change_weights, weights_now
 from nrp_brain_event.records import DIVERGED, FULL, Engine
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network import FloatArray, IntArray, Network
+from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
-from nrp_core.errors import CapabilityError, DivergedError
 
 _PATIENCE_MS: Final = 20.0
 
@@ -39,12 +42,7 @@ class EventBrain(Brain):
             while (status := run(self._engine, stop_ms, nextafter(stop_ms, inf))) == FULL:
                 self._engine = enlarged(self._engine)
             if status == DIVERGED:
-                label, index = self.network.label_of(int(self._engine.clock["failed"][0]))
-                raise DivergedError(
-                    f"cell {index} of population '{label}' cannot be integrated any further; look for "
-                    "extreme weights or currents",
-                    t_ns=t_ns,
-                )
+                raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
 
     def _do_take_spikes(self) -> Spikes:
         clock = self._engine.clock
@@ -67,16 +65,31 @@ class EventBrain(Brain):
         set_currents(self._engine, currents_na)
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
-        self._require_variable(variable, neurons)
+        require_variable(self.network, variable, neurons)
         values = np.empty(len(neurons))
         read(self._engine, neurons, READABLE.index(variable), values)
         return values
+
+    def _do_set_parameters(self, change: ParameterChange) -> None:
+        change_parameters(self._engine, self.network, change)
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        return weights_now(self._engine, projection, self._places[projection.label])
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        if self._engine.weight is self._initial.weight:
+            self._engine = self._engine._replace(weight=self._engine.weight.copy())
+        change_weights(self._engine, projection, self._places[projection.label], weights)
+
+    @cached_property
+    def _places(self) -> dict[str, IntArray]:
+        return places_of(self.network, self._initial.row_of)
 
     def _do_reset(self, seed: int) -> None:
         self._engine = self._fresh()
 
     def _do_save(self) -> object:
-        return changing(self._engine)
+        return changing(self._engine, self._initial)
 
     def _do_restore(self, saved: Any) -> None:
         self._engine = self._initial._replace(**saved)
@@ -86,11 +99,3 @@ class EventBrain(Brain):
 
     def _fresh(self) -> Engine:
         return self._initial._replace(**changing(self._initial))
-
-    def _require_variable(self, variable: str, neurons: IntArray) -> None:
-        for label, first in self.network.offsets.items():
-            population = self.network.populations[label]
-            kind = CELL_TYPES.get(population.cell_type)
-            shown = kind is not None and variable in kind.state_variables
-            if not shown and ((neurons >= first) & (neurons < first + population.size)).any():
-                raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")

@@ -15,6 +15,8 @@ from nrp_brain_event.records import (
     JUMP,
     LINEAR,
 )
+from nrp_core.brain.network import IntArray, Network
+from nrp_core.errors import CapabilityError, DivergedError
 
 TIME_CONSTANTS: Final = {"tau_syn_E": 0, "tau_syn_I": 1}
 """PyNN's names, and the synapse that they belong to."""
@@ -81,3 +83,27 @@ CELL_TYPES: Final = {
         {"v": -65.0},
     ),
 }
+
+
+def require_variable(network: Network, variable: str, neurons: IntArray) -> None:
+    """Check that all of these neurons (global ids) have a state variable.
+
+    Raises:
+        CapabilityError: some have not.
+    """
+    for label, first in network.offsets.items():
+        population = network.populations[label]
+        kind = CELL_TYPES.get(population.cell_type)
+        shown = kind is not None and variable in kind.state_variables
+        if not shown and ((neurons >= first) & (neurons < first + population.size)).any():
+            raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+
+
+def diverged(network: Network, neuron: int, t_ns: int) -> DivergedError:
+    """Return the error that a neuron (global id) has left what numbers can hold."""
+    label, index = network.label_of(neuron)
+    return DivergedError(
+        f"cell {index} of population '{label}' cannot be integrated any further; look for "
+        "extreme weights or currents",
+        t_ns=t_ns,
+    )

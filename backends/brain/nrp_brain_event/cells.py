@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import inf
 from typing import Final
 
@@ -50,16 +51,47 @@ def load_cells(network: Network, tolerance_mv: float) -> tuple[Array, IntArray]:
         row_of[ids] = np.arange(rows.start, rows.stop)
         cells["id"][rows] = ids
         cells["tolerance"][rows] = tolerance_mv
-        _load_population(cells[rows], population)
+        _load_population(cells[rows], population, int(ids[0]))
         first = rows.stop
     return cells, row_of
 
 
-def _load_population(cells: Array, population: Population) -> None:
+def with_parameters(
+    cells: Array, population: Population, values: Mapping[str, FloatArray], first_id: int
+) -> Array:
+    """Return records of cells of a population under other parameters, at rest.
+
+    Args:
+        cells: the records.
+        population: of the cells.
+        values: the parameters that change, one for each record.
+        first_id: global id of the population's first cell.
+
+    Raises:
+        NetworkError: a parameter is impossible.
+    """
+    parameters = {**_parameters_of(cells, CELL_TYPES[population.cell_type]), **values}
+    fresh = np.zeros(len(cells), cells.dtype)
+    fresh["id"], fresh["tolerance"] = cells["id"], cells["tolerance"]
+    some = replace(population, size=len(cells), parameters=parameters, initial_values={})
+    _load_population(fresh, some, first_id)
+    return fresh
+
+
+def _parameters_of(cells: Array, kind: CellType) -> dict[str, FloatArray]:
+    """Return the parameters of records of one type, by PyNN's names."""
+    return {
+        name: cells["tau_syn"][:, TIME_CONSTANTS[name]] if name in TIME_CONSTANTS else cells[name]
+        for name in kind.parameters
+    }
+
+
+def _load_population(cells: Array, population: Population, first_id: int) -> None:
     kind = CELL_TYPES[population.cell_type]
     where = f"population '{population.label}' ({population.cell_type})"
     _check_names(where, "parameter", population.parameters, kind.parameters)
-    _check_parameters(where, population.parameters, kind)
+    numbers = cells["id"] - first_id
+    _check_parameters(where, population.parameters, kind, numbers)
     cells["membrane"], cells["synapse"] = kind.membrane, kind.synapse
     for name in ("tau_m", "cm", "tau_syn"):  # so that no formula divides by zero
         cells[name] = 1.0
@@ -69,7 +101,7 @@ def _load_population(cells: Array, population: Population) -> None:
         else:
             cells[name] = population.parameters[name]
     _derive(cells, kind)
-    _check_reset(where, cells, kind)
+    _check_reset(where, cells, kind, numbers)
     states = (*kind.initial, *(GATES if kind.membrane == HODGKIN_HUXLEY else ()), *_REMAINING)
     _check_names(where, "state variable", population.initial_values, states)
     _load_state(cells, kind, population.initial_values)
@@ -81,13 +113,15 @@ def _check_names(where: str, what: str, given: Mapping[str, FloatArray], known: 
             raise NetworkError(f"{where} has no {what} '{name}'{did_you_mean(name, known)}")
 
 
-def _check_parameters(where: str, given: Mapping[str, FloatArray], kind: CellType) -> None:
+def _check_parameters(where: str, given: Mapping[str, FloatArray], kind: CellType, numbers: IntArray) -> None:
     for name in kind.parameters:
         if name not in given:
             raise NetworkError(f"{where} needs the parameter '{name}'")
         if name not in _MAY_BE_INFINITE and not np.isfinite(given[name]).all():
             cell = int(np.flatnonzero(~np.isfinite(given[name]))[0])
-            raise NetworkError(f"{where}: {name} of cell {cell} is {given[name][cell]}; it must be finite")
+            raise NetworkError(
+                f"{where}: {name} of cell {numbers[cell]} is {given[name][cell]}; it must be finite"
+            )
 
 
 def _derive(cells: Array, kind: CellType) -> None:
@@ -110,7 +144,7 @@ def _derive(cells: Array, kind: CellType) -> None:
     cells["next_step"] = 0.1 * cells["longest_step"]
 
 
-def _check_reset(where: str, cells: Array, kind: CellType) -> None:
+def _check_reset(where: str, cells: Array, kind: CellType, numbers: IntArray) -> None:
     """Refuse cells that would fire without end at one instant."""
     if kind.membrane == HODGKIN_HUXLEY:
         return
@@ -119,7 +153,7 @@ def _check_reset(where: str, cells: Array, kind: CellType) -> None:
     if endless.any():
         cell = int(np.flatnonzero(endless)[0])
         raise NetworkError(
-            f"{where}: cell {cell} has no refractory time and is reset to {reset[cell]:g} mV, where it fires "
+            f"{where}: cell {numbers[cell]} has no refractory time and is reset to {reset[cell]:g} mV, where it fires "
             f"again at once (threshold {cells['threshold'][cell]:g} mV)"
         )
 
@@ -135,7 +169,7 @@ def _load_state(cells: Array, kind: CellType, given: Mapping[str, FloatArray]) -
     for variable, values in enumerate(state):
         cells["path"][:, variable, 0] = values
     cells["step"], cells["on_wake"] = inf, START
-    cells["arrivals"] = -1
+    cells["arrivals"] = cells["first_fired"] = cells["last_fired"] = -1
 
 
 def _gates(given: Mapping[str, FloatArray], voltages: FloatArray) -> list[FloatArray]:

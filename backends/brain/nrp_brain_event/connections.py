@@ -8,8 +8,9 @@ from typing import Final
 
 import numpy as np
 
+from nrp_brain_event.plastic_connections import load_plastic, parameter, rows_of_plastic
 from nrp_brain_event.records import JUMP, Array, ShortTerm
-from nrp_core.brain.network import TSODYKS_MARKRAM, IntArray, Network, Projection
+from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, IntArray, Network, Projection
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import NetworkError
 
@@ -20,21 +21,24 @@ def load_connections(network: Network, cells: Array, row_of: IntArray) -> dict[s
     """Return the parts of the :class:`~nrp_brain_event.records.Engine` that hold synapses, by name.
 
     Raises:
-        NetworkError: a parameter of short-term plasticity is missing.
+        NetworkError: a parameter of plasticity is missing or impossible.
+        CapabilityError: a plasticity rule is not known.
     """
     projections = network.projections
-    pre = _joined([network.offsets[p.pre] + p.pre_index.astype(np.int64) for p in projections], np.int64)
+    pre = _presynaptic(network)
     targets = [_targets(projection, network, row_of) for projection in projections]
     dynamics, short_term = _short_term(projections, cells, targets)
+    plastic = load_plastic(projections, targets, len(cells))
     order = np.argsort(pre, kind="stable")
     fan_out = np.bincount(pre, minlength=network.size)
     return {
         "first": np.concatenate([[0], np.cumsum(fan_out)]),
-        "target": _joined(targets, np.int32)[order],
+        "target": _joined(plastic.targets, np.int32)[order],
         "weight": _joined([projection.weight for projection in projections], np.float64)[order],
         "delay": _joined([projection.delay_ms for projection in projections], np.float64)[order],
         "dynamics": dynamics[order] if len(short_term) else dynamics[:0],
         "short_term": short_term,
+        **plastic.tables,
     }
 
 
@@ -63,6 +67,29 @@ def delay_range(network: Network) -> tuple[float, float]:
     return shortest, longest
 
 
+def places_of(network: Network, row_of: IntArray) -> dict[str, IntArray]:
+    """Return for each projection, by label, in which rows of the engine's tables its synapses stand.
+
+    The table is ``plastic`` for plastic synapses, else ``weight``.
+    """
+    projections = network.projections
+    order = np.argsort(_presynaptic(network), kind="stable")
+    rows = np.empty(len(order), np.int64)
+    rows[order] = np.arange(len(order))
+    cuts = np.cumsum([projection.size for projection in projections])[:-1]
+    places = {p.label: part for p, part in zip(projections, np.split(rows, cuts), strict=False)}
+    plastic = [projection for projection in projections if projection.synapse_type == STDP]
+    targets = [_targets(projection, network, row_of) for projection in plastic]
+    for projection, own in zip(plastic, rows_of_plastic(targets), strict=True):
+        places[projection.label] = own
+    return places
+
+
+def _presynaptic(network: Network) -> IntArray:
+    parts = [network.offsets[p.pre] + p.pre_index.astype(np.int64) for p in network.projections]
+    return _joined(parts, np.int64)
+
+
 def _joined(parts: Sequence[Array], dtype: type[np.generic]) -> Array:
     return np.concatenate([np.empty(0, dtype), *parts], dtype=dtype, casting="same_kind")
 
@@ -80,15 +107,18 @@ def _short_term(projections: Sequence[Projection], cells: Array, targets: list[A
     for projection, target, is_so in zip(projections, targets, dynamic, strict=True):
         rows.append(np.arange(n, n + projection.size) if is_so else np.full(projection.size, -1))
         if is_so:
-            _fill(table[n : n + projection.size], projection, cells[target >> 1])
+            fill_short_term(table[n : n + projection.size], projection, cells[target >> 1])
             n += projection.size
     return _joined(rows, np.int32), table
 
 
-def _fill(table: Array, projection: Projection, targets: Array) -> None:
+def fill_short_term(table: Array, projection: Projection, targets: Array) -> None:
+    """Store the parameters of Tsodyks-Markram synapses that end on ``targets``, cells, in ``ShortTerm`` rows.
+
+    Raises:
+        NetworkError: one is missing.
+    """
     for name in ("U", "tau_rec", "tau_facil"):
-        if name not in projection.synapse_parameters:
-            raise NetworkError(f"projection '{projection.label}': {TSODYKS_MARKRAM} synapses need '{name}'")
-        table[name] = projection.synapse_parameters[name]
+        table[name] = parameter(projection, name)
     synapse = int(projection.receptor == "inhibitory")
     table["tau_psc"] = np.where(targets["synapse"] == JUMP, 0.0, targets["tau_syn"][:, synapse])

@@ -57,9 +57,18 @@ def enlarged(engine: Engine) -> Engine:
     return engine._replace(events=events)
 
 
-def changing(engine: Engine) -> dict[str, Array]:
-    """Return copies of all arrays that change while running, by name."""
-    return {name: array.copy() for name, array in engine._asdict().items() if name not in CONSTANT}
+def changing(engine: Engine, initial: Engine | None = None) -> dict[str, Array]:
+    """Return copies of all arrays that change while running, by name.
+
+    Args:
+        engine: whose.
+        initial: the engine at time 0, to include what others have changed since.
+    """
+    return {
+        name: array.copy()
+        for name, array in engine._asdict().items()
+        if name not in CONSTANT or (initial is not None and array is not getattr(initial, name))
+    }
 
 
 def _doubled(array: Array) -> Array:

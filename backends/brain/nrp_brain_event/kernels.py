@@ -7,6 +7,7 @@ from nrp_brain_event.neuron import advance, fire, move, voltage_at
 from nrp_brain_event.records import DIVERGED, DONE, FIRE, FULL, START, Array, Engine
 from nrp_brain_event.runge_kutta import state_at
 from nrp_brain_event.short_term import released_share
+from nrp_brain_event.spike_timing import remember
 from nrp_brain_event.synapses import remaining_at
 from nrp_core.jit import borrowed, jit
 
@@ -25,26 +26,30 @@ def run(engine: Engine, until: float, end: float) -> int:
     clock, work, spikes = borrowed(engine.clock)[0], borrowed(engine.work)[0], borrowed(engine.spikes)
     cells, events, first = borrowed(engine.cells), borrowed(engine.events), borrowed(engine.first)
     event_slots, cell_slots = borrowed(engine.event_slots), borrowed(engine.cell_slots)
-    ready = borrowed(engine.ready)
+    ready, rules = borrowed(engine.ready), borrowed(engine.rules)
+    plastic, first_plastic = borrowed(engine.plastic), borrowed(engine.first_plastic)
     last = len(event_slots) - 2
     while True:
         window_end = min((clock.slot + 1) * clock.width, end)
         slot = clock.slot & last
         if clock.n_ready == 0 and (event_slots[slot] >= 0 or cell_slots[slot] >= 0):
-            gather(clock, event_slots, cell_slots, events, cells, ready, window_end)
+            gather(clock, event_slots, cell_slots, events, cells, plastic, ready, window_end)
         while clock.n_ready > 0:
             row = ready[clock.n_ready - 1]
             cell = cells[row]
-            if not advance(cell, clock, events, work, window_end):
+            if not advance(cell, clock, events, plastic, rules, work, window_end):
                 clock.failed = cell.id
                 return DIVERGED
             if cell.on_wake == FIRE and cell.wake < window_end:
-                if clock.n_spikes == len(spikes) or clock.n_free < first[cell.id + 1] - first[cell.id]:
+                if clock.n_spikes == len(spikes) or clock.n_free <= first[cell.id + 1] - first[cell.id]:
                     return FULL
                 spike = spikes[clock.n_spikes]
                 spike.time, spike.id = cell.wake, cell.id
                 clock.n_spikes += 1
                 _send(engine, cell.id, cell.wake)
+                if len(first_plastic) > 0 and first_plastic[row] < first_plastic[row + 1]:
+                    onto = plastic[first_plastic[row] : first_plastic[row + 1]]
+                    remember(cell, onto, rules, clock, events)
                 fire(cell)
             else:
                 cell.ready = 0
@@ -102,14 +107,19 @@ def inject(engine: Engine, neurons: Array, times: Array, weights: Array, inhibit
 @jit
 def set_currents(engine: Engine, currents: Array) -> None:
     """Hold these currents (nA, by global id) from now on; neurons whose current stays are not touched."""
-    clock, cells, slots = engine.clock[0], engine.cells, engine.cell_slots
+    cells = engine.cells
     for row in range(len(cells)):
         cell = cells[row]
         if currents[cell.id] != cell.current:
-            move(cell, clock.now)
+            _begin_anew(engine, row)
             cell.current = currents[cell.id]
-            cell.on_wake, cell.wake = START, clock.now
-            schedule(clock, slots, cells, row)
+
+
+@jit
+def begin_anew(engine: Engine, rows: Array) -> None:
+    """Bring cells to what they are now, so that their parameters can change."""
+    for row in rows:
+        _begin_anew(engine, row)
 
 
 @jit
@@ -124,3 +134,13 @@ def read(engine: Engine, neurons: Array, variable: int, out: Array) -> None:
             out[k] = state_at(cell, 1, now)
         else:
             out[k] = remaining_at(cell, variable - 3, now - cell.t)
+
+
+@jit
+def _begin_anew(engine: Engine, row: int) -> None:
+    """Bring a cell to what it is now and let its course be planned anew."""
+    clock, cells = engine.clock[0], engine.cells
+    cell = cells[row]
+    move(cell, clock.now)
+    cell.on_wake, cell.wake = START, clock.now
+    schedule(clock, engine.cell_slots, cells, row)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Final
 
 from nrp_brain_event.agenda import release
 from nrp_brain_event.linear import is_linear, linear_voltage, plan_search, search
@@ -21,15 +20,15 @@ from nrp_brain_event.records import (
     Work,
 )
 from nrp_brain_event.runge_kutta import rise_within_step, stand_at, state_at, take_step
+from nrp_brain_event.spike_timing import SIMULTANEOUS, transmit
 from nrp_brain_event.synapses import arrive, fade
 from nrp_core.jit import jit
 
-_SIMULTANEOUS: Final = 1e-9
-"""ms by which times that are equal on paper may differ in floating point."""
-
 
 @jit
-def advance(cell: Cell, clock: Clock, events: Array, work: Work, end: float) -> bool:
+def advance(
+    cell: Cell, clock: Clock, events: Array, plastic: Array, rules: Array, work: Work, end: float
+) -> bool:
     """Take a neuron to the end of the window, or to its next spike there, which it then wakes for.
 
     Returns:
@@ -41,7 +40,7 @@ def advance(cell: Cell, clock: Clock, events: Array, work: Work, end: float) -> 
             return True
         if arrival < cell.wake:
             move(cell, arrival)
-            _receive(cell, clock, events)
+            _receive(cell, clock, events, plastic, rules)
         elif cell.on_wake == FIRE:
             return True
         elif cell.on_wake == SEARCH:
@@ -49,7 +48,7 @@ def advance(cell: Cell, clock: Clock, events: Array, work: Work, end: float) -> 
             continue
         else:
             move(cell, cell.wake)
-        if not _plan(cell, work):
+        if not plan(cell, work):
             return False
 
 
@@ -92,19 +91,24 @@ def fire(cell: Cell) -> None:
 
 
 @jit
-def _receive(cell: Cell, clock: Clock, events: Array) -> None:
+def _receive(cell: Cell, clock: Clock, events: Array, plastic: Array, rules: Array) -> None:
     """Take in everything that arrives now."""
     while cell.arrivals >= 0 and events[cell.arrivals].time <= cell.t:
         event = events[cell.arrivals]
+        target, weight = event.target, event.weight
+        if target < 0:
+            synapse = plastic[~target]
+            target = event.target = synapse.target
+            weight = transmit(synapse, rules[synapse.rule], cell, events, event.time)
         if cell.synapse != JUMP:
-            arrive(cell, event.target & 1, event.weight)
-        elif cell.free_at - cell.t <= _SIMULTANEOUS:  # else the voltage is held
-            cell.path[0, 0] += event.weight
+            arrive(cell, target & 1, weight)
+        elif cell.free_at - cell.t <= SIMULTANEOUS:  # else the voltage is held
+            cell.path[0, 0] += weight
         release(clock, events, cell)
 
 
 @jit
-def _plan(cell: Cell, work: Work) -> bool:
+def plan(cell: Cell, work: Work) -> bool:
     """Decide what a neuron wakes for after an event, and when; False where that cannot be computed."""
     held = cell.t < cell.free_at
     if not held:

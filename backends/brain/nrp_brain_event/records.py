@@ -60,11 +60,9 @@ class Record:
         return np.dtype((np.record, fields))
 
 
-class Cell(Record):
-    """A neuron: parameters under PyNN's names, state at the time ``t`` of its last event, agenda."""
+class CellParameters(Record):
+    """What a neuron is: its parameters under PyNN's names, and what follows from them."""
 
-    id: int
-    """Global id."""
     membrane: int
     synapse: int
 
@@ -108,6 +106,13 @@ class Cell(Record):
     shortest_step: float
     """A step shorter than this means that the equations have no solution in numbers, ms."""
 
+
+class Cell(CellParameters):
+    """A neuron: its parameters, state at the time ``t`` of its last event, agenda."""
+
+    id: int
+    """Global id."""
+
     t: float
     path: Annotated[Array, (4, 5)]
     """The state variables as polynomials in the fraction of the step; the first is the voltage."""
@@ -127,6 +132,11 @@ class Cell(Record):
     on_wake: int
     arrivals: int
     """First event that arrives in the window at work."""
+    n_fired: int
+    first_fired: int
+    last_fired: int
+    n_remembered: int
+    """The list of its own spikes, kept as events, that its plastic synapses may still have to hear."""
     slot: int
     before: int
     after: int
@@ -135,7 +145,11 @@ class Cell(Record):
 
 
 class Event(Record):
-    """A spike on its way; a target is twice the row of a cell, plus one for the inhibitory receptor."""
+    """A spike on its way.
+
+    A target is twice the row of a cell, plus one for the inhibitory receptor; or ``~p`` for the one of
+    plastic synapse p, which then decides the weight.
+    """
 
     time: float
     weight: float
@@ -161,6 +175,38 @@ class ShortTerm(Record):
     u: float
     y: float
     z: float
+
+
+class Plastic(Record):
+    """A synapse with spike-timing-dependent plasticity; see :mod:`nrp_brain_event.spike_timing`."""
+
+    rule: int
+    target: int
+    """As that of an event on its way to a receptor."""
+    weight: float
+    """Its size."""
+    dendritic_delay: float
+    heard: int
+    """The last spike of the target that it has heard, an event."""
+    pre_t: float
+    pre_trace: float
+    post_t: float
+    post_trace: float
+    """When it last heard a spike of either side, and what was left of earlier ones then."""
+
+
+class Rule(Record):
+    """What plastic synapses have in common: parameters under PyNN's names, limits as sizes."""
+
+    A_plus: float
+    A_minus: float
+    tau_plus: float
+    tau_minus: float
+    w_min: float
+    w_max: float
+    multiplicative: int
+    sign: int
+    """Of the weights."""
 
 
 class Clock(Record):
@@ -204,6 +250,10 @@ class Engine(NamedTuple):
             ``first[i]`` to ``first[i + 1]``; ``dynamics`` is a row of ``short_term`` or -1, and
             empty where no synapse has one.
         short_term: ``ShortTerm``.
+        plastic: ``Plastic``, in the order of the cells they end on.
+        first_plastic: the plastic synapses onto the cell in row ``i`` are those from ``first_plastic[i]``
+            to ``first_plastic[i + 1]``; empty where there are none at all.
+        rules: ``Rule``.
         clock: ``Clock``, shape ``(1,)``.
         events: ``Event``, a pool; those on their way and the free ones form linked lists.
         event_slots, cell_slots: first event and first cell to wake in each window of the calendar;
@@ -221,6 +271,9 @@ class Engine(NamedTuple):
     delay: Array
     dynamics: Array
     short_term: Array
+    plastic: Array
+    first_plastic: Array
+    rules: Array
     clock: Array
     events: Array
     event_slots: Array
@@ -230,5 +283,7 @@ class Engine(NamedTuple):
     work: Array
 
 
-CONSTANT: Final = frozenset({"row_of", "first", "target", "weight", "delay", "dynamics"})
-"""The parts of the engine that never change."""
+CONSTANT: Final = frozenset(
+    {"row_of", "first", "target", "weight", "delay", "dynamics", "first_plastic", "rules"}
+)
+"""The parts of the engine that do not change by running."""

@@ -6,8 +6,10 @@ from typing import ClassVar
 
 from nrp_brain_spinnaker.models import STATE_VARIABLES, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network
+from nrp_core.brain.report import Report
 from nrp_core.simulation import Determinism
 
 APPROXIMATE = frozenset({"Izhikevich"})
@@ -30,9 +32,22 @@ class SpinnakerBackend(BrainBackend):
             resolution_ns=options.timestep,
             determinism=Determinism.BITWISE,
             state_variables=STATE_VARIABLES,
+            changes=frozenset({PARAMETERS, WEIGHTS}),
             snapshot=True,
             releases_gil=True,
         )
+
+    def reports(self, network: Network, options: BrainOptions) -> list[Report]:
+        from nrp_brain_spinnaker.reports import reports_of
+
+        assert isinstance(options, SpinnakerOptions)
+        return reports_of(network, options)
+
+    def warnings(self, network: Network, options: BrainOptions) -> list[str]:
+        from nrp_brain_spinnaker.loader import lay_out
+
+        assert isinstance(options, SpinnakerOptions)
+        return lay_out(network, options)[2]
 
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
         from nrp_brain_spinnaker.brain import SpinnakerBrain

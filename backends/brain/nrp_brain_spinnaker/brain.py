@@ -19,13 +19,15 @@ from nrp_brain_spinnaker.conversion import to_accum
 from nrp_brain_spinnaker.device_input import DeviceInput
 from nrp_brain_spinnaker.engine import Engine
 from nrp_brain_spinnaker.generator import kiss_state
+from nrp_brain_spinnaker.live import LiveNetwork
 from nrp_brain_spinnaker.loader import load
 from nrp_brain_spinnaker.models import cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_brain_spinnaker.poisson import Sources, draw, load_sources
+from nrp_brain_spinnaker.poisson import Sources, change_sources, draw, load_sources
 from nrp_brain_spinnaker.readout import read
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network import FloatArray, IntArray, Network, Population
+from nrp_core.brain.network import FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError, TimestepError
@@ -53,6 +55,7 @@ class SpinnakerBrain(Brain):
         loaded = load(network, options)
         self.warnings += loaded.warnings
         self._engine = Engine(loaded.machine)
+        self._live = LiveNetwork(network, loaded, options)
         self._cells, self._grid = loaded.machine.cells, loaded.grid
         simulated = [population for population in network.populations.values() if not population.is_source]
         self._index = {population.label: index for index, population in enumerate(simulated)}
@@ -63,7 +66,7 @@ class SpinnakerBrain(Brain):
         self._poisson = self._load_poisson()
         self._spikes: list[Spikes] = []
         self._injected: list[SynapticEvents] = []
-        self._initial = self._engine.save()
+        self._initial = self._engine.save(), self._live.save()
 
     @property
     def saturations(self) -> Mapping[str, tuple[int, int]]:
@@ -133,6 +136,20 @@ class SpinnakerBrain(Brain):
             populations, self._options.step_us, partial(kiss_state, self._seeds.child("machine"))
         )
 
+    # -- changes while it runs
+
+    def _do_set_parameters(self, change: ParameterChange) -> None:
+        population = self._live.set_parameters(change)
+        if population.is_source:
+            ids = self.network.ids_of(population.label)
+            change_sources(self._poisson, population, ids, self._options.step_us)
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        return self._live.weights(projection.label, projection.size)
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        self._live.set_weights(projection.label, weights)
+
     # -- state
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
@@ -149,19 +166,24 @@ class SpinnakerBrain(Brain):
         return values
 
     def _do_reset(self, seed: int) -> None:
-        self._engine.restore(self._initial)
+        engine, live = self._initial
+        self._live.restore(live)
+        self._engine.restore(engine)
         self._poisson = self._load_poisson()
         self._spikes, self._injected = [], []
 
     def _do_save(self) -> object:
         self._take_injected()
-        sources = self._poisson.countdown.copy(), self._poisson.generators.copy()
-        return self._engine.save(), sources
+        poisson = self._poisson
+        sources = poisson.countdown.copy(), poisson.generators.copy(), poisson.settings.copy()
+        return self._engine.save(), self._live.save(), sources
 
     def _do_restore(self, saved: Any) -> None:
-        engine, (countdown, generators) = saved
+        engine, live, (countdown, generators, settings) = saved
+        self._live.restore(live)
         self._engine.restore(engine)
         self._poisson.countdown[:], self._poisson.generators[:] = countdown, generators
+        self._poisson.settings[:] = settings
         self._spikes, self._injected = [], []
 
     def _do_close(self) -> None:

@@ -38,6 +38,9 @@ UPDATE_INSTRUCTIONS: Final = {
 TRANSFER_INSTRUCTIONS: Final = 36
 """Of both receptors of a neuron, nothing having arrived."""
 
+BUSY: Final = 0.8
+"""Share of a time step beyond which a core may come late; we assume that a fifth is needed in reserve."""
+
 LINK_PACKETS_PER_S: Final = 6e6
 IDLE_BOARD_W: Final = 26.84
 BOX_W: Final = 5.04

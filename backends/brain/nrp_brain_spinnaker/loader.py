@@ -9,13 +9,15 @@ import numpy as np
 
 from nrp_brain_spinnaker import kinds
 from nrp_brain_spinnaker.cells import Grid, load_cells, tau_syn_of_lines
+from nrp_brain_spinnaker.fidelity import losses
+from nrp_brain_spinnaker.kinds import Cells
 from nrp_brain_spinnaker.machine import Machine
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.plastic_rows import load_plastic
 from nrp_brain_spinnaker.ring import Ring
 from nrp_brain_spinnaker.rows import load_dynamic, load_static
 from nrp_brain_spinnaker.wiring import Wires, longest_ticks, wire
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network, Population
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,24 @@ class Loaded:
     warnings: list[str]
 
 
+def lay_out(network: Network, options: SpinnakerOptions) -> tuple[Cells, list[Wires], list[str]]:
+    """Return the cells, the projections with the shifts of their receptors, and warnings.
+
+    That is all that can be known of a network on the machine without expanding its synapses.
+
+    Raises:
+        NetworkError: a parameter, weight or delay does not fit the machine.
+    """
+    populations = _simulated(network)
+    labels = [population.label for population in populations]
+    ids = np.concatenate([np.empty(0, np.int64), *(network.ids_of(label) for label in labels)])
+    cells = load_cells(populations, ids, Grid(options.step_us, options.substeps), options.semantics)
+    wires, warnings = wire(network, labels, cells, options)
+    for part in wires:
+        cells.populations[part.population, kinds.SHIFT_EXC + part.receptor] = part.shift
+    return cells, wires, [*warnings, *losses(wires, options)]
+
+
 def load(network: Network, options: SpinnakerOptions) -> Loaded:
     """Put a network on the machine.
 
@@ -43,15 +63,9 @@ def load(network: Network, options: SpinnakerOptions) -> Loaded:
         CapabilityError: a plasticity rule that it does not have.
     """
     grid = Grid(options.step_us, options.substeps)
-    populations = [population for population in network.populations.values() if not population.is_source]
-    labels = [population.label for population in populations]
-    ids = np.concatenate([np.empty(0, np.int64), *(network.ids_of(label) for label in labels)])
-    cells = load_cells(populations, ids, grid, options.semantics)
-    wires, warnings = wire(network, labels, cells, options)
-    for part in wires:
-        cells.populations[part.population, kinds.SHIFT_EXC + part.receptor] = part.shift
+    cells, wires, warnings = lay_out(network, options)
+    populations, n = _simulated(network), cells.ids.size
     static, dynamic, plastic = (_of_type(wires, kind) for kind in (STATIC, TSODYKS_MARKRAM, STDP))
-    n = ids.size
     machine = Machine(
         cells=cells,
         ring=_ring(n, longest_ticks(wires)),
@@ -60,6 +74,10 @@ def load(network: Network, options: SpinnakerOptions) -> Loaded:
         plastic=load_plastic(plastic, network.size, n, grid.step_us, options.semantics),
     )
     return Loaded(machine, grid, wires, warnings)
+
+
+def _simulated(network: Network) -> list[Population]:
+    return [population for population in network.populations.values() if not population.is_source]
 
 
 def _of_type(wires: Sequence[Wires], synapse_type: str) -> list[Wires]:

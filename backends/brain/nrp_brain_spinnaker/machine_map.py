@@ -1,9 +1,8 @@
-"""A network on a real machine, as data and as text."""
+"""A network on a real machine, as data."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from nrp_brain_spinnaker.partition import Core
 
@@ -38,6 +37,11 @@ class VertexMap:
     spikes_per_step: float = 0.0
     longest_row: int = 0
 
+    @property
+    def late(self) -> float:
+        """Share of the fullest core's work of a step that would come after its end: late spikes."""
+        return max(0.0, 1.0 - 1.0 / self.utilisation) if self.utilisation else 0.0
+
 
 @dataclass(frozen=True, slots=True)
 class MachineMap:
@@ -50,6 +54,7 @@ class MachineMap:
         router_entries: of the fullest chip, one for each sender that reaches it.
         packets_per_s: of the whole network.
         power_w: estimated.
+        slowdown: how many times slower than real time it has to run so that no core comes late.
         advice: what would not fit or not keep up, and what to do about it.
     """
 
@@ -61,24 +66,10 @@ class MachineMap:
     router_entries: int
     packets_per_s: float
     power_w: float
+    slowdown: int
     advice: tuple[str, ...]
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return everything as plain values, for JSON."""
-        return asdict(self)
-
-    def as_text(self) -> str:
-        """Return a table and the advice."""
-        lines = [
-            f"{self.application_cores} cores on {self.chips} chips of {self.boards} boards, "
-            f"{self.packets_per_s:.3g} packets/s, about {self.power_w:.1f} W",
-            f"{'population':24s} {'cells':>7s} {'cores':>6s} {'shifts':>8s} {'SDRAM':>9s} {'load':>6s}",
-        ]
-        for vertex in self.vertices:
-            shifts = ", ".join(map(str, vertex.left_shifts)) or "-"
-            load_text = f"{vertex.utilisation:.0%}" if vertex.left_shifts else "-"
-            lines.append(
-                f"{vertex.label[:24]:24s} {vertex.size:7d} {len(vertex.cores):6d} {shifts:>8s} "
-                f"{vertex.sdram_bytes / 1024:6.0f} KB {load_text:>6s}"
-            )
-        return "\n".join([*lines, *self.advice])
+    @property
+    def joules_per_simulated_s(self) -> float:
+        """Energy of one simulated second, estimated."""
+        return self.power_w * self.slowdown

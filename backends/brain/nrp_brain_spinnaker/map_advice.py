@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 
 from nrp_brain_spinnaker import hardware
 from nrp_brain_spinnaker.machine_map import VertexMap
-
-_BUSY = 0.8
-"""Share of a time step beyond which a core may come late."""
 
 
 def advise(maps: Sequence[VertexMap], chips: int, entries: int, packets_per_s: float) -> tuple[str, ...]:
@@ -50,8 +48,8 @@ def _on_vertex(vertex: VertexMap) -> list[str]:
         advice.append(f"{where}: a core's own memory is too small; use fewer neurons_per_core")
     if vertex.spikes_per_step > queue:
         advice.append(f"{where}: {vertex.spikes_per_step:.0f} spikes a time step; a core can queue {queue}")
-    if vertex.utilisation > _BUSY:
-        slower = int(np.ceil(vertex.utilisation / _BUSY))
+    if vertex.utilisation > hardware.BUSY:
+        slower = ceil(vertex.utilisation / hardware.BUSY)
         advice.append(
             f"{where}: a core is busy for {vertex.utilisation:.0%} of a time step; run {slower} times slower "
             "(time_scale_factor) or use fewer neurons_per_core"

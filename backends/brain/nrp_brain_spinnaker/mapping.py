@@ -7,28 +7,37 @@ estimates from instruction counts and from the rates assumed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
+from math import ceil, sqrt
 
 from nrp_brain_spinnaker import hardware, kinds
+from nrp_brain_spinnaker.activity import rate_hz, spikes_per_tick
 from nrp_brain_spinnaker.delays import slots_available, slots_used
-from nrp_brain_spinnaker.loader import load
+from nrp_brain_spinnaker.kinds import Cells
 from nrp_brain_spinnaker.machine_map import MachineMap, VertexMap
 from nrp_brain_spinnaker.map_advice import advise
 from nrp_brain_spinnaker.memory import dtcm_bytes, longest_row, neuron_core_bytes, source_bytes
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.partition import Core, Vertex, place, vertices_of
 from nrp_brain_spinnaker.wiring import Wires
-from nrp_core.brain.network import Network, Population
+from nrp_core.brain.network import Network
 
 
-def map_network(network: Network, options: SpinnakerOptions) -> MachineMap:
-    """Return how a network would sit on a machine."""
-    loaded = load(network, options)
-    wires, vertices = loaded.wires, vertices_of(network, loaded.wires, options.neurons_per_core)
+def map_network(
+    network: Network, cells: Cells, wires: Sequence[Wires], options: SpinnakerOptions
+) -> MachineMap:
+    """Return how a network would sit on a machine.
+
+    Args:
+        network: the network.
+        cells: its neurons, with the shifts chosen.
+        wires: its projections.
+        options: the user's.
+    """
+    vertices = vertices_of(network, wires, options.neurons_per_core)
     senders = list(dict.fromkeys(part.projection.pre for part in wires))
     senders += [vertex.label for vertex in vertices if vertex.stages]
     placed = place(vertices, senders)
-    shifts = loaded.machine.cells.populations[:, [kinds.SHIFT_EXC, kinds.SHIFT_INH]].tolist()
+    shifts = cells.populations[:, [kinds.SHIFT_EXC, kinds.SHIFT_INH]].tolist()
     neurons = [label for label, population in network.populations.items() if not population.is_source]
     shift_of = dict(zip(neurons, map(tuple, shifts), strict=True))
     maps = tuple(
@@ -46,7 +55,7 @@ def _vertex_map(
     options: SpinnakerOptions,
 ) -> VertexMap:
     population = network.populations[vertex.label.removesuffix("_delayed") if vertex.stages else vertex.label]
-    packets = _rate(population, options) * vertex.size * max(1, vertex.stages) if vertex.sends else 0.0
+    packets = rate_hz(population, options) * vertex.size * max(1, vertex.stages) if vertex.sends else 0.0
     n = min(vertex.size, vertex.per_core)
     if vertex.label not in shift_of:
         used = source_bytes(vertex.cell_type, n)
@@ -67,18 +76,10 @@ def _vertex_map(
     )  # fmt: skip
 
 
-def _rate(population: Population, options: SpinnakerOptions) -> float:
-    """Return the rate assumed of each cell: that of a Poisson source, else the option's."""
-    rates = population.parameters.get("rate")
-    if population.is_source and rates is not None:
-        return float(rates.mean())
-    return options.spikes_per_second
-
-
 def _spikes_per_step(onto: Sequence[Wires], network: Network, options: SpinnakerOptions) -> list[float]:
     """Return how many spikes each projection brings to a core of its target in a time step."""
     pre = [network.populations[part.projection.pre] for part in onto]
-    return [population.size * _rate(population, options) * options.step_us * 1e-6 for population in pre]
+    return [population.size * spikes_per_tick(population, options) for population in pre]
 
 
 def _busy_us(vertex: Vertex, onto: Sequence[Wires], spikes: Sequence[float], substeps: int) -> float:
@@ -98,6 +99,7 @@ def _summary(maps: Sequence[VertexMap]) -> MachineMap:
     chips = max((core.chip for core in cores), default=0) + 1
     boards = -(-chips // hardware.CHIPS_PER_BOARD)
     packets = sum(vertex.packets_per_s for vertex in maps)
+    busiest = max((vertex.utilisation for vertex in maps), default=0.0)
     entries = sum(any(core.key is not None for core in vertex.cores) for vertex in maps)
     return MachineMap(
         vertices=tuple(maps),
@@ -108,6 +110,7 @@ def _summary(maps: Sequence[VertexMap]) -> MachineMap:
         router_entries=entries,
         packets_per_s=packets,
         power_w=_power_w(len(cores), chips, boards, packets),
+        slowdown=max(1, ceil(busiest / hardware.BUSY)),
         advice=advise(maps, chips, entries, packets),
     )
 

@@ -75,8 +75,20 @@ def load_sources(
         countdown=np.zeros(sum(sizes), np.int64),
         generators=np.array(generators, np.int64).reshape(-1, 4),
     )
-    _first_intervals(sources)
+    _draw_anew(sources, np.arange(sources.ids.size))
     return sources
+
+
+def change_sources(sources: Sources, population: Population, ids: IntArray, step_us: int) -> None:
+    """Let sources of a population (global ids of all its cells) have the parameters that it has now.
+
+    As on the machine, slow ones draw their next interval anew.
+    """
+    places = np.flatnonzero(np.isin(sources.ids, ids))
+    settings = _settings(population, step_us)
+    changed = (sources.settings[:, places] != settings).any(axis=0)
+    sources.settings[:, places[changed]] = settings[:, changed]
+    _draw_anew(sources, places[changed])
 
 
 def mean_per_tick(rate_hz: float, step_us: int) -> int:
@@ -130,11 +142,14 @@ def _interval(state: IntArray, mean: int) -> int:
 
 
 @jit
-def _first_intervals(sources: Sources) -> None:
-    for core in range(sources.generators.shape[0]):
-        for i in range(sources.core_first[core], sources.core_first[core + 1]):
-            if sources.settings[MEAN_INTERVAL, i] > 0:
-                sources.countdown[i] = _interval(sources.generators[core], sources.settings[MEAN_INTERVAL, i])
+def _draw_anew(sources: Sources, places: IntArray) -> None:
+    """Draw the intervals of slow sources to their next spikes."""
+    core = 0
+    for i in places:
+        while sources.core_first[core + 1] <= i:
+            core += 1
+        if sources.settings[MEAN_INTERVAL, i] > 0:
+            sources.countdown[i] = _interval(sources.generators[core], sources.settings[MEAN_INTERVAL, i])
 
 
 @jit

@@ -13,7 +13,7 @@ from nrp_brain_spinnaker.distributions import parse_distribution
 from nrp_brain_spinnaker.kinds import Cells
 from nrp_brain_spinnaker.models import CellModel, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_brain_spinnaker.ring import LARGEST_ENTRY, WeightArray
+from nrp_brain_spinnaker.ring import WeightArray
 from nrp_brain_spinnaker.shifts import Expectation, Incoming, largest_input, left_shift
 from nrp_brain_spinnaker.weights import (
     host_raw,
@@ -65,21 +65,26 @@ class Wires:
         return RECEPTORS.index(self.projection.receptor)
 
     @property
+    def sizes(self) -> FloatArray:
+        """Weights without sign in the units of the target's synapses, shape ``(1,)`` where all are equal."""
+        return distinct(sizes_of(self.projection, self.factor))
+
+    @property
+    def scale(self) -> float:
+        """Raw units per unit of weight."""
+        return weight_scale(self.shift, self.model.weight_scale)
+
+    @property
     def raw(self) -> WeightArray:
         """Raw weights under the shift, broadcast where equal."""
-        sizes = sizes_of(self.projection, self.factor)
-        return np.broadcast_to(self._converted(distinct(sizes)), sizes.shape)
+        return np.broadcast_to(self.converted(self.sizes), self.projection.weight.shape)
 
-    def distortions(self) -> tuple[bool, bool]:
-        """Return whether a weight is beyond 16 bits (the low ones stay), and whether one becomes 0."""
-        sizes = distinct(sizes_of(self.projection, self.factor))
-        present = sizes[sizes > 0]
-        if not present.size:
-            return False, False
-        largest = float(present.max()) * weight_scale(self.shift, self.model.weight_scale)
-        return largest >= LARGEST_ENTRY + 0.5, not self._converted(present.min(keepdims=True)).any()
+    def converted(self, sizes: FloatArray) -> WeightArray:
+        """Return what becomes of weights without sign in the units of the target's synapses.
 
-    def _converted(self, sizes: FloatArray) -> WeightArray:
+        Raises:
+            NetworkError: one does not fit the arithmetic that it passes through.
+        """
         convert = machine_raw if self.on_machine else host_raw
         try:
             return convert(sizes, self.shift, self.model.weight_scale)
@@ -111,7 +116,7 @@ def wire(
         shift = _shift([part.incoming for part in fellows], fellows[0].model, expected)
         for part in fellows:
             part.shift = shift
-    return wires, [*_lengthen(wires, options), *_distorted(wires)]
+    return wires, _lengthen(wires, options)
 
 
 def longest_ticks(wires: Sequence[Wires]) -> int:
@@ -178,15 +183,6 @@ def _lengthen(wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
     if rounded:
         warnings.append(f"delays become whole time steps of {step_ms:g} ms: {_names(rounded)}")
     return warnings
-
-
-def _distorted(wires: Sequence[Wires]) -> list[str]:
-    """Return warnings about weights that do not survive the 16 bits of the machine."""
-    seen = [(part, *part.distortions()) for part in wires]
-    wrapped = _names([part for part, wraps, _ in seen if wraps])
-    vanished = _names([part for part, _, vanishes in seen if vanishes])
-    warnings = [f"weights beyond 16 bits wrap around, as on the machine: {wrapped}"] if wrapped else []
-    return [*warnings, f"weights too small for the machine become 0: {vanished}"] if vanished else warnings
 
 
 def _is_rounded(part: Wires, step_ms: float) -> bool:

@@ -40,6 +40,11 @@ class MujocoBackend(WorldBackend):
             determinism=Determinism.MACHINE,
             renderers=_renderers(options),
             snapshot=True,
+            links=True,
+            contacts=True,
+            joint_control=True,
+            joint_wrenches=True,
+            changes=True,
             releases_gil=True,
         )
 

@@ -10,7 +10,9 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
+from nrp_core.world.parts.base import BodyPath
 from nrp_core.world.physics.bodies import Body, bodies_of
+from nrp_core.world.physics.joint_servo import servoed_joints
 from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
 from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.scene.model import Camera, Joint, Link, Model, Scene
@@ -36,6 +38,8 @@ class Built:
             points, then of the wheels.
         visuals: the geom of each visual, by its path.
         cameras: ids.
+        servos: ids of the actuators of servoed joints, by model and joint.
+        owners: model and body of each geom.
     """
 
     model: Any
@@ -44,6 +48,8 @@ class Built:
     drives: Mapping[tuple[str, str], tuple[PlanarServo, list[int]]]
     visuals: Mapping[str, int]
     cameras: Mapping[CameraPath, int]
+    servos: Mapping[tuple[str, str], int]
+    owners: Sequence[BodyPath]
 
 
 def build(
@@ -90,6 +96,8 @@ class _Builder:
         self._drives: dict[tuple[str, str], tuple[PlanarServo, list[Any]]] = {}
         self._visuals: dict[str, Any] = {}
         self._cameras: dict[CameraPath, Any] = {}
+        self._servos: dict[tuple[str, str], Any] = {}
+        self._owners: list[tuple[BodyPath, Any]] = []
 
     def built(self) -> Built:
         for model in self._scene.models:
@@ -102,15 +110,17 @@ class _Builder:
             {path: (servo, [e.id for e in each]) for path, (servo, each) in self._drives.items()},
             {path: element.id for path, element in self._visuals.items()},
             {path: element.id for path, element in self._cameras.items()},
+            {path: element.id for path, element in self._servos.items()},
+            [path for path, _ in sorted(self._owners, key=lambda pair: pair[1].id)],
         )
 
     def _add_model(self, model: Model) -> None:
         bodies = without_wheel_friction(model, bodies_of(model))
         elements: list[Any] = []
         joints: dict[str, Any] = {}
-        for body in bodies:
-            elements.append(self._add_body(model.name, body, bodies, elements))
-            if body.joint is not None:
+        for index, body in enumerate(bodies):
+            elements.append(self._add_body(model.name, index, bodies, elements))
+            if body.joint is not None and body.joint.kind != "fixed":
                 joints[body.joint.name] = _add_joint(elements[-1], model.name, body.joint)
         self._separate(elements)
         self._bodies[model.name] = list(zip(bodies, elements, strict=True))
@@ -119,8 +129,13 @@ class _Builder:
             servo = servo_of(model, drive, bodies, self._scene.gravity)
             actuators = self._add_servo(f"{model.name}/{drive.name}", servo, elements[servo.body], joints)
             self._drives[model.name, drive.name] = servo, actuators
+        for name in servoed_joints(model):
+            if name in joints:
+                limit = next(joint.effort for joint in model.joints if joint.name == name)
+                self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
 
-    def _add_body(self, model: str, body: Body, bodies: Sequence[Body], elements: Sequence[Any]) -> Any:
+    def _add_body(self, model: str, index: int, bodies: Sequence[Body], elements: Sequence[Any]) -> Any:
+        body = bodies[index]
         if body.fixed and len(bodies) == 1:
             element, frame = self._spec.worldbody, body.pose  # no body is cheaper than the world's own
         else:
@@ -135,15 +150,17 @@ class _Builder:
         if body.floats:
             element.add_freejoint()
         for link in body.links:
-            self._add_link(model, element, link, frame @ link.pose)
+            self._add_link((model, index), element, link, frame @ link.pose)
         return element
 
-    def _add_link(self, model: str, element: Any, link: Link, place: Pose) -> None:
+    def _add_link(self, owner: BodyPath, element: Any, link: Link, place: Pose) -> None:
+        model, _ = owner
         for visual in link.visuals if self._with_visuals else ():
             path = f"{model}/{link.name}/{visual.name}"
             self._visuals[path] = self._shapes.add_visual(element, visual, place)
+            self._owners.append((owner, self._visuals[path]))
         for collision in link.collisions:
-            self._shapes.add_collision(element, collision, place)
+            self._owners.append((owner, self._shapes.add_collision(element, collision, place)))
         for sensor in link.sensors:
             if isinstance(sensor, Camera):
                 camera = (model, link.name, sensor.name)
@@ -164,6 +181,13 @@ class _Builder:
             actuators.append(actuator)
         return actuators
 
+    def _add_joint_servo(self, joint: Any, limit: float) -> Any:
+        """Add an actuator whose gains are set with each aim."""
+        actuator = self._spec.add_actuator(target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        _set_velocity_servo(actuator, SMALLEST, limit)
+        actuator.gainprm[0] = 1.0  # the control is an effort
+        return actuator
+
     def _separate(self, elements: Sequence[Any]) -> None:
         """Let the parts of one model pass through each other."""
         names = [element.name for element in elements if element is not self._spec.worldbody]
@@ -179,9 +203,14 @@ def _add_joint(element: Any, model: str, joint: Joint) -> Any:
         type=kinds.mjJNT_SLIDE if joint.kind == "prismatic" else kinds.mjJNT_HINGE,
         axis=joint.axis,
         limited=limited,
-        range=[max(joint.lower, -FAR_AWAY), min(joint.upper, FAR_AWAY)] if limited else [0, 0],
+        range=_range(joint) if limited else [0, 0],
         damping=[joint.damping, 0, 0],
     )
+
+
+def _range(joint: Joint) -> list[float]:
+    lower = max(joint.lower, -FAR_AWAY)
+    return [lower, max(min(joint.upper, FAR_AWAY), lower + SMALLEST)]
 
 
 def _set_velocity_servo(actuator: Any, gain: float, limit: float) -> None:

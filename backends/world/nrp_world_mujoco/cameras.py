@@ -35,13 +35,14 @@ def open_cameras(renderer: str, built: Built, data: Any, optics: Mapping[CameraP
         cameras = RayCameras(built, data, optics)
     else:
         bodies = {model: [body for body, _ in each] for model, each in built.bodies.items()}
-        cameras = RasterCameras(bodies, optics, lambda paths: _frame_reader(built, data, paths))
+        cameras = RasterCameras(bodies, optics, lambda paths: frame_reader(built, data, paths))
     for path in optics:
         cameras.picture(path)
     return cameras
 
 
-def _frame_reader(built: Built, data: Any, paths: Sequence[BodyPath]) -> ReadFrames:
+def frame_reader(built: Built, data: Any, paths: Sequence[BodyPath]) -> ReadFrames:
+    """Return what writes where bodies are; positions must be up to date."""
     ids = np.array([built.bodies[model][index][1] for model, index in paths], int)
 
     def read(frames: FloatArray) -> None:

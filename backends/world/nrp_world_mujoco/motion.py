@@ -6,35 +6,37 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from nrp_core.world.parts.base import JointStates, ModelMotion
 from nrp_core.world.physics.bodies import Body
-from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.pose import Pose
 from nrp_world_mujoco.engine import mujoco
 
+IntArray = npt.NDArray[np.int32]
 MotionOf = Callable[[], ModelMotion]
 
 
 def motion_of(
-    model: Model, body: Body, ident: int, engine: Any, data: Any, refresh: Callable[[], None]
+    body: Body, ident: int, held: Pose, engine: Any, data: Any, refresh: Callable[[], None]
 ) -> MotionOf:
-    """Return what reads the motion of a model's frame from its base.
+    """Return what reads the motion of a frame that a body holds.
 
     Args:
-        model: the model.
-        body: the body with the model's first link.
-        ident: the body's id.
+        body: the body.
+        ident: its id.
+        held: the frame in the body's frame.
         engine: the compiled model.
         data: MuJoCo's state.
         refresh: brings the positions of bodies up to date.
     """
     if body.fixed:
-        still = ModelMotion(model.pose)
+        still = ModelMotion(body.pose @ held)
         return lambda: still
-    if body.floats:
-        return Floating(engine, data, ident)
-    return _Jointed(engine, data, ident, body.in_model.inverse(), refresh)
+    if not body.floats:
+        return _Jointed(engine, data, ident, held, refresh)
+    floating = Floating(engine, data, ident)
+    return floating if held == Pose() else lambda: floating().at(held)
 
 
 class Floating:
@@ -52,6 +54,12 @@ class Floating:
         pose = Pose((x, y, z), (qx, qy, qz, qw))
         return ModelMotion(pose, (vx, vy, vz), pose.rotate((wx, wy, wz)))  # MuJoCo's turn rate is the body's
 
+    def place(self, pose: Pose) -> None:
+        """Put the base somewhere."""
+        self._position[:3] = pose.position
+        x, y, z, w = pose.orientation
+        self._position[3:] = w, x, y, z
+
     def set_velocity(self, motion: ModelMotion) -> None:
         """Let the base move as a motion says, from where it is."""
         self._velocity[:3] = motion.linear
@@ -59,13 +67,11 @@ class Floating:
 
 
 class _Jointed:
-    """A base that hangs on the world by a joint."""
+    """A frame held by a body that hangs on something by a joint."""
 
-    def __init__(
-        self, engine: Any, data: Any, ident: int, to_model: Pose, refresh: Callable[[], None]
-    ) -> None:
+    def __init__(self, engine: Any, data: Any, ident: int, held: Pose, refresh: Callable[[], None]) -> None:
         self._engine, self._data, self._id = engine, data, ident
-        self._to_model, self._refresh = to_model, refresh
+        self._held, self._refresh = held, refresh
         self._velocity = np.empty(6)
 
     def __call__(self) -> ModelMotion:
@@ -78,7 +84,7 @@ class _Jointed:
         mujoco.mj_objectVelocity(self._engine, self._data, body, self._id, self._velocity, 0)
         wx, wy, wz, vx, vy, vz = self._velocity.tolist()
         here = ModelMotion(Pose((x, y, z), (qx, qy, qz, qw)), (vx, vy, vz), (wx, wy, wz))
-        return here.at(self._to_model)
+        return here.at(self._held)
 
 
 class JointReader:
@@ -97,7 +103,13 @@ class JointReader:
         self._positions = engine.jnt_qposadr[ids]
         self._velocities = engine.jnt_dofadr[ids]
 
+    @property
+    def places(self) -> tuple[IntArray, IntArray]:
+        """Where the joints' positions and velocities are in the state."""
+        return self._positions, self._velocities
+
     def states(self) -> JointStates:
         """Return positions, velocities and efforts; the efforts are those of the last physics step."""
         data, dofs = self._data, self._velocities
-        return JointStates(self._names, data.qpos[self._positions], data.qvel[dofs], data.qfrc_actuator[dofs])
+        efforts = data.qfrc_actuator[dofs] + data.qfrc_applied[dofs]
+        return JointStates(self._names, data.qpos[self._positions], data.qvel[dofs], efforts)

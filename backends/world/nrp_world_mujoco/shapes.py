@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nrp_core.world.render.optics import drawn, flat
+from nrp_core.world.render.tessellation import triangles_of
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -33,9 +34,9 @@ class Shapes:
         looks = {"group": VISUALS, "contype": 0, "conaffinity": 0, "rgba": flat(visual.rgba)}
         return body.add_geom(mass=0, **looks, **self._arguments(geometry, pose))
 
-    def add_collision(self, body: Any, collision: Collision, place: Pose) -> None:
-        """Add what a link at ``place`` in a body touches with."""
-        body.add_geom(
+    def add_collision(self, body: Any, collision: Collision, place: Pose) -> Any:
+        """Add what a link at ``place`` in a body touches with, and return it."""
+        return body.add_geom(
             mass=0,
             group=COLLISIONS,
             condim=3 if collision.friction else 1,
@@ -64,7 +65,10 @@ class Shapes:
     def _mesh(self, mesh: Mesh) -> str:
         if mesh not in self._meshes:
             self._meshes[mesh] = f"mesh{len(self._meshes)}"
-            element = self._spec.add_mesh(name=self._meshes[mesh], file=str(mesh.path), scale=mesh.scale)
+            vertices, faces = triangles_of(mesh)
+            element = self._spec.add_mesh(
+                name=self._meshes[mesh], uservert=vertices.ravel(), userface=faces.ravel()
+            )
             element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # not used; open surfaces have it
         return self._meshes[mesh]
 

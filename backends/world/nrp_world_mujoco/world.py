@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
+from nrp_core.world.engine import FloatArray, ReadFrames
 from nrp_core.world.interface import ImageArray, World, WorldCapabilities
-from nrp_core.world.parts.base import BodyVelocity, JointStates, ModelMotion
+from nrp_core.world.parts.base import (
+    BodyPath,
+    BodyVelocity,
+    DepthArray,
+    JointAim,
+    JointStates,
+    ModelMotion,
+    Touch,
+    Wrench,
+)
 from nrp_core.world.physics.bodies import body_of
+from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
-from nrp_core.world.scene.model import Model, Rgba, Scene
+from nrp_core.world.scene.model import Link, Model, Rgba, Scene
+from nrp_core.world.scene.pose import Pose
 from nrp_world_mujoco.backend import MujocoOptions
 from nrp_world_mujoco.build import build
-from nrp_world_mujoco.cameras import open_cameras
+from nrp_world_mujoco.cameras import frame_reader, open_cameras
+from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Drive
 from nrp_world_mujoco.engine import mujoco
-from nrp_world_mujoco.motion import Floating, JointReader, MotionOf, motion_of
+from nrp_world_mujoco.motion import Floating, IntArray, JointReader, MotionOf, motion_of
 
 
 class MujocoWorld(World):
@@ -29,7 +43,14 @@ class MujocoWorld(World):
     ) -> None:
         identity = f"mujoco {mujoco.__version__} {options.model_dump_json()}"
         super().__init__(scene, seed=seed, capabilities=capabilities, identity=identity)
-        renderer, optics = capabilities.renderers[0], optics_of(scene, options.image_scale)
+        self._options = options
+        self.image_scale = options.image_scale
+        self._cameras: Cameras | None = None
+        self._do_load(scene)
+
+    def _do_load(self, scene: Scene) -> None:
+        options, renderer = self._options, self.capabilities.renderers[0]
+        optics = optics_of(scene, options.image_scale)
         self._built = build(scene, timestep_ns=options.timestep, optics=optics, visuals=renderer != "raster")
         self._model = self._built.model
         self._data = mujoco.MjData(self._model)
@@ -42,14 +63,20 @@ class MujocoWorld(World):
         self._joints = {
             name: JointReader(self._model, self._data, joints) for name, joints in self._built.joints.items()
         }
-        self._motions = {model.name: self._motion_of(model) for model in scene.models}
+        self._control = Control(self._built, self._data, seconds(options.timestep))
+        self._motions = {model.name: self._motion_of(model, model.links[0], None) for model in scene.models}
+        self._links: dict[tuple[str, str], MotionOf] = {}
         self._refresh()
+        if self._cameras is not None:
+            self._cameras.close()
         self._cameras = open_cameras(renderer, self._built, self._data, optics)
 
-    def _motion_of(self, model: Model) -> MotionOf:
+    def _motion_of(self, model: Model, link: Link, held: Pose | None) -> MotionOf:
+        """Return what reads the motion of a link, or of the model's frame, which the base's body holds."""
         bodies = self._built.bodies[model.name]
-        body, ident = bodies[body_of([body for body, _ in bodies], model.links[0].name)]
-        return motion_of(model, body, ident, self._model, self._data, self._refresh)
+        body, ident = bodies[body_of([body for body, _ in bodies], link.name)]
+        place = body.in_model.inverse() if held is None else held
+        return motion_of(body, ident, place, self._model, self._data, self._refresh)
 
     def _drive_of(self, path: tuple[str, str]) -> Drive:
         servo, actuators = self._built.drives[path]
@@ -65,10 +92,28 @@ class MujocoWorld(World):
 
     def _do_reset(self, seed: int) -> None:
         mujoco.mj_resetData(self._model, self._data)
+        self._control.release()
         self._continue()
 
     def _do_model_motion(self, model: str) -> ModelMotion:
         return self._motions[model]()
+
+    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        path = model, link
+        if path not in self._links:
+            bodies = [body for body, _ in self._built.bodies[model]]
+            held = next(each for each in bodies[body_of(bodies, link)].links if each.name == link)
+            self._links[path] = self._motion_of(self.scene.model(model), held, held.pose)
+        return self._links[path]()
+
+    def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
+        read = frame_reader(self._built, self._data, paths)
+
+        def refreshed(frames: FloatArray) -> None:
+            self._refresh()
+            read(frames)
+
+        return refreshed
 
     def _do_joint_states(self, model: str) -> JointStates:
         return self._joints[model].states()
@@ -77,11 +122,70 @@ class MujocoWorld(World):
         self._drives[model, drive].aim(velocity)
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
+        assert self._cameras is not None
         self._cameras.set_color(visual, rgba)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         self._refresh()
+        assert self._cameras is not None
         return self._cameras.picture((model, link, camera))
+
+    def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
+        self._refresh()
+        assert self._cameras is not None
+        return self._cameras.depth((model, link, camera))
+
+    def _do_touches(self) -> Sequence[Touch]:
+        return list(self._control.touches())
+
+    def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
+        bodies = self._built.bodies[model]
+        return self._control.joint_wrench(
+            next(ident for body, ident in bodies if body.joint is not None and body.joint.name == joint)
+        )
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        self._control.aim(model, joint, aim)
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        self._control.set_effort(model, joint, effort)
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        self._control.set_wrench(body, wrench)
+
+    def _do_place(self, model: str, motion: ModelMotion) -> None:
+        to_model = self._do_model_motion(model).pose.inverse()
+        for body, ident in self._built.bodies[model]:
+            if body.floats:
+                base = Floating(self._model, self._data, ident)
+                there = motion.at(to_model @ base().pose)
+                base.place(there.pose)
+                base.set_velocity(there)
+        self._continue()
+
+    def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        for name, position in positions.items():
+            joint = self._built.joints[model][name]
+            self._data.qpos[self._model.jnt_qposadr[joint]] = position
+            self._data.qvel[self._model.jnt_dofadr[joint]] = 0.0
+        self._continue()
+
+    def _do_configuration(self, model: str) -> object:
+        positions, velocities = self._places(model)
+        return self._data.qpos[positions].copy(), self._data.qvel[velocities].copy()
+
+    def _do_configure(self, model: str, configuration: Any) -> None:
+        positions, velocities = self._places(model)
+        self._data.qpos[positions], self._data.qvel[velocities] = configuration
+        self._continue()
+
+    def _places(self, model: str) -> tuple[IntArray, IntArray]:
+        """Return where all that moves of a model is in the state."""
+        positions, velocities = self._joints[model].places
+        roots = [self._model.body_jntadr[i] for body, i in self._built.bodies[model] if body.floats]
+        free = [np.arange(7) + self._model.jnt_qposadr[joint] for joint in roots]
+        moving = [np.arange(6) + self._model.jnt_dofadr[joint] for joint in roots]
+        return np.concatenate([positions, *free]), np.concatenate([velocities, *moving])
 
     def _do_save(self) -> object:
         mujoco.mj_getState(self._model, self._data, self._buffer, mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -95,7 +199,8 @@ class MujocoWorld(World):
         self._continue()
 
     def _do_close(self) -> None:
-        self._cameras.close()
+        if self._cameras is not None:
+            self._cameras.close()
 
     def _continue(self) -> None:
         """Start from another state than the one reached by steps."""

@@ -38,6 +38,11 @@ class PybulletBackend(WorldBackend):
             determinism=Determinism.MACHINE,
             renderers=("raster", "tiny") if options.renderer == "auto" else (options.renderer,),
             snapshot=True,
+            links=True,
+            contacts=True,
+            joint_control=True,
+            joint_wrenches=True,
+            changes=True,
             releases_gil=False,
         )
 

@@ -9,10 +9,12 @@ from math import isfinite
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
+from nrp_core.world.parts.base import BodyPath
 from nrp_core.world.physics.bodies import Body, bodies_of, tree_of
 from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
 from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sensing import ForceTorque
 from nrp_world_pybullet.engine import bullet, quiet
 from nrp_world_pybullet.shapes import Shapes, add_collisions, add_visuals, shapes_of
 
@@ -39,12 +41,14 @@ class Built:
         joints: places of the movable joints of each model, in the order of its file.
         drives: the servo of each drive, by model and drive.
         visuals: place and number there of each visual, by its path.
+        owners: model and body of each multi-body's links, the base being -1.
     """
 
     bodies: Mapping[str, list[tuple[Body, Place]]]
     joints: Mapping[str, dict[str, Place]]
     drives: Mapping[tuple[str, str], PlanarServo]
     visuals: Mapping[str, tuple[Place, int]]
+    owners: Mapping[tuple[int, int], BodyPath]
 
 
 def build(scene: Scene, *, timestep_ns: int, client: int, visuals: bool = True) -> Built:
@@ -59,6 +63,7 @@ def build(scene: Scene, *, timestep_ns: int, client: int, visuals: bool = True) 
     Raises:
         SceneError: PyBullet refuses it, or it contradicts itself.
     """
+    bullet.resetSimulation(physicsClientId=client)
     bullet.setGravity(*scene.gravity, physicsClientId=client)
     bullet.setPhysicsEngineParameter(
         fixedTimeStep=seconds(timestep_ns), deterministicOverlappingPairs=1, physicsClientId=client
@@ -98,11 +103,12 @@ class _Builder:
         self._joints: dict[str, dict[str, Place]] = {}
         self._drives: dict[tuple[str, str], PlanarServo] = {}
         self._visuals: dict[str, tuple[Place, int]] = {}
+        self._owners: dict[tuple[int, int], BodyPath] = {}
 
     def built(self) -> Built:
         for model in self._scene.models:
             self._add_model(model)
-        return Built(self._bodies, self._joints, self._drives, self._visuals)
+        return Built(self._bodies, self._joints, self._drives, self._visuals, self._owners)
 
     def _add_model(self, model: Model) -> None:
         bodies = without_wheel_friction(model, bodies_of(model))
@@ -112,7 +118,10 @@ class _Builder:
                 self._add_tree(model.name, root, bodies, places)
         self._separate({place.multibody for place in places.values()})
         self._bodies[model.name] = [(body, places[index]) for index, body in enumerate(bodies)]
-        joints = {body.joint.name: places[i] for i, body in enumerate(bodies) if body.joint is not None}
+        self._feel(model, bodies, places)
+        joints = {
+            b.joint.name: places[i] for i, b in enumerate(bodies) if b.joint and b.joint.kind != "fixed"
+        }
         self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
         for drive in model.drives:
             self._drives[model.name, drive.name] = servo_of(model, drive, bodies, self._scene.gravity)
@@ -121,6 +130,7 @@ class _Builder:
         """Add a root and all that hangs on it as one multi-body."""
         links: list[_Link] = []
         numbers: dict[int, int] = {}
+        owners: list[int] = []
         for index in tree_of(root, bodies):
             body = bodies[index]
             numbers[index] = len(links)
@@ -128,8 +138,10 @@ class _Builder:
             shapes, *more = shapes_of(model, body, self._with_visuals)
             links.append(_Link(parent, body.pose, shapes, body.inertial or MASSLESS, body.joint))
             links.extend(_Link(numbers[index], Pose(), shapes) for shapes in more)
+            owners += [index] * (1 + len(more))
         multibody = self._create(links)
         places.update({index: Place(multibody, number - 1) for index, number in numbers.items()})
+        self._owners.update({(multibody, n - 1): (model, index) for n, index in enumerate(owners)})
         for number, link in enumerate(links):
             place = Place(multibody, number - 1)
             self._set_dynamics(place, link)
@@ -172,7 +184,7 @@ class _Builder:
         if link.inertial.mass:
             moments = link.inertial.inertia[:3]
             bullet.changeDynamics(*where, localInertiaDiagonal=moments, physicsClientId=client)
-        if link.joint is not None:
+        if link.joint is not None and link.joint.kind != "fixed":
             self._set_joint(place, link.joint)
 
     def _set_joint(self, place: Place, joint: Joint) -> None:
@@ -188,6 +200,14 @@ class _Builder:
                 physicsClientId=client,
             )
 
+    def _feel(self, model: Model, bodies: Sequence[Body], places: Mapping[int, Place]) -> None:
+        """Let PyBullet tell what the joints carry that have a sensor for it."""
+        felt = {s.joint for link in model.links for s in link.sensors if isinstance(s, ForceTorque)}
+        for index, body in enumerate(bodies):
+            if body.joint is not None and body.joint.name in felt:
+                where = places[index].multibody, places[index].link
+                bullet.enableJointForceTorqueSensor(*where, physicsClientId=self._client)
+
     def _separate(self, multibodies: set[int]) -> None:
         """Let the parts of one model pass through each other."""
         for pair in combinations(sorted(multibodies), 2):
@@ -197,6 +217,6 @@ class _Builder:
 
 
 def _joint_type(joint: Joint | None) -> int:
-    if joint is None:
+    if joint is None or joint.kind == "fixed":
         return int(bullet.JOINT_FIXED)
     return int(bullet.JOINT_PRISMATIC if joint.kind == "prismatic" else bullet.JOINT_REVOLUTE)

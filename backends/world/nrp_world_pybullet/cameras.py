@@ -33,13 +33,14 @@ def open_cameras(renderer: str, built: Built, client: int, optics: Mapping[Camer
         cameras = TinyCameras(built, client, optics)
     else:
         bodies = {model: [body for body, _ in each] for model, each in built.bodies.items()}
-        cameras = RasterCameras(bodies, optics, lambda paths: _frame_reader(built, client, paths))
+        cameras = RasterCameras(bodies, optics, lambda paths: frame_reader(built, client, paths))
     for path in optics:
         cameras.picture(path)
     return cameras
 
 
-def _frame_reader(built: Built, client: int, paths: Sequence[BodyPath]) -> ReadFrames:
+def frame_reader(built: Built, client: int, paths: Sequence[BodyPath]) -> ReadFrames:
+    """Return what writes where bodies are."""
     places = [place_of(*built.bodies[model][index], Pose(), client) for model, index in paths]
 
     def read(frames: FloatArray) -> None:

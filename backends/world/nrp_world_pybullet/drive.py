@@ -22,6 +22,7 @@ class Drive:
         client: the physics client.
         servo: its layout.
         body: the body it drives, the base of a multi-body.
+        multibody: that.
         wheels: places of the wheels, in the servo's order.
         step_s: the physics step.
         gravity: of the scene.
@@ -32,6 +33,7 @@ class Drive:
         client: int,
         servo: PlanarServo,
         body: Body,
+        multibody: int,
         wheels: Sequence[Place],
         step_s: float,
         gravity: Vector,
@@ -39,8 +41,8 @@ class Drive:
         assert body.inertial is not None
         self._client, self._servo = client, servo
         in_engine = body.inertial.pose.inverse()  # PyBullet's base frame is that of the inertia
-        self._base = Moving(Place(wheels[0].multibody, BASE), in_engine, client)
-        self._multibody = wheels[0].multibody
+        self._base = Moving(Place(multibody, BASE), in_engine, client)
+        self._multibody = multibody
         self._wheels = [wheel.link for wheel in wheels]
         self._forces = [min(wheel.limit, _STRONG) for wheel in servo.wheels]
         self._shares = [ServoedWheel.share_in(step_s)] * len(wheels)
@@ -60,6 +62,8 @@ class Drive:
             self._base.set_velocity(self._servo.changed(self._base(), self._command, velocity))
         self._command = velocity
         self._aims = self._servo.aims(velocity, self._step_s)
+        if not self._wheels:
+            return
         bullet.setJointMotorControlArray(
             self._multibody,
             self._wheels,

@@ -9,7 +9,6 @@ import numpy as np
 
 from nrp_core.world.parts.base import JointStates, ModelMotion
 from nrp_core.world.physics.bodies import Body
-from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.pose import Pose, Quaternion, Vector
 from nrp_world_pybullet.build import BASE, Place
 from nrp_world_pybullet.engine import bullet
@@ -18,20 +17,20 @@ MotionOf = Callable[[], ModelMotion]
 PlaceOf = Callable[[], tuple[Vector, Quaternion]]
 
 
-def motion_of(model: Model, body: Body, place: Place, client: int) -> MotionOf:
-    """Return what reads the motion of a model's frame from its base.
+def motion_of(body: Body, place: Place, held: Pose, client: int) -> MotionOf:
+    """Return what reads the motion of a frame that a body holds.
 
     Args:
-        model: the model.
-        body: the body with the model's first link.
+        body: the body.
         place: where that is in the engine.
+        held: the frame in the body's frame.
         client: the physics client.
     """
     if body.fixed:
-        still = ModelMotion(model.pose)
+        still = ModelMotion(body.pose @ held)
         return lambda: still
     assert body.inertial is not None
-    return Moving(place, body.inertial.pose.inverse() @ body.in_model.inverse(), client)
+    return Moving(place, body.inertial.pose.inverse() @ held, client)
 
 
 def place_of(body: Body, place: Place, held: Pose, client: int) -> PlaceOf:
@@ -83,6 +82,13 @@ class Moving:
         frame: tuple[Vector, Quaternion]
         frame = bullet.multiplyTransforms(*inertial, offset.position, offset.orientation, client)
         return frame
+
+    def put(self, motion: ModelMotion) -> None:
+        """Put a base where a motion of the frame says and let it move so."""
+        there = motion.at(self._offset.inverse())
+        where = there.pose.position, there.pose.orientation
+        bullet.resetBasePositionAndOrientation(self._place.multibody, *where, self._client)
+        bullet.resetBaseVelocity(self._place.multibody, there.linear, there.angular, self._client)
 
     def set_velocity(self, motion: ModelMotion) -> None:
         """Let a base move as a motion of the frame says, from where it is."""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import ast
 from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType
 
+from nrp_core.dsl.listing import Source
 from nrp_core.errors import TransferFunctionError
-
-_PLACED = (ast.stmt, ast.expr, ast.arg, ast.keyword, ast.alias, ast.excepthandler, ast.pattern)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,27 +24,23 @@ class Part:
     path: Path
     lines: tuple[int, ...]
 
+    def source(self) -> Source:
+        """Return what the code says, each line where it comes from.
+
+        Raises:
+            TransferFunctionError: it is not Python.
+        """
+        return Source.of(self.text, self.path, self.lines)
+
     def compiled(self) -> CodeType:
         """Return the code as if each line stood where it comes from: errors name that file and line.
 
         Raises:
             TransferFunctionError: it is not Python.
         """
-        try:
-            tree = ast.parse(self.text)
-        except SyntaxError as error:
-            raise self._refusal(error, self._source(error.lineno or 1)) from None
-        for node in ast.walk(tree):
-            if isinstance(node, _PLACED):
-                node.lineno = node.end_lineno = self._source(node.lineno)
-                node.col_offset = node.end_col_offset = 0
+        tree = self.source().tree
         try:
             return compile(tree, str(self.path), "exec", dont_inherit=True)
         except SyntaxError as error:
-            raise self._refusal(error, error.lineno) from None
-
-    def _refusal(self, error: SyntaxError, line: int | None) -> TransferFunctionError:
-        return TransferFunctionError(f"this is not Python: {error.msg}", path=self.path, line=line)
-
-    def _source(self, line: int) -> int:
-        return self.lines[min(line, len(self.lines)) - 1]
+            message = f"this is not Python: {error.msg}"
+            raise TransferFunctionError(message, path=self.path, line=error.lineno) from None

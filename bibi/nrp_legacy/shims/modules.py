@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from types import ModuleType
 from typing import Any
 
@@ -80,10 +81,12 @@ class OpenMessage:
 
 def message_modules() -> dict[str, ModuleType]:
     """Return ``<package>.msg`` of every package of messages; types that are not known carry anything."""
-    known = {name: dict(vars(package.msg)) for name, package in message_packages().items()}
+    known = {name: package.msg for name, package in message_packages().items()}
     return {
-        f"{package}.msg": open_module(f"{package}.msg", _open_message, types)
-        for package, types in {**{name: {} for name in _FURTHER_PACKAGES}, **known}.items()
+        f"{package}.msg": open_module(
+            f"{package}.msg", partial(_open_message, types), dict(vars(types)) if types else {}
+        )
+        for package, types in {**dict.fromkeys(_FURTHER_PACKAGES), **known}.items()
     }
 
 
@@ -92,5 +95,6 @@ def service_modules() -> dict[str, ModuleType]:
     return {f"{package}.srv": open_module(f"{package}.srv", ServiceType, {}) for package in _SERVICE_PACKAGES}
 
 
-def _open_message(name: str) -> type:
-    return type(name, (OpenMessage,), {})
+def _open_message(known: ModuleType | None, name: str) -> type:
+    found = getattr(known, name, None)
+    return found if isinstance(found, type) else type(name, (OpenMessage,), {})

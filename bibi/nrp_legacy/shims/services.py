@@ -1,18 +1,16 @@
-"""The services of Gazebo that a world of ours can answer."""
+"""The services of Gazebo as experiments call them; the world answers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import SimpleNamespace
+import dataclasses
 from typing import Any
 
 from nrp_core.errors import NrpError
-from nrp_core.world.messages.geometry_msgs import Pose, Twist
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.parts.model_states import MODEL_STATES
-from nrp_core.world.scene.materials import color_of
+from nrp_core.world.messages.base import Duration as DurationMessage
+from nrp_core.world.messages.base import Time as TimeMessage
 from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.modules import Request
+from nrp_legacy.shims.times import Duration, Time
 
 
 class ServiceException(Exception):  # noqa: N818 - the name that users catch
@@ -28,14 +26,6 @@ class Services:
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
-        self._answers: dict[str, tuple[tuple[str, ...], Callable[..., Any]]] = {
-            "/gazebo/get_model_state": (("model_name", "relative_entity_name"), self._model_state),
-            "/gazebo/get_world_properties": ((), self._world_properties),
-            "/gazebo/set_visual_properties": (
-                ("model_name", "link_name", "visual_name", "property_name", "property_value"),
-                self._visual_properties,
-            ),
-        }
 
     def call(self, name: str, *values: Any, **fields: Any) -> Any:
         """Return what a service answers.
@@ -48,39 +38,27 @@ class Services:
         Raises:
             ServiceException: there is no such service, or it cannot do this.
         """
-        if name not in self._answers:
+        if self._graph.has_begun and name not in self._graph.world.topics:
             raise ServiceException(f"service {name} is not available")
         if not self._graph.has_begun:
             raise ServiceException(f"service {name} answers once the simulation runs")
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
-        names, answer = self._answers[name]
-        given = {**dict(zip(names, values, strict=False)), **fields}
         try:
-            return answer(**{field: value for field, value in given.items() if field in names})
+            return self._graph.world.call(
+                name, *map(_message, values), **{key: _message(value) for key, value in fields.items()}
+            )
         except (NrpError, TypeError) as error:
             raise ServiceException(f"service {name}: {error}") from error
 
-    def _model_state(self, model_name: str, relative_entity_name: str = "world") -> SimpleNamespace:
-        states = self._graph.latest(MODEL_STATES)
-        if model_name not in states.name:
-            message = f"no model '{model_name}'"
-            return SimpleNamespace(pose=Pose(), twist=Twist(), success=False, status_message=message)
-        i = states.name.index(model_name)
-        return SimpleNamespace(pose=states.pose[i], twist=states.twist[i], success=True, status_message="")
 
-    def _world_properties(self) -> SimpleNamespace:
-        names = self._graph.latest(MODEL_STATES).name
-        return SimpleNamespace(sim_time=self._graph.now_s, model_names=names, success=True)
-
-    def _visual_properties(
-        self,
-        model_name: str,
-        link_name: str,
-        visual_name: str,
-        property_name: str = "",
-        property_value: str = "",
-    ) -> SimpleNamespace:
-        topic = f"/{model_name}/{link_name}/{visual_name}/color"
-        self._graph.world.advertise(topic).publish(ColorRGBA(*color_of(property_value)))
-        return SimpleNamespace(success=True, status_message="")
+def _message(value: Any) -> Any:
+    """Return times of ROS 1 as messages, also within requests that the user made."""
+    if isinstance(value, Duration):
+        kind = TimeMessage if isinstance(value, Time) else DurationMessage
+        return kind(value.secs, value.nsecs)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        for field in dataclasses.fields(value):
+            if isinstance(getattr(value, field.name), Duration):
+                setattr(value, field.name, _message(getattr(value, field.name)))
+    return value

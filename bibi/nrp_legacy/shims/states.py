@@ -12,6 +12,7 @@ from nrp_core.clock import NS_PER_S
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.parts.model_states import MODEL_STATES
 from nrp_legacy.shims.graph import Graph, absolute, log
+from nrp_legacy.shims.model_states import model_states
 from nrp_legacy.shims.modules import module
 from nrp_legacy.shims.services import ServiceException, Services
 from nrp_legacy.shims.smach import State
@@ -215,9 +216,12 @@ class SetMaterialColorServiceState(ServiceState):
         if task is not None and self._delay_s > 0:
             task.wait_until(self._graph.now_ns + round(self._delay_s * NS_PER_S))
         try:
-            self._services.call(self._name, *self._values)
+            answer = self._services.call(self._name, *self._values)
         except ServiceException as error:
             self._graph.warn(str(error))
+            return "aborted"
+        if not answer.success:
+            self._graph.warn(f"service {self._name}: {answer.status_message}")
             return "aborted"
         return "succeeded"
 
@@ -247,11 +251,10 @@ class UnavailableState(State):
 
 
 _UNAVAILABLE = {
-    "SetModelPose": "move a model", "SetModelServiceState": "move a model", "SetPose": "move a model",
-    "TranslateModelState": "move a model", "RotateModelState": "turn a model", "ScaleModelState": "scale one",
-    "SpawnSphere": "add a model", "SpawnBox": "add a model", "SpawnCylinder": "add a model",
-    "ModelSpawnServiceState": "add a model", "DestroyModel": "remove a model",
-}  # fmt: skip
+    "RotateModelState": "turn a model",
+    "ScaleModelState": "scale one",
+    "ModelSpawnServiceState": "add a model",
+}
 
 
 def smach_ros_module(graph: Graph, services: Services) -> ModuleType:
@@ -276,5 +279,6 @@ def nrp_states_module(graph: Graph, services: Services) -> ModuleType:
         RobotTwistMonitorState=partial(ModelMonitorState, graph, part="twist"),
         SetMaterialColorServiceState=partial(SetMaterialColorServiceState, graph, services),
         ClientLogState=ClientLogState,
+        **model_states(graph, services),
         **unavailable,
     )

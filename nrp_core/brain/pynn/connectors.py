@@ -19,6 +19,8 @@ import numpy.typing as npt
 from pyNN import connectors
 from pyNN.parameters import LazyArray
 
+from nrp_core.brain.memory import require_memory
+from nrp_core.brain.pynn.arguments import require_arguments, require_shape
 from nrp_core.brain.pynn.invalid import InvalidSynapseError
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.random_pairs import random_pairs
@@ -30,6 +32,14 @@ if TYPE_CHECKING:
 
 Indices = npt.NDArray[np.integer[Any]]
 
+BYTES_PER_SYNAPSE = 16
+"""While a projection is built: two indices, once in parts and once joined."""
+BYTES_PER_VALUE = 8
+"""For each parameter that differs between synapses; parts go as they are joined."""
+
+
+_RULES = "probabilities and numbers of synapses are 0 or more, flags are True or False"
+
 
 class Connector(connectors.Connector):
     """What every connector gains: named random streams, and masks that are not dense matrices."""
@@ -37,18 +47,59 @@ class Connector(connectors.Connector):
     _simulator: Simulator
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
+        name = type(self).__name__
+        require_arguments(name, super().__init__, options)
+        try:
+            super().__init__(*args, **options)
+        except AssertionError as error:  # which is all that PyNN says
+            shown = ", ".join([*map(repr, args), *(f"{key}={value!r}" for key, value in options.items())])
+            raise NetworkError(
+                f"{name}({shown}): an argument is impossible; {str(error) or _RULES}"
+            ) from None
         given = inspect.signature(super().__init__).bind(*args, **options).arguments
         if hasattr(self, "rng") and given.get("rng") is None:
             self.rng = self._simulator.types["NumpyRNG"]()
 
     def connect(self, projection: Any) -> None:
-        """Add this connector's synapses to a projection."""
+        """Add this connector's synapses to a projection.
+
+        Raises:
+            NetworkError: they would not fit into memory.
+        """
+        self._require_memory(projection)
         owner = f"projection/{projection.label}"
         if hasattr(self, "rng"):
             self.rng = named(self.rng, self._simulator, f"{owner}/connector")
         name_streams({"n": getattr(self, "n", None)}, self._simulator, owner)
         self._connect(projection)
+
+    def _require_memory(self, projection: Any) -> None:
+        n_pre, n_post = projection.pre.size, projection.post.size
+        expected = self._expected_synapses(n_pre, n_post)
+        values = projection.synapse_type.parameter_space.items()
+        own = sum(not value.is_homogeneous for _, value in values)
+        needed = expected * (BYTES_PER_SYNAPSE + own * BYTES_PER_VALUE)
+        what = (
+            f"{type(self).__name__} from {n_pre} to {n_post} cells makes about {expected:.3g} synapses, which"
+        )
+        require_memory(f"projection '{projection.label}'", needed, what)
+
+    def _expected_synapses(self, n_pre: int, n_post: int) -> float:
+        """Return how many synapses it will make, as far as its parameters tell; 0 where they do not."""
+        n = getattr(self, "n", None)
+        n = n if isinstance(n, (int, float)) else 0
+        match self:
+            case connectors.AllToAllConnector():
+                return n_pre * n_post
+            case connectors.FixedProbabilityConnector():
+                return float(self.p_connect) * n_pre * n_post
+            case connectors.FixedNumberPreConnector():
+                return n * n_post
+            case connectors.FixedNumberPostConnector():
+                return n * n_pre
+            case connectors.FixedTotalNumberConnector():
+                return n
+        return 0
 
     def _connect(self, projection: Any) -> None:
         super().connect(projection)
@@ -72,6 +123,8 @@ class Connector(connectors.Connector):
         super()._standard_connect(projection, arrays, distance_map)
 
     def _parameters_from_synapse_type(self, projection: Any, distance_map: Any = None) -> Any:
+        owner = f"projection '{projection.label}'"
+        require_shape(owner, projection.synapse_type.parameter_space, projection.shape)
         space = super()._parameters_from_synapse_type(projection, distance_map)
         name_streams(space, self._simulator, f"projection/{projection.label}")
         return space

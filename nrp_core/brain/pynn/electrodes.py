@@ -12,6 +12,7 @@ from pyNN.parameters import ParameterSpace
 from pyNN.standardmodels import StandardCurrentSource, electrodes
 
 from nrp_core.brain.network import FloatArray
+from nrp_core.brain.pynn.arguments import require_names, require_values
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import untranslated
 from nrp_core.errors import CapabilityError
@@ -30,6 +31,8 @@ class CurrentSource(StandardCurrentSource):
     default_parameters: dict[str, Any]
 
     def __init__(self, **parameters: Any) -> None:
+        require_names(type(self).__name__, parameters, self.default_parameters)
+        require_values(type(self).__name__, parameters)
         values = ParameterSpace(self.default_parameters, self.get_schema(), shape=(1,))
         values.update(**parameters)
         self.set_native_parameters(values)
@@ -82,6 +85,8 @@ class DCSource(CurrentSource, electrodes.DCSource):
                 f"DCSource: in a network it is on from 0 ms for ever, not from {self.start:g} to "
                 f"{self.stop:g} ms; {_HINT}"
             )
+        if not np.isfinite(self.amplitude):
+            raise InvalidValueError(f"DCSource: amplitude is {self.amplitude:g} nA; it must be finite")
         return float(self.amplitude)
 
 

@@ -87,8 +87,8 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
             pre=labels[pre],
             post=labels[post],
             receptor=projection.receptor_type,
-            pre_index=from_cells[projection.pre_index[chosen]],
-            post_index=to_cells[projection.post_index[chosen]],
+            pre_index=_within(from_cells, projection.pre_index[chosen], projection.pre),
+            post_index=_within(to_cells, projection.post_index[chosen], projection.post),
             weight=values.pop("weight"),
             delay_ms=values.pop("delay"),
             synapse_type=projection.synapse_type.kind,
@@ -96,6 +96,11 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
             plasticity=projection.synapse_type.plasticity,
             origin=_origin(projection),
         )
+
+
+def _within(places: data.IndexArray, index: data.IndexArray, cells: Any) -> data.IndexArray:
+    """Return where cells lie in their population; of a whole population where they lie anyway, uncopied."""
+    return index if isinstance(cells, Population) else places[index]
 
 
 def _members(cells: Any) -> list[tuple[Population, data.IndexArray]]:

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from pyNN.standardmodels import ModelNotAvailable, build_translations, cells, synapses
 
+from nrp_core.brain.pynn.arguments import require_arguments, require_names, require_values
 from nrp_core.errors import CapabilityError
 
 CELLS = (
@@ -53,23 +54,37 @@ def cell_types() -> dict[str, type]:
 def _cell_type(base: Any) -> type:
     # PyNN lists a receptor for gap junctions in NEURON with HH_cond_exp
     receptors = tuple(name for name in base.receptor_types if name in ("excitatory", "inhibitory"))
+
+    def begin(self: Any, **parameters: Any) -> None:
+        require_names(base.__name__, parameters, base.default_parameters)
+        require_values(base.__name__, parameters)
+        base.__init__(self, **parameters)
+
     body = {"translations": untranslated(base.default_parameters), "receptor_types": receptors}
-    return type(base.__name__, (base,), {"__doc__": base.__doc__, **body})
+    return type(base.__name__, (base,), {"__doc__": base.__doc__, "__init__": begin, **body})
 
 
-class AdditiveWeightDependence(synapses.AdditiveWeightDependence):
+class RulePart:
+    """What the parts of plasticity rules share: a check of what they are given."""
+
+    def __init__(self, *arguments: Any, **parameters: Any) -> None:
+        require_arguments(type(self).__name__, super().__init__, parameters)
+        super().__init__(*arguments, **parameters)
+
+
+class AdditiveWeightDependence(RulePart, synapses.AdditiveWeightDependence):
     """Weight changes that do not depend on the weight, within ``w_min`` and ``w_max``."""
 
     translations = untranslated(synapses.AdditiveWeightDependence.default_parameters)
 
 
-class MultiplicativeWeightDependence(synapses.MultiplicativeWeightDependence):
+class MultiplicativeWeightDependence(RulePart, synapses.MultiplicativeWeightDependence):
     """Weight changes in proportion to the distance from ``w_min`` or ``w_max``."""
 
     translations = untranslated(synapses.MultiplicativeWeightDependence.default_parameters)
 
 
-class SpikePairRule(synapses.SpikePairRule):
+class SpikePairRule(RulePart, synapses.SpikePairRule):
     """Weight changes by the time between pairs of spikes; time constants in ms."""
 
     translations = untranslated(synapses.SpikePairRule.default_parameters)

@@ -4,16 +4,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from pyNN import common, errors
+from pyNN import common
 from pyNN.parameters import LazyArray, ParameterSpace, simplify
 
 from nrp_core.brain.limits import check_spike_times, check_values
+from nrp_core.brain.memory import require_memory
 from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.pynn.arguments import require_names, require_shape, require_values
 from nrp_core.brain.pynn.invalid import InvalidValueError, raising
 from nrp_core.brain.pynn.rng import name_streams, named
 from nrp_core.errors import NetworkError, did_you_mean
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
 
 SPIKE_TIMES = "spike_times"
+BYTES_PER_CELL = 350
+"""PyNN's object for a cell, as measured."""
+BYTES_PER_VALUE = 8
 
 
 class ID(int, common.IDMixin):
@@ -58,12 +63,22 @@ class _Cells(common.BasePopulation):
 
     def _get_parameters(self, *names: str) -> ParameterSpace:
         arrays = self._owner().parameter_arrays
-        for name in names:
-            if name not in arrays:
-                celltype = type(self._owner().celltype).__name__
-                raise errors.NonExistentParameterError(name, celltype, list(arrays))
+        self._require(names)
         values = {name: simplify(arrays[name][self._indices()]) for name in names}
         return ParameterSpace(values, self._owner().celltype.get_schema(), shape=(self.size,))
+
+    def set(self, **parameters: Any) -> None:
+        """Set parameters of all cells: a number, one for each, a distribution or a function of the index."""
+        self._require(parameters)
+        require_values(f"population '{self._owner().label}'", parameters)
+        space = ParameterSpace(parameters, self._owner().celltype.get_schema())
+        require_shape(f"population '{self._owner().label}'", space, (self.size,))
+        super().set(**parameters)
+
+    def _require(self, names: Iterable[str]) -> None:
+        owner = self._owner()
+        whose = f"population '{owner.label}': {type(owner.celltype).__name__}"
+        require_names(whose, names, owner.parameter_arrays)
 
     def _set_parameters(self, parameter_space: ParameterSpace) -> None:
         self._owner().store_parameters(parameter_space, self._indices())
@@ -85,11 +100,16 @@ class Population(_Cells, common.Population):
         self, size: Any, cellclass: Any, cellparams: Mapping[str, Any] | None = None, structure: Any = None,
         initial_values: Mapping[str, Any] | None = None, label: str | None = None,
     ) -> None:  # fmt: skip
+        self._simulator.state.before_change()
         self._placed = structure is not None or isinstance(size, tuple)
         self.initial_arrays: dict[str, FloatArray] = {}
         if isinstance(cellclass, type) and cellparams is None:
             cellparams = {}
         label = label or f"population{len(self._simulator.state.populations)}"
+        if isinstance(cellclass, str):
+            raise NetworkError(
+                f"population '{label}': its cells are a model such as sim.{cellclass}(), not a text"
+            )
         super().__init__(size, cellclass, cellparams, structure, dict(initial_values or {}), label)
         self._simulator.state.populations.append(self)
 
@@ -111,12 +131,18 @@ class Population(_Cells, common.Population):
     def _create_cells(self) -> None:
         if self.size < 1:
             raise NetworkError(f"population '{self.label}' has no cells: its size is {self.size}")
+        values = BYTES_PER_VALUE * len(self.celltype.default_parameters)
+        needed = self.size * (BYTES_PER_CELL + values)
+        require_memory(
+            f"population '{self.label}'", needed, f"its {self.size} cells, which PyNN keeps one by one,"
+        )
         first = self._simulator.state.n_cells
         self.all_cells = np.array([ID(first + i) for i in range(self.size)], dtype=object)
         for cell in self.all_cells:
             cell.parent = self
         self._mask_local = np.ones(self.size, bool)
         parameters = self.celltype.native_parameters
+        require_shape(f"population '{self.label}'", parameters, (self.size,))
         parameters.shape = (self.size,)
         self.parameter_arrays: dict[str, npt.NDArray[Any]] = {}
         self.store_parameters(parameters, slice(None))
@@ -127,20 +153,25 @@ class Population(_Cells, common.Population):
         Raises:
             NetworkError: a value is impossible.
         """
-        self._simulator.state.before_change()
         name_streams(space, self._simulator, f"population/{self.label}")
         # without a mask, lazy arrays of length one would become scalars
         space.evaluate(mask=np.ones(space.shape, bool), simplify=False)
+        changed = {}
         for name, values in space.as_dict().items():
             dtype = object if name == SPIKE_TIMES else float
-            self.parameter_arrays.setdefault(name, np.empty(self.size, dtype))[where] = values
+            changed[name] = self.parameter_arrays.get(name, np.empty(self.size, dtype)).copy()
+            changed[name][where] = values
         owner = f"population '{self.label}'"
-        trains = self.parameter_arrays.get(SPIKE_TIMES)
         with raising(InvalidValueError):
-            if trains is None:
-                check_values(owner, self.parameter_arrays)
+            if SPIKE_TIMES not in changed:
+                check_values(owner, changed)
             else:
-                check_spike_times(owner, [np.asarray(train.value, float) for train in trains])
+                check_spike_times(owner, [np.asarray(train.value, float) for train in changed[SPIKE_TIMES]])
+        if self in self._simulator.state.populations:
+            cells = np.arange(self.size)[where]
+            new = {name: array[where] for name, array in changed.items()}
+            self._simulator.state.before_parameters(self, cells, new)
+        self.parameter_arrays.update(changed)
 
     def store_initial_values(self, variable: str, values: LazyArray, where: IntArray | slice) -> None:
         """Evaluate the initial values of a state variable and keep them for the cells at ``where``.
@@ -175,7 +206,16 @@ class Population(_Cells, common.Population):
         positions: FloatArray = super()._get_positions()
         return positions
 
-    positions = property(_get_positions, common.Population._set_positions)
+    def _set_positions(self, positions: Any) -> None:
+        given = np.asarray(positions, dtype=float)
+        if given.shape != (3, self.size) or not np.isfinite(given).all():
+            raise InvalidValueError(
+                f"population '{self.label}': positions are finite numbers (um) of shape (3, {self.size}), "
+                f"not of shape {given.shape}" + ("" if np.isfinite(given).all() else " with infinity or NaN")
+            )
+        super()._set_positions(given)
+
+    positions = property(_get_positions, _set_positions)
 
 
 class PopulationView(_Cells, common.PopulationView):
@@ -204,6 +244,12 @@ class Assembly(common.Assembly):
     def __init__(self, *populations: Any, label: str | None = None) -> None:
         label = label or " + ".join(str(getattr(part, "label", part)) for part in populations)
         super().__init__(*populations, label=label)
+
+    @property
+    def receptor_types(self) -> list[str]:
+        """The receptors that all parts have, in the order of the first; PyNN's own order is by chance."""
+        shared = set.intersection(*(set(part.celltype.receptor_types) for part in self.populations))
+        return [name for name in self.populations[0].celltype.receptor_types if name in shared]
 
     def sample(self, n: int, rng: Any = None) -> Assembly:
         """Return an assembly of ``n`` cells drawn at random."""

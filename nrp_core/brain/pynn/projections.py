@@ -8,15 +8,16 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyNN import common, errors
+from pyNN import common
 from pyNN.parameters import ParameterSpace
 from pyNN.space import Space
 
 from nrp_core.brain.limits import check_synapses
-from nrp_core.brain.network import FloatArray, IndexArray
+from nrp_core.brain.network import RECEPTORS, FloatArray, IndexArray
+from nrp_core.brain.pynn.arguments import require_names
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, raising
 from nrp_core.brain.pynn.synapse_columns import SynapseColumns, evaluated
-from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
@@ -45,6 +46,14 @@ class Projection(common.Projection):
         if not getattr(postsynaptic_population, "receptor_types", True):
             name = postsynaptic_population.label
             raise NetworkError(f"a projection ends on '{name}', whose cells only emit spikes")
+        receptors = getattr(postsynaptic_population, "receptor_types", RECEPTORS)
+        if receptor_type not in (None, "default", *receptors):
+            hint = did_you_mean(str(receptor_type), receptors)
+            source, target = presynaptic_population.label, postsynaptic_population.label
+            raise InvalidSynapseError(
+                f"projection '{label or f'{source}→{target}'}': the cells of '{target}' have no receptor "
+                f"'{receptor_type}'{hint}"
+            )
         super().__init__(
             presynaptic_population, postsynaptic_population, connector, synapse_type, source,
             receptor_type, space or Space(), label,
@@ -58,7 +67,7 @@ class Projection(common.Projection):
             self.values[name] = values.get(name, np.empty(0))
         listed = getattr(connector, "column_names", ())
         self.given = {name: None if name in listed else v for name, v in self.synapse_type.given.items()}
-        self._check()
+        self._check(self.values)
         self._simulator.state.projections.append(self)
 
     @property
@@ -103,23 +112,22 @@ class Projection(common.Projection):
             attributes: a number, distribution, function of the distance, matrix, or one number a
                 synapse (in the order of a matrix, row by row).
         """
-        self._simulator.state.before_change()
         known = self.synapse_type.get_parameter_names()
-        for name, value in attributes.items():
-            if name not in known:
-                raise errors.NonExistentParameterError(name, type(self.synapse_type).__name__, known)
-            self.values[name] = self._evaluated(name, value)
+        require_names(f"{self._name}: {type(self.synapse_type).__name__}", attributes, known)
+        self._change({name: self._evaluated(name, value) for name, value in attributes.items()})
         self.given.update(attributes)
-        self._check()
 
     def set_one(self, name: str, synapse: int, value: float) -> None:
         """Set a parameter of the synapse at an index."""
-        self._simulator.state.before_change()
-        values = self.values[name].copy()
+        values = self.column(name).copy()
         values[synapse] = value
-        self.values[name] = values
+        self._change({name: values})
         self.given[name] = None
-        self._check()
+
+    def _change(self, values: Mapping[str, FloatArray]) -> None:
+        self._check(values)
+        self._simulator.state.before_synapses(self, values)
+        self.values.update(values)
 
     def initialize(self, **initial_values: Any) -> None:
         """Refuse: a network holds no state of synapses at time 0."""
@@ -139,6 +147,8 @@ class Projection(common.Projection):
         """Return an index or a parameter of all synapses, shape ``(n_synapses,)``."""
         if name == "presynaptic_index":
             return self.pre_index
+        if name == "weight":
+            return self._simulator.state.weights_of(self)
         return self.post_index if name == "postsynaptic_index" else self.values[name]
 
     def _get_attributes_as_list(self, names: Sequence[str]) -> list[tuple[float, ...]]:
@@ -166,12 +176,13 @@ class Projection(common.Projection):
     def _name(self) -> str:
         return f"projection '{self.label}'"
 
-    def _check(self) -> None:
+    def _check(self, values: Mapping[str, FloatArray]) -> None:
         conductance_based = self.post.conductance_based
+        signed = "weight" in values and (conductance_based or self.connector.safe)
         with raising(InvalidSynapseError):
             check_synapses(
-                self._name, self.pre_index, self.post_index, self.values, receptor=self.receptor_type,
-                conductance_based=conductance_based, signed=conductance_based or self.connector.safe,
+                self._name, self.pre_index, self.post_index, values, receptor=self.receptor_type,
+                conductance_based=conductance_based, signed=signed,
             )  # fmt: skip
 
 

@@ -15,6 +15,9 @@ import numpy as np
 from pyNN import random
 from pyNN.parameters import LazyArray
 
+from nrp_core.brain.pynn.arguments import require_names
+from nrp_core.errors import NetworkError, did_you_mean
+
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
 
@@ -63,6 +66,12 @@ class RandomDistribution(random.RandomDistribution):
     def __init__(
         self, distribution: str, parameters_pos: Any = None, rng: Any = None, **parameters_named: Any
     ) -> None:
+        known = random.available_distributions
+        if distribution not in known:
+            raise NetworkError(
+                f"there is no distribution '{distribution}'{did_you_mean(distribution, known)}"
+            )
+        require_names(f"the distribution '{distribution}'", parameters_named, known[distribution])
         rng = rng or self._simulator.types["NumpyRNG"]()
         super().__init__(distribution, parameters_pos, rng, **parameters_named)
 

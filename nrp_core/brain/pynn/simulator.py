@@ -6,6 +6,7 @@ built side by side in one process.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -77,7 +78,17 @@ class State(BaseState):  # type: ignore[misc]
         self.segment_counter += 1
 
     def before_change(self) -> None:
-        """Take note that the network is about to change."""
+        """Take note that the structure of the network is about to change."""
+
+    def before_parameters(self, population: Population, index: IntArray, values: Mapping[str, Any]) -> None:
+        """Take note that cells of a population are about to get other parameters."""
+
+    def before_synapses(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
+        """Take note that the synapses of a projection are about to get other parameters."""
+
+    def weights_of(self, projection: Projection) -> FloatArray:
+        """Return the weights of a projection as they are now."""
+        return projection.values["weight"]
 
     def inject(self, source: CurrentSource, cells: IntArray) -> None:
         """Let a current flow into cells (global ids).

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pyNN.standardmodels import StandardSynapseType, synapses
 
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.brain.pynn.arguments import require_arguments, require_names
 from nrp_core.brain.pynn.models import untranslated
 from nrp_core.errors import CapabilityError, NetworkError
 
@@ -31,6 +32,11 @@ class SynapseType(StandardSynapseType):
     _simulator: Simulator
 
     def __init__(self, *args: Any, **parameters: Any) -> None:
+        name, own = type(self).__name__, type(self).default_parameters
+        if own:
+            require_names(name, parameters, own)
+        else:  # a rule made of parts takes the parts
+            require_arguments(name, super().__init__, parameters)
         super().__init__(*args, **parameters)
         weight, delay = parameters.get("weight"), parameters.get("delay")
         self.given = {

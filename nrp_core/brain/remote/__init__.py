@@ -2,13 +2,16 @@
 
 A backend that offers this derives its options from :class:`RemoteOptions` and begins its ``open`` with::
 
-    if options.python is not None:
-        return RemoteBrain(self, network, seed=seed, options=options.here(), python=options.python)
+    python = options.elsewhere("NEST")
+    if python is not None:
+        return RemoteBrain(self, network, seed=seed, options=options.here(), python=python)
 
-The Python that is named needs nrp-core and the backend installed. Both sides advance in lockstep, with one
-message there and one back for each step of the loop.
+A simulator that is one to a process is held as a :class:`Sole` of that name; the second brain then goes to
+another process by itself. The Python that is named needs nrp-core and the backend installed. Both sides
+advance in lockstep, with one message there and one back for each step of the loop.
 """
 
 from nrp_core.brain.remote.brain import RemoteBrain, RemoteOptions
+from nrp_core.brain.remote.sole import Sole
 
-__all__ = ["RemoteBrain", "RemoteOptions"]
+__all__ = ["RemoteBrain", "RemoteOptions", "Sole"]

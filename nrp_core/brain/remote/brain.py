@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
+import numpy as np
 from pydantic import Field
 
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
-from nrp_core.brain.network import FloatArray, IntArray, Network, Population
+from nrp_core.brain.network import FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.remote.process import BrainProcess
+from nrp_core.brain.remote.sole import is_taken
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 if TYPE_CHECKING:
@@ -28,6 +32,14 @@ class RemoteOptions(BrainOptions):
     def here(self) -> Self:
         """Return the options of the brain in the other process."""
         return self.model_copy(update={"python": None})
+
+    def elsewhere(self, simulator: str) -> str | None:
+        """Return the Python of another process, or None if the brain can run in this one.
+
+        Args:
+            simulator: of which a process has one: the second brain to use it gets a process of its own.
+        """
+        return self.python or (sys.executable if is_taken(simulator) else None)
 
 
 class RemoteBrain(Brain):
@@ -63,10 +75,12 @@ class RemoteBrain(Brain):
         )
         self.warnings += opened.warnings
         self._orders: list[Order] = []
+        self._events: dict[str, list[SynapticEvents]] = {}
         self._spikes: list[Spikes] = []
 
     def _do_run_until(self, t_ns: int) -> None:
-        orders, self._orders = self._orders, []
+        orders, self._orders = [*self._orders, *map(_joined, self._events.values())], []
+        self._events.clear()
         self._spikes.append(Spikes(*self._process.call("run", self._now_ns, orders, t_ns)))
 
     def _do_take_spikes(self) -> Spikes:
@@ -77,8 +91,7 @@ class RemoteBrain(Brain):
         self._orders.append(("fire", (neurons, times_ms)))
 
     def _do_inject(self, events: SynapticEvents) -> None:
-        parts = events.neurons, events.times_ms, events.weights, events.receptor
-        self._orders.append(("inject", parts))
+        self._events.setdefault(events.receptor, []).append(events)
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
         self._orders.append(("set_current", (currents_na,)))
@@ -90,6 +103,16 @@ class RemoteBrain(Brain):
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         values: FloatArray = self._process.call("read_state", variable, neurons)
         return values
+
+    def _do_set_parameters(self, change: ParameterChange) -> None:
+        self._process.call("set_parameters", change)
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        weights: FloatArray = self._process.call("read_weights", projection.label)
+        return weights
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        self._process.call("set_weights", projection.label, weights)
 
     def _do_save(self) -> object:
         saved: object = self._process.call("save")
@@ -107,4 +130,11 @@ class RemoteBrain(Brain):
 
     def _forget(self) -> None:
         """Drop what has not been sent or taken: it belongs to the time before a jump."""
-        self._orders, self._spikes = [], []
+        self._orders, self._events, self._spikes = [], {}, []
+
+
+def _joined(events: list[SynapticEvents]) -> Order:
+    """Return events at one kind of receptor as one order: few arrays pickle faster than many."""
+    parts = [(one.neurons, one.times_ms, one.weights) for one in events]
+    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+    return "inject", (*columns, events[0].receptor)

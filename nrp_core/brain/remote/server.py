@@ -7,6 +7,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
+from nrp_core.brain.changes import ParameterChange, projection_of
 from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
 from nrp_core.brain.network import FloatArray, IntArray, Network
 from nrp_core.brain.remote.messages import receive, send
@@ -72,6 +73,18 @@ class BrainServer:
         """Return a state variable."""
         return self._brain._do_read_state(variable, neurons)
 
+    def set_parameters(self, change: ParameterChange) -> None:
+        """Change parameters of cells."""
+        self._brain._do_set_parameters(change)
+
+    def read_weights(self, label: str) -> FloatArray:
+        """Return the weights of a projection."""
+        return self._brain._do_read_weights(projection_of(self._brain.network, label))
+
+    def set_weights(self, label: str, weights: FloatArray) -> None:
+        """Change the weights of a projection."""
+        self._brain._do_set_weights(projection_of(self._brain.network, label), weights)
+
     def save(self) -> object:
         """Return the state."""
         return self._brain._do_save()
@@ -87,7 +100,18 @@ class BrainServer:
 
 
 REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
-    name: getattr(BrainServer, name) for name in ("open", "run", "reset", "read_state", "save", "restore")
+    name: getattr(BrainServer, name)
+    for name in (
+        "open",
+        "run",
+        "reset",
+        "read_state",
+        "set_parameters",
+        "read_weights",
+        "set_weights",
+        "save",
+        "restore",
+    )
 }
 
 

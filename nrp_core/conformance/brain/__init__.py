@@ -2,6 +2,7 @@
 
 from nrp_core.conformance.brain.accuracy import AccuracyTests, DeviceAccuracyTests
 from nrp_core.conformance.brain.capability import CapabilityTests
+from nrp_core.conformance.brain.changes import ChangeTests
 from nrp_core.conformance.brain.comparison import CrossTests, SpeedTests
 from nrp_core.conformance.brain.devices import DeviceTests
 from nrp_core.conformance.brain.life import LifeTests
@@ -16,7 +17,7 @@ class BrainContractTests(TimingTests, WiringTests, DeviceTests, StateTests, Life
     """What every brain does."""
 
 
-class BrainBackendTests(BrainContractTests, CapabilityTests, AccuracyTests, DeviceAccuracyTests):
+class BrainBackendTests(BrainContractTests, CapabilityTests, ChangeTests, AccuracyTests, DeviceAccuracyTests):
     """What a third party runs: contract, capabilities, accuracy."""
 
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
+from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource, SpikeInjector
+from nrp_core.brain.state_recorder import VoltageRecorder
+from nrp_core.clock import NS_PER_MS
 from nrp_core.conformance.brain.kit import BrainKit, Train, record, times, train
+from nrp_core.errors import CapabilityError
 
 
 class DeviceTests(BrainKit):
@@ -45,6 +49,33 @@ class DeviceTests(BrainKit):
         self.run(brain, 90)
         settled = [time for _, time in train(heard) if time > 30 + self.tolerance_ms]
         assert not settled
+
+    def test_an_injected_spike_acts_after_its_delay(self) -> None:
+        brain = self.open(self.cells("n", 3))
+        heard = record(brain)
+        port = brain.add_source(SpikeInjector(weight=self.sample.strong, delay=3.0), [2, 1], name="injector")
+        self.run(brain, 12)
+        port.inject_spikes([0])  # type: ignore[attr-defined]
+        self.run(brain, 40)
+        ((neuron, time),) = train(heard)
+        assert neuron == 2
+        assert 15 - self.tolerance_ms < time < 25
+
+    def test_a_recorder_of_voltages_samples_what_can_be_read_and_changes_nothing(self) -> None:
+        if "v" not in self.capabilities.state_variables:
+            brain = self.open(self.cells("n"))
+            with pytest.raises(CapabilityError):
+                brain.add_sink(VoltageRecorder(), [0], name="v")
+            return
+        driven = self.cells("n", 2, i_offset=[self.sample.current_na, 0.0])
+        watched, read = self.open(driven), self.open(driven)
+        port: Any = watched.add_sink(VoltageRecorder(dt=2.0), [1, 0], name="v")
+        self.run(watched, 41)
+        sampled, values = port.samples()
+        assert sampled.tolist() == [self.grid_ns(t_ms) / NS_PER_MS for t_ms in range(0, 41, 2)]
+        for time, row in zip(sampled, values, strict=True):
+            self.run(read, time)
+            assert row.tolist() == read.read_state("v", [1, 0]).tolist()
 
     def test_spikes_of_a_device_that_come_at_once_add_up(self) -> None:
         """Two half as strong generators on one neuron do what one does."""

@@ -1,10 +1,12 @@
 """The suites for worlds; each contains the one before it."""
 
 from nrp_core.conformance.world.capability import CapabilityTests
+from nrp_core.conformance.world.changing import ChangingTests
 from nrp_core.conformance.world.comparison import CrossTests, SpeedTests
 from nrp_core.conformance.world.driving import DrivingTests
 from nrp_core.conformance.world.motion import MotionTests
 from nrp_core.conformance.world.seeing import SeeingTests
+from nrp_core.conformance.world.sensing import SensingTests
 from nrp_core.conformance.world.sequences import SequenceTests
 from nrp_core.conformance.world.state import StateTests
 from nrp_core.conformance.world.topics import TopicTests
@@ -14,7 +16,7 @@ class WorldContractTests(TopicTests, MotionTests, DrivingTests, SeeingTests, Sta
     """What every world does."""
 
 
-class WorldBackendTests(WorldContractTests, CapabilityTests):
+class WorldBackendTests(WorldContractTests, CapabilityTests, SensingTests, ChangingTests):
     """What a third party runs: contract and capabilities."""
 
 

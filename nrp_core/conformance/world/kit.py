@@ -66,6 +66,11 @@ class WorldKit(SimulatorTests[WorldBackend, WorldCapabilities]):
         world.unsubscribe(pictures)
         return np.asarray(stamped.message.data, dtype=np.int64)
 
+    def require(self, capability: str) -> None:
+        """Skip where a capability is not declared."""
+        if not getattr(self.capabilities, capability):
+            undeclared(capability.replace("_", " "))
+
     def require_camera(self) -> None:
         """Skip where there are no cameras."""
         if not self.capabilities.renderers:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError, did_you_mean
@@ -26,22 +27,43 @@ def check_target(path: Path) -> None:
         raise ExperimentError("there is no such folder", path=path.parent)
 
 
-def plot(recording: Recording, path: Path) -> None:
+class What(StrEnum):
+    """What a figure shows."""
+
+    RUN = "run"
+    """The whole story on one page."""
+    RASTER = "raster"
+    """The spikes."""
+    TRAJECTORY = "trajectory"
+    """The room from above with the tracks of the robots."""
+    DEVICES = "devices"
+    """What devices show and what is sent to the robots."""
+    CAMERA = "camera"
+    """What the camera saw at moments that matter."""
+
+
+def plot(recording: Recording, path: Path, what: What = What.RUN) -> None:
     """Draw a recording into a file.
 
     Args:
         recording: of which run.
         path: the suffix chooses between PNG, SVG and PDF.
+        what: the whole story, or a part of it.
 
     Raises:
-        ExperimentError: the suffix is another, or there is no such folder.
+        ExperimentError: the suffix is another, there is no such folder, or the recording has nothing of
+            what shall be shown.
     """
     check_target(path)
     from nrp_core.recording.plot.page import PICTURES, draw_page
+    from nrp_core.recording.plot.parts import draw_part
     from nrp_core.recording.plot.story import Story, moments, pictures
     from nrp_core.recording.plot.style import style
 
     story = Story.of(recording)
     with style():
-        figure = draw_page(story, pictures(recording, moments(story, PICTURES)))
+        if what is What.RUN:
+            figure = draw_page(story, pictures(recording, moments(story, PICTURES)))
+        else:
+            figure = draw_part(what.value, story, recording)
         figure.savefig(path, metadata=_UNDATED.get(path.suffix.lower()))

@@ -97,7 +97,9 @@ class Story:
         """Gather the story of a recording."""
         story = cls(recording.run)
         topics = recording.topics
-        told = [name for name, topic in topics.items() if topic.role not in (Role.CAMERA, Role.SOURCE)]
+        told = [
+            name for name, topic in topics.items() if topic.role not in (Role.CAMERA, Role.SOURCE, Role.RUN)
+        ]
         for recorded in recording.messages(told):
             story.end_s = max(story.end_s, seconds(recorded.t_ns))
             story._take(topics[recorded.topic], recorded)
@@ -133,7 +135,7 @@ class Story:
             case Role.MODELS:
                 self._take_models(message, t_s)
             case Role.SPIKES:
-                self.spikes.setdefault(message.population, []).append((message.ids, message.times))
+                self.spikes.setdefault(message.population, []).append((message.ids, message.times_ms * 1e-3))
             case Role.SINK:
                 label = topic.about.get("device", recorded.topic)
                 series = self.sinks.setdefault(recorded.topic, Series(label, topic.about.get("unit", "")))
@@ -147,7 +149,8 @@ class Story:
     def _take_scene(self, markers: list[Marker]) -> None:
         self.markers = markers
         for marker in markers:
-            self.colours[marker.ns] = [(0.0, (marker.color.r, marker.color.g, marker.color.b))]
+            colour = (marker.color.r, marker.color.g, marker.color.b)
+            self.colours.setdefault(marker.ns, [(0.0, colour)])
 
     def _take_models(self, states: Any, t_s: float) -> None:
         for name, pose in zip(states.name, states.pose, strict=True):

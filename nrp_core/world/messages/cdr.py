@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from operator import attrgetter
 from types import SimpleNamespace
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -25,6 +26,14 @@ PACKAGE = "nrp_msgs"
 
 _SCALARS = {float: "float64", int: "int64", bool: "bool", str: "string"}
 
+_FILLER = "structure_needs_at_least_one_member"
+"""The field of messages without one."""
+_HEAD = b"\x00\x01\x00\x00"
+_CODES = {
+    "bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
+    "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
+}  # fmt: skip
+
 Prepare = Callable[[Any], Any]
 
 
@@ -39,6 +48,7 @@ class Codec:
     def __init__(self, definitions: Mapping[str, str] | None = None) -> None:
         self._store = get_typestore(Stores.ROS2_JAZZY if definitions is None else Stores.EMPTY)
         self._prepare: dict[str, Prepare | None] = {}
+        self._packers: dict[type, Callable[[Any], bytes] | None] = {}
         self._names: dict[type, str] = {}
         self._given: set[str] = set()
         for name, text in (definitions or {}).items():
@@ -78,12 +88,21 @@ class Codec:
         Raises:
             TopicError: a field holds what its type cannot.
         """
+        cls = type(message)
+        if cls not in self._packers:
+            numbers = self._numbers(self.name(cls))
+            self._packers[cls] = _packer(numbers) if numbers else None
+        pack = self._packers[cls]
+        try:
+            return memoryview(pack(message)) if pack is not None else self._serialized(message)
+        except (SerdeError, struct.error, AttributeError, TypeError, ValueError) as error:
+            name = self.name(cls)
+            raise TopicError(f"this {name} cannot be encoded: {error}; it is {message!r:.200}") from error
+
+    def _serialized(self, message: Any) -> memoryview:
         name = self.name(type(message))
         prepare = self._prepare_of(name)
-        try:
-            return self._store.serialize_cdr(message if prepare is None else prepare(message), name)
-        except (SerdeError, struct.error, AttributeError, TypeError, ValueError) as error:
-            raise TopicError(f"this {name} cannot be encoded: {error}; it is {message!r:.200}") from error
+        return self._store.serialize_cdr(message if prepare is None else prepare(message), name)
 
     def decode(self, data: bytes | memoryview, name: str) -> Any:
         """Return the message in ``data``, of our class where there is one of that name.
@@ -91,6 +110,9 @@ class Codec:
         Raises:
             TopicError: the bytes are no such message.
         """
+        cls = type_of(name)
+        if cls is not None and name in self._store.fielddefs and not self._defined(name):
+            return cls()
         try:
             return self._store.deserialize_cdr(data, name)
         except (SerdeError, KeyError, TypeError) as error:
@@ -124,7 +146,7 @@ class Codec:
                 self._adopt(inner)
 
     def _defined(self, name: str) -> list[str]:
-        return [field for field, _ in self._store.fielddefs[name][1]]
+        return [field for field, _ in self._store.fielddefs[name][1] if field != _FILLER]
 
     # -- what the library wants to be given: arrays as flat NumPy arrays of the right type
 
@@ -136,6 +158,19 @@ class Codec:
             self._prepare[name] = _rebuild(prepare) if needed else None
         return self._prepare[name]
 
+    def _numbers(self, name: str, path: str = "") -> list[tuple[str, str]] | None:
+        """Return path and type of every number in a message that holds nothing else; else None."""
+        found: list[tuple[str, str]] = []
+        for field, (node, what) in self._store.fielddefs[name][1]:
+            if node == Nodetype.NAME:
+                inner = self._numbers(str(what), f"{path}{field}.")
+            else:
+                inner = [(f"{path}{field}", what[0])] if node == Nodetype.BASE and what[0] in _CODES else None
+            if inner is None:
+                return None
+            found += inner
+        return found
+
     def _prepare_field(self, kind: Any) -> Prepare | None:
         node, what = kind
         inner = _inner_type(kind)
@@ -146,6 +181,26 @@ class Codec:
             base = what[0][1][0]
             return None if base == "string" else _flat_array(base)
         return None if prepare is None else lambda items: [prepare(item) for item in items]
+
+
+def _packer(numbers: Sequence[tuple[str, str]]) -> Callable[[Any], bytes]:
+    """Return what encodes a message of these numbers, several times as fast as the library.
+
+    In CDR each number stands at a multiple of its size.
+    """
+    if numbers[0][0] == _FILLER:
+        return lambda _message: _HEAD + bytes(1)
+    layout, size = "<4s", 0
+    for _, base in numbers:
+        width = struct.calcsize(_CODES[base])
+        layout += f"{-size % width}x{_CODES[base]}"
+        size += -size % width + width
+    pack = struct.Struct(layout).pack
+    paths = [path for path, _ in numbers]
+    values = attrgetter(*paths)
+    if len(paths) == 1:
+        return lambda message: pack(_HEAD, values(message))
+    return lambda message: pack(_HEAD, *values(message))
 
 
 def _inner_type(kind: Any) -> str | None:
@@ -192,6 +247,8 @@ def _flat_array(base: str) -> Prepare:
     def prepare(value: Any) -> Any:
         if isinstance(value, (bytes, bytearray, memoryview)):
             return np.frombuffer(value, dtype)
+        if dtype == np.uint8 and isinstance(value, np.ndarray) and value.dtype.kind == "f":
+            return np.ascontiguousarray(value).reshape(-1).view(np.uint8)  # depths: the bytes of each number
         return np.ascontiguousarray(value, dtype).reshape(-1)
 
     return prepare

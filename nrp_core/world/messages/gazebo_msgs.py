@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+import numpy.typing as npt
+
 from nrp_core.world.messages.base import message
-from nrp_core.world.messages.geometry_msgs import Pose, Twist
+from nrp_core.world.messages.geometry_msgs import Pose, Twist, Vector3, Wrench
+from nrp_core.world.messages.std_msgs import Header
+
+
+def _no_floats() -> npt.NDArray[np.float64]:
+    return np.empty(0)
 
 
 @message("gazebo_msgs/msg/ModelStates")
@@ -38,3 +46,48 @@ class WheelSpeeds:
     back_right: float = 0.0
     front_left: float = 0.0
     front_right: float = 0.0
+
+
+@message("gazebo_msgs/msg/LinkStates")
+@dataclass(slots=True)
+class LinkStates:
+    """Poses and velocities of all links, ``model::link``, in the frame of the world."""
+
+    name: list[str] = field(default_factory=list)
+    pose: list[Pose] = field(default_factory=list)
+    twist: list[Twist] = field(default_factory=list)
+
+
+@message("gazebo_msgs/msg/LinkState")
+@dataclass(slots=True)
+class LinkState:
+    """Pose and velocity of one link, in the frame ``reference_frame`` (the world by default)."""
+
+    link_name: str = ""
+    pose: Pose = field(default_factory=Pose)
+    twist: Twist = field(default_factory=Twist)
+    reference_frame: str = "world"
+
+
+@message("gazebo_msgs/msg/ContactState")
+@dataclass(slots=True)
+class ContactState:
+    """Where two collisions, ``model::link::collision``, touch: forces on the first, in the world's frame."""
+
+    info: str = ""
+    collision1_name: str = ""
+    collision2_name: str = ""
+    wrenches: list[Wrench] = field(default_factory=list)
+    total_wrench: Wrench = field(default_factory=Wrench)
+    contact_positions: list[Vector3] = field(default_factory=list)
+    contact_normals: list[Vector3] = field(default_factory=list)
+    depths: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+
+
+@message("gazebo_msgs/msg/ContactsState")
+@dataclass(slots=True)
+class ContactsState:
+    """All that touches, each pair of collisions once."""
+
+    header: Header = field(default_factory=Header)
+    states: list[ContactState] = field(default_factory=list)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from nrp_core.world.messages.base import message
+from nrp_core.world.messages.std_msgs import Header
 
 
 @message("geometry_msgs/msg/Vector3")
@@ -72,3 +73,21 @@ class TwistWithCovariance:
 
     twist: Twist = field(default_factory=Twist)
     covariance: tuple[float, ...] = (0.0,) * 36
+
+
+@message("geometry_msgs/msg/Wrench")
+@dataclass(slots=True)
+class Wrench:
+    """A force (N) and a torque (N m)."""
+
+    force: Vector3 = field(default_factory=Vector3)
+    torque: Vector3 = field(default_factory=Vector3)
+
+
+@message("geometry_msgs/msg/WrenchStamped")
+@dataclass(slots=True)
+class WrenchStamped:
+    """A wrench, with the time and frame it was measured in."""
+
+    header: Header = field(default_factory=Header)
+    wrench: Wrench = field(default_factory=Wrench)

@@ -19,16 +19,61 @@ def _no_times() -> npt.NDArray[np.float64]:
     return np.empty(0)
 
 
+def _no_bytes() -> npt.NDArray[np.uint8]:
+    return np.empty(0, np.uint8)
+
+
 @message("nrp_msgs/msg/Spikes")
 @dataclass(slots=True)
 class Spikes:
     """Spikes of one population, ascending in time.
 
-    ``ids`` count the neurons of the population from 0; ``times`` are seconds of simulated time since
-    reset, exact, of the same length.
+    ``ids`` count the neurons of the population from 0; ``times_ms`` are exact times since reset, of the
+    same length.
     """
 
     header: Header = field(default_factory=Header)
     population: str = ""
     ids: npt.NDArray[np.uint32] = field(default_factory=_no_ids)
-    times: npt.NDArray[np.float64] = field(default_factory=_no_times)
+    times_ms: npt.NDArray[np.float64] = field(default_factory=_no_times)
+
+
+@message("nrp_msgs/msg/StepHash")
+@dataclass(slots=True)
+class StepHash:
+    """What a step of the closed loop came to, as hashes of the messages that were recorded of it.
+
+    ``brain`` and ``world`` are states (of the brain, the membrane voltages too now and then, which are not
+    recorded), ``inputs`` what transfer functions could read, ``outputs`` what they and others wrote: XXH3,
+    64 bits. ``chain`` is the BLAKE2b, 128 bits, of the chain one step before and these four. All are
+    hexadecimal.
+    """
+
+    header: Header = field(default_factory=Header)
+    step: int = 0
+    brain: str = ""
+    world: str = ""
+    inputs: str = ""
+    outputs: str = ""
+    chain: str = ""
+
+
+@message("nrp_msgs/msg/Snapshot")
+@dataclass(slots=True)
+class Snapshot:
+    """The complete state of a run after a step, for the platform that took it: a Python pickle."""
+
+    header: Header = field(default_factory=Header)
+    step: int = 0
+    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+
+
+@message("nrp_msgs/msg/Published")
+@dataclass(slots=True)
+class Published:
+    """A message that came from outside of the run, by ``nrp publish``; ``data`` is its CDR."""
+
+    header: Header = field(default_factory=Header)
+    topic: str = ""
+    type: str = ""
+    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.world.messages.base import message
+from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
 from nrp_core.world.messages.std_msgs import Header
 
 
@@ -47,6 +48,18 @@ def _no_floats() -> npt.NDArray[np.float64]:
     return np.empty(0)
 
 
+def _no_singles() -> npt.NDArray[np.float32]:
+    return np.empty(0, np.float32)
+
+
+def _no_covariance() -> npt.NDArray[np.float64]:
+    return np.zeros(9)
+
+
+def _no_projection() -> npt.NDArray[np.float64]:
+    return np.zeros(12)
+
+
 @message("sensor_msgs/msg/JointState")
 @dataclass(slots=True)
 class JointState:
@@ -57,3 +70,71 @@ class JointState:
     position: npt.NDArray[np.float64] = field(default_factory=_no_floats)
     velocity: npt.NDArray[np.float64] = field(default_factory=_no_floats)
     effort: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+
+
+@message("sensor_msgs/msg/LaserScan")
+@dataclass(slots=True)
+class LaserScan:
+    """Distances (m) along rays, counter-clockwise from ``angle_min``; ``inf`` where nothing was met."""
+
+    header: Header = field(default_factory=Header)
+    angle_min: float = 0.0
+    angle_max: float = 0.0
+    angle_increment: float = 0.0
+    time_increment: float = 0.0
+    scan_time: float = 0.0
+    range_min: float = 0.0
+    range_max: float = 0.0
+    ranges: npt.NDArray[np.float32] = field(default_factory=_no_singles)
+    intensities: npt.NDArray[np.float32] = field(default_factory=_no_singles)
+
+
+@message("sensor_msgs/msg/Imu")
+@dataclass(slots=True)
+class Imu:
+    """Orientation in the world, turn rate (rad/s) and acceleration (m/s^2) in the sensor's frame.
+
+    Acceleration is what an accelerometer feels: gravity upwards at rest, nothing in free fall. Covariances
+    are 3x3, row by row.
+    """
+
+    header: Header = field(default_factory=Header)
+    orientation: Quaternion = field(default_factory=Quaternion)
+    orientation_covariance: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
+    angular_velocity: Vector3 = field(default_factory=Vector3)
+    angular_velocity_covariance: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
+    linear_acceleration: Vector3 = field(default_factory=Vector3)
+    linear_acceleration_covariance: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
+
+
+@message("sensor_msgs/msg/RegionOfInterest")
+@dataclass(slots=True)
+class RegionOfInterest:
+    """A part of a picture; all 0 for the whole."""
+
+    x_offset: int = 0
+    y_offset: int = 0
+    height: int = 0
+    width: int = 0
+    do_rectify: bool = False
+
+
+@message("sensor_msgs/msg/CameraInfo")
+@dataclass(slots=True)
+class CameraInfo:
+    """The optics of a camera: ``k`` projects from its frame (z ahead, x right, y down) to pixels.
+
+    ``k`` and ``r`` are 3x3, ``p`` is 3x4, row by row.
+    """
+
+    header: Header = field(default_factory=Header)
+    height: int = 0
+    width: int = 0
+    distortion_model: str = "plumb_bob"
+    d: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    k: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
+    r: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
+    p: npt.NDArray[np.float64] = field(default_factory=_no_projection)
+    binning_x: int = 0
+    binning_y: int = 0
+    roi: RegionOfInterest = field(default_factory=RegionOfInterest)

@@ -19,6 +19,12 @@ class Header:
     frame_id: str = ""
 
 
+@message("std_msgs/msg/Empty")
+@dataclass(slots=True)
+class Empty:
+    """Nothing but the fact that it came."""
+
+
 @message("std_msgs/msg/Bool")
 @dataclass(slots=True)
 class Bool:

@@ -2,23 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from typing import Any
+
 from nrp_core.world.parts.base import Engine, Part
 from nrp_core.world.parts.camera import CameraPart
 from nrp_core.world.parts.color import ColorPart
+from nrp_core.world.parts.contact import ContactPart
+from nrp_core.world.parts.controller import ControllerPart
 from nrp_core.world.parts.drive import DrivePart
+from nrp_core.world.parts.force_torque import ForceTorquePart
+from nrp_core.world.parts.ground_truth import GroundTruthPart
+from nrp_core.world.parts.imu import ImuPart
 from nrp_core.world.parts.joints import JointStatesPart
-from nrp_core.world.parts.model_states import ModelStatesPart
-from nrp_core.world.scene.model import Camera, Scene
+from nrp_core.world.parts.laser import LaserPart
+from nrp_core.world.scene.model import Camera, Model
+from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, GroundTruth, Imu, Laser
+
+_SENSORS: dict[type, Callable[[Any, Model, str, Engine], Part]] = {
+    Camera: lambda sensor, model, link, engine: CameraPart(sensor, model.name, link, engine),
+    Laser: lambda sensor, model, link, engine: LaserPart(sensor, model.name, link, engine),
+    Imu: lambda sensor, model, link, engine: ImuPart(sensor, model.name, link, engine),
+    ContactSensor: lambda sensor, model, link, engine: ContactPart(sensor, model.name, link, engine),
+    GroundTruth: lambda sensor, model, link, engine: GroundTruthPart(sensor, model.name, link, engine),
+    ForceTorque: ForceTorquePart,
+}
 
 
-def parts_of(scene: Scene, engine: Engine) -> list[Part]:
-    """Return the parts that serve the topics of a scene."""
-    parts: list[Part] = [ModelStatesPart(scene, engine)]
-    for model, link in scene.links():
-        parts += [CameraPart(s, model.name, link.name, engine) for s in link.sensors if isinstance(s, Camera)]
-        parts += [ColorPart(f"{model.name}/{link.name}/{v.name}", v.rgba, engine) for v in link.visuals]
-    for model in scene.models:
-        parts += [DrivePart(drive, model, engine) for drive in model.drives]
-        if model.joint_states_topic is not None:
-            parts.append(JointStatesPart(model, engine))
-    return parts
+def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
+    """Return the parts that serve the topics of a model."""
+    for link in model.links:
+        for sensor in link.sensors:
+            yield _SENSORS[type(sensor)](sensor, model, link.name, engine)
+        for visual in link.visuals:
+            yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, engine)
+    for drive in model.drives:
+        yield DrivePart(drive, model, engine)
+    for controller in model.controllers:
+        yield ControllerPart(controller, model, engine)
+    if model.joint_states_topic is not None:
+        yield JointStatesPart(model, engine)

@@ -1,27 +1,60 @@
-"""Cameras."""
+"""Cameras: pictures, depth, optics."""
 
 from __future__ import annotations
 
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.parts.base import Engine, Part
-from nrp_core.world.scene.model import Camera
-from nrp_core.world.topics import Direction, TopicInfo
+from math import tan
+from typing import Any
+
+import numpy as np
+
+from nrp_core.world.messages.sensor_msgs import CameraInfo, Image
+from nrp_core.world.parts.base import Engine, ImageArray
+from nrp_core.world.parts.sensor import SensorPart
+from nrp_core.world.scene.sensing import Camera
 
 
-class CameraPart(Part):
-    """Serves the pictures of one camera."""
+class CameraPart(SensorPart):
+    """Serves one camera."""
 
     def __init__(self, camera: Camera, model: str, link: str, engine: Engine) -> None:
+        super().__init__(camera, model, link, engine)
+        self._camera = camera
         self._path = (model, link, camera.name)
-        self._engine = engine
-        self._frame = f"{model}/{link}"
-        what = f"camera {camera.name}, {camera.width}x{camera.height}"
-        self.topics = (TopicInfo(camera.topic, Image, Direction.OUT, camera.rate_hz, what),)
+        size = f"{camera.name}, {camera.width}x{camera.height}"
+        topics = [self._served(camera.topic, Image, f"camera {size}")]
+        if camera.depth_topic is not None:
+            topics.append(self._served(camera.depth_topic, Image, f"depth of {size}, m"))
+        if camera.info_topic is not None:
+            topics.append(self._served(camera.info_topic, CameraInfo, f"optics of {size}"))
+        self.topics = tuple(topics)
 
-    def read(self, topic: str, now_ns: int) -> Image:
-        picture = self._engine.render(*self._path)
+    def read(self, topic: str, now_ns: int) -> Any:
+        if topic == self._camera.info_topic:
+            return self._info(now_ns)
+        header = self._header(now_ns)
+        if topic == self._camera.depth_topic:
+            depth = self._engine.depth(*self._path)
+            if self._camera.noise:
+                depth = depth + np.asarray(self._noise(topic, now_ns, depth.shape), np.float32)
+                depth.flags.writeable = False
+            height, width = depth.shape
+            return Image(header, height, width, "32FC1", 0, 4 * width, depth)  # type: ignore[arg-type]
+        picture = self._with_noise(self._engine.render(*self._path), topic, now_ns)
         height, width, channels = picture.shape
-        header = Header(Time.from_ns(now_ns), self._frame)
         return Image(header, height, width, "rgb8", 0, width * channels, picture)
+
+    def _with_noise(self, picture: ImageArray, topic: str, now_ns: int) -> ImageArray:
+        if not self._camera.noise:
+            return picture
+        noisy = picture + 255 * self._noise(topic, now_ns, picture.shape)
+        result: ImageArray = np.rint(noisy).clip(0, 255).astype(np.uint8)
+        result.flags.writeable = False
+        return result
+
+    def _info(self, now_ns: int) -> CameraInfo:
+        height, width = self._engine.picture_size(*self._path)
+        focal = width / 2 / tan(self._camera.horizontal_fov / 2)
+        k = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
+        p = np.column_stack([k, np.zeros(3)])
+        size = self._header(now_ns), height, width
+        return CameraInfo(*size, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())

@@ -1,4 +1,4 @@
-"""Wheel drives: a commanded body velocity, with a time-out, odometry and wheel speeds."""
+"""Drives: a commanded body velocity, with a time-out, odometry and wheel speeds."""
 
 from __future__ import annotations
 
@@ -9,31 +9,33 @@ from nrp_core.clock import from_seconds
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
 from nrp_core.world.messages.geometry_msgs import (
-    Point,
-    Pose,
     PoseWithCovariance,
-    Quaternion,
     Twist,
     TwistWithCovariance,
-    Vector3,
 )
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.parts.base import BodyVelocity, Engine, Part
-from nrp_core.world.scene.model import Model, WheelDrive
+from nrp_core.world.parts.base import BodyVelocity, Engine, JointAim, Part
+from nrp_core.world.parts.poses import pose_message, twist_message
+from nrp_core.world.physics.bodies import bodies_of
+from nrp_core.world.physics.joint_servo import joint_inertias, stiff_gains
+from nrp_core.world.physics.steering import ackermann_velocity, wheel_angles
+from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove
+from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
 
 
 class DrivePart(Part):
-    """Serves one :class:`~nrp_core.world.scene.model.WheelDrive`.
+    """Serves one drive of :mod:`nrp_core.world.scene.acting`.
 
     A command holds until the next one or until the time-out; speeds are not clamped.
     """
 
-    def __init__(self, drive: WheelDrive, model: Model, engine: Engine) -> None:
+    def __init__(self, drive: Drive, model: Model, engine: Engine) -> None:
         self._drive, self._model, self._engine = drive, model.name, engine
         self._frame = f"{model.name}/{model.links[0].name}"
         self._home = model.pose.inverse()
+        self._inertias = joint_inertias(bodies_of(model)) if isinstance(drive, Ackermann) else {}
         self._timeout_ns = from_seconds(drive.timeout) if isfinite(drive.timeout) else None
         command = TopicInfo(
             drive.command_topic, Twist, Direction.IN, what=f"velocity command of {model.name}"
@@ -50,7 +52,7 @@ class DrivePart(Part):
         self.topics = tuple(topics)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        self._aim(BodyVelocity(forward=float(message.linear.x), turn=float(message.angular.z)))
+        self._aim(self._commanded(message))
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
 
     def at_deadline(self, now_ns: int) -> None:
@@ -73,20 +75,34 @@ class DrivePart(Part):
 
     _velocity = BodyVelocity()
 
+    def _commanded(self, message: Any) -> BodyVelocity:
+        forward, turn = float(message.linear.x), float(message.angular.z)
+        match self._drive:
+            case PlanarMove():
+                return BodyVelocity(forward, float(message.linear.y), turn)
+            case Ackermann():
+                return ackermann_velocity(self._drive, forward, turn)
+        return BodyVelocity(forward, turn=turn)
+
     def _aim(self, velocity: BodyVelocity) -> None:
         self._velocity = velocity
         self._engine.set_drive(self._model, self._drive.name, velocity)
+        if isinstance(self._drive, Ackermann):
+            angles = wheel_angles(self._drive, velocity.steer)
+            for joint, angle in zip(self._drive.steering, angles, strict=True):
+                gains = stiff_gains(self._inertias[joint])
+                self._engine.set_joint_aim(self._model, joint, JointAim(gains.p, gains.d, position=angle))
 
     def _odometry(self, now_ns: int) -> Odometry:
         motion = self._engine.model_motion(self._model)
         pose, to_body = self._home @ motion.pose, motion.pose.inverse()
-        place = Pose(Point(*pose.position), Quaternion(*pose.orientation))
-        linear, angular = to_body.rotate(motion.linear), to_body.rotate(motion.angular)
-        moving = Twist(Vector3(*linear), Vector3(*angular))
+        moving = twist_message(to_body.rotate(motion.linear), to_body.rotate(motion.angular))
         header = Header(Time.from_ns(now_ns), f"{self._model}/odom")
-        return Odometry(header, self._frame, PoseWithCovariance(place), TwistWithCovariance(moving))
+        place = PoseWithCovariance(pose_message(pose))
+        return Odometry(header, self._frame, place, TwistWithCovariance(moving))
 
     def _wheel_speeds(self) -> WheelSpeeds:
+        assert not isinstance(self._drive, PlanarMove)
         joints = self._engine.joint_states(self._model)
         speeds = dict(zip(joints.names, joints.velocities * self._drive.wheel_diameter / 2, strict=True))
         left = [float(speeds[name]) for name in self._drive.left]

@@ -14,6 +14,7 @@ from nrp_core.world.physics.mass import combined
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
 from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sensing import ForceTorque
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +24,7 @@ class Body:
     Args:
         name: of its first link, or ``world`` for what does not move.
         parent: index of the parent among the model's bodies, None for a root.
-        joint: the movable joint to the parent; its frame is the body's frame.
+        joint: the joint to the parent, movable or of a force-torque sensor; its frame is the body's frame.
         fixed: a root that does not move; other roots float freely.
         pose: the body's frame in the parent's with the joint at 0; a root's in the world.
         in_model: the body's frame in the model's frame with all joints at 0; a root's is the same.
@@ -75,6 +76,9 @@ class _Merger:
     def __init__(self, model: Model) -> None:
         self._model = model
         self._joints: Mapping[str, Joint] = {} if model.static else {j.child: j for j in model.joints}
+        self._kept = {
+            sensor.joint for link in model.links for sensor in link.sensors if isinstance(sensor, ForceTorque)
+        }
         self._first = {link.name: WORLD if model.static else self._top(link.name) for link in model.links}
         self._members: dict[str, set[str]] = {WORLD: {WORLD}}
         for link, first in self._first.items():
@@ -89,7 +93,11 @@ class _Merger:
     def _top(self, link: str) -> str:
         """Return the link at the upper end of the fixed joints that hold a link."""
         joint = self._joints.get(link)
-        return link if joint is None or joint.kind != "fixed" else self._top(joint.parent)
+        return link if joint is None or self._parts(joint) else self._top(joint.parent)
+
+    def _parts(self, joint: Joint) -> bool:
+        """Whether a joint parts two bodies: it moves, or what it carries is measured."""
+        return joint.kind != "fixed" or joint.name in self._kept
 
     def _roots(self) -> Iterator[str]:
         if WORLD in self._first.values() or any(joint.parent == WORLD for joint in self._joints.values()):
@@ -114,7 +122,7 @@ class _Merger:
         index = len(bodies)
         bodies.append(Body(first, parent, joint, fixed, pose, in_model, inertial, tuple(links)))
         for child, held in self._joints.items():
-            if held.kind != "fixed" and held.parent in members:
+            if self._parts(held) and held.parent in members:
                 self._add(child, index, bodies)
 
 

@@ -29,9 +29,10 @@ import numpy as np
 
 from nrp_core.errors import SceneError
 from nrp_core.world.parts.base import BodyVelocity, ModelMotion
-from nrp_core.world.physics.bodies import Body, tree_of
+from nrp_core.world.physics.bodies import Body, body_of, tree_of
 from nrp_core.world.physics.mass import combined, turned
-from nrp_core.world.scene.model import Inertial, Model, WheelDrive
+from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove, WheelDrive
+from nrp_core.world.scene.model import Inertial, Model
 from nrp_core.world.scene.pose import Pose, Vector
 
 TIME_CONSTANT_S = 0.001
@@ -167,42 +168,75 @@ def _sum(a: Vector, b: Vector) -> Vector:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-def servo_of(model: Model, drive: WheelDrive, bodies: Sequence[Body], gravity: Vector) -> PlanarServo:
+def servo_of(model: Model, drive: Drive, bodies: Sequence[Body], gravity: Vector) -> PlanarServo:
     """Lay out the servo of a drive.
 
     Raises:
         SceneError: a wheel cannot turn, or no one body that floats freely holds all wheels.
     """
-    wheels = [_wheel(model, drive, bodies, name) for name in (*drive.left, *drive.right)]
-    parents = {body.parent for body in wheels}
-    if len(parents) != 1:
-        raise SceneError(f"the wheels of the drive '{drive.name}' of '{model.name}' are not held by one body")
-    (parent,) = parents
-    if parent is None or not bodies[parent].floats:
-        raise SceneError(
-            f"the drive '{drive.name}' cannot move '{model.name}', whose base does not float freely"
-        )
-    whole = combined(_masses_in(parent, bodies))
+    sides = () if isinstance(drive, PlanarMove) else ((-1.0, drive.left), (1.0, drive.right))
+    wheels = [(side, _wheel(model, drive, bodies, name)) for side, names in sides for name in names]
+    base = _base(model, drive, bodies, [wheel for _, wheel in wheels])
+    whole = combined(_masses_in(base, bodies))
     assert whole is not None  # a body that can move has mass
     lever = sqrt(float(turned(whole)[2, 2]) / whole.mass / 2)
     x, y, _ = whole.pose.position
-    middle = _middle(wheels)
-    sides = (-1.0,) * len(drive.left) + (1.0,) * len(drive.right)
+    middle = _middle(drive, [wheel for _, wheel in wheels])
     return PlanarServo(
-        parent,
+        base,
         whole.pose.position,
         (x - middle[0], y - middle[1]),
         lever,
         gain=whole.mass / 2 / TIME_CONSTANT_S,
         limit=_limit(drive, whole.mass, gravity),
-        wheels=tuple(_servoed(drive, wheel, side) for wheel, side in zip(wheels, sides, strict=True)),
+        wheels=()
+        if isinstance(drive, PlanarMove)
+        else tuple(_servoed(drive, wheel, side) for side, wheel in wheels),
     )
 
 
+def _base(model: Model, drive: Drive, bodies: Sequence[Body], wheels: Sequence[Body]) -> int:
+    """Return the root that holds all wheels; of a drive without, the base of its model."""
+    base: int | None
+    if wheels:
+        # the front wheels of a car are held by what steers them
+        steers = isinstance(drive, Ackermann)
+        roots = {_root(bodies.index(wheel), bodies) if steers else wheel.parent for wheel in wheels}
+        if len(roots) != 1:
+            raise SceneError(
+                f"the wheels of the drive '{drive.name}' of '{model.name}' are not held by one body"
+            )
+        (base,) = roots
+    else:
+        base = _root(body_of(bodies, model.links[0].name), bodies)
+    if base is None or not bodies[base].floats:
+        raise SceneError(
+            f"the drive '{drive.name}' cannot move '{model.name}', whose base does not float freely"
+        )
+    return base
+
+
+def _root(index: int, bodies: Sequence[Body]) -> int:
+    parent = bodies[index].parent
+    return index if parent is None else _root(parent, bodies)
+
+
 def without_wheel_friction(model: Model, bodies: Sequence[Body]) -> tuple[Body, ...]:
-    """Return the bodies with wheels that roll without friction; their traction is the servo's."""
-    wheels = {name for drive in model.drives for name in (*drive.left, *drive.right)}
-    return tuple(_slippery(body) if body.joint and body.joint.name in wheels else body for body in bodies)
+    """Return the bodies with wheels that roll, and bases without wheels that slide, without friction.
+
+    Their traction is the servo's.
+    """
+    wheels = {
+        name
+        for drive in model.drives
+        if not isinstance(drive, PlanarMove)
+        for name in (*drive.left, *drive.right)
+    }
+    slides = any(isinstance(drive, PlanarMove) for drive in model.drives)
+    return tuple(
+        _slippery(body) if (body.joint.name in wheels if body.joint else slides and body.floats) else body
+        for body in bodies
+    )
 
 
 def _slippery(body: Body) -> Body:
@@ -213,7 +247,7 @@ def _slippery(body: Body) -> Body:
     return replace(body, links=links)
 
 
-def _wheel(model: Model, drive: WheelDrive, bodies: Sequence[Body], joint: str) -> Body:
+def _wheel(model: Model, drive: Drive, bodies: Sequence[Body], joint: str) -> Body:
     for body in bodies:
         if body.joint is not None and body.joint.name == joint:
             return body
@@ -227,19 +261,27 @@ def _masses_in(root: int, bodies: Sequence[Body]) -> list[Inertial]:
     return [replace(mass, pose=place @ mass.pose) for place, mass in parts if mass is not None]
 
 
-def _middle(wheels: Sequence[Body]) -> tuple[float, float]:
-    places = [wheel.pose.position for wheel in wheels]
+def _middle(drive: Drive, wheels: Sequence[Body]) -> tuple[float, float]:
+    """Return the point whose velocity is commanded: the middle of the wheels, of a car's rear ones."""
+    if isinstance(drive, Ackermann):
+        rear = (drive.left[0], drive.right[0])
+        wheels = [wheel for wheel in wheels if wheel.joint is not None and wheel.joint.name in rear]
+    if not wheels:
+        return 0.0, 0.0
+    places = [wheel.in_model.position for wheel in wheels]
     return sum(x for x, _, _ in places) / len(places), sum(y for _, y, _ in places) / len(places)
 
 
-def _limit(drive: WheelDrive, mass: float, gravity: Vector) -> float:
+def _limit(drive: Drive, mass: float, gravity: Vector) -> float:
     """Return the force that half of the tyres, or one side's motors, can bring to the ground."""
-    weight = mass * hypot(*gravity)
+    traction = TRACTION * mass * hypot(*gravity) / 2
+    if isinstance(drive, PlanarMove):
+        return traction
     motors = min(len(drive.left), len(drive.right)) * drive.torque / (drive.wheel_diameter / 2)
-    return min(TRACTION * weight / 2, motors)
+    return min(traction, motors)
 
 
-def _servoed(drive: WheelDrive, wheel: Body, side: float) -> ServoedWheel:
+def _servoed(drive: WheelDrive | Ackermann, wheel: Body, side: float) -> ServoedWheel:
     """Return a wheel's servo; a joint whose axis points right turns the other way round."""
     assert wheel.joint is not None
     assert wheel.inertial is not None

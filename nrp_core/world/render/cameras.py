@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from nrp_core.world.interface import ImageArray
+from nrp_core.errors import CapabilityError
+from nrp_core.world.parts.base import DepthArray, ImageArray
 from nrp_core.world.render.optics import CameraPath
 from nrp_core.world.scene.model import Rgba
 
@@ -15,6 +16,10 @@ class Cameras(ABC):
     @abstractmethod
     def picture(self, path: CameraPath) -> ImageArray:
         """Return what a camera sees, shape ``(height, width, 3)``, RGB, a fresh array."""
+
+    def depth(self, path: CameraPath) -> DepthArray:
+        """Return how far along its line of sight a camera sees, m, ``inf`` where it sees nothing."""
+        raise CapabilityError("this renderer draws no depth; 'raster' does")
 
     @abstractmethod
     def set_color(self, visual: str, rgba: Rgba) -> None:

@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
-from nrp_core.world.interface import ImageArray
+from nrp_core.world.parts.base import DepthArray, ImageArray
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import CameraPath, Optics, eye_of
-from nrp_core.world.render.pixels import draw
+from nrp_core.world.render.pixels import NOTHING, draw
 from nrp_core.world.render.scene_mesh import (
     WORLD_FRAME,
     BodyPath,
@@ -54,13 +55,21 @@ class RasterCameras(Cameras):
         self._work = {path: np.empty((each.height, each.width)) for path, each in optics.items()}
 
     def picture(self, path: CameraPath) -> ImageArray:
+        return np.take(self._mesh.palette, self._draw(path), axis=0)
+
+    def depth(self, path: CameraPath) -> DepthArray:
+        surfaces = self._draw(path)
+        return np.where(surfaces == NOTHING, np.inf, 1.0 / self._work[path]).astype(np.float32)
+
+    def _draw(self, path: CameraPath) -> npt.NDArray[np.int32]:
+        """Return the visual that each pixel shows, and leave their nearness in the camera's work space."""
         self._read(self._frames[WORLD_FRAME + 1 :])
         optics, (frame, eye), mesh = self._optics[path], self._eyes[path], self._mesh
         surfaces = np.empty((optics.height, optics.width), np.int32)
         scene = (mesh.vertices, mesh.vertex_frames, mesh.faces, mesh.surfaces, mesh.shown, self._frames)
         lens = (optics.focal, optics.near, optics.far)
         draw(*scene, frame, eye, *lens, self._work[path], surfaces)
-        return np.take(mesh.palette, surfaces, axis=0)
+        return surfaces
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
         self._mesh.set_color(visual, rgba)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.world.parts.base import BodyPath as BodyPath
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.physics.mass import rotation_matrix
 from nrp_core.world.render.optics import SKY, bytes_of, drawn, flat
@@ -16,8 +17,6 @@ from nrp_core.world.scene.pose import Pose
 
 FloatArray = npt.NDArray[np.float64]
 
-BodyPath = tuple[str, int]
-"""A model and the index of one of its bodies."""
 WORLD_FRAME = 0
 """The frame of what does not move."""
 

@@ -37,8 +37,10 @@ def check_model(model: Model) -> None:
         for end, valid in ((joint.parent, [*links, WORLD]), (joint.child, links)):
             _require(end, valid, f"the joint '{joint.name}' of {owner} names the link")
     for drive in model.drives:
-        for wheel in (*drive.left, *drive.right):
-            _require(wheel, joints, f"the drive '{drive.name}' of {owner} names the joint")
+        for joint_name in drive.joints:
+            _require(joint_name, joints, f"the drive '{drive.name}' of {owner} names the joint")
+    for controller in model.controllers:
+        _require(controller.joint, joints, f"a controller of {owner} names the joint")
     _check_tree(model.joints, owner)
 
 

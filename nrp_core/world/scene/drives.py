@@ -8,7 +8,7 @@ from math import inf
 from posixpath import join
 
 from nrp_core.errors import did_you_mean
-from nrp_core.world.scene.model import WheelDrive
+from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove, WheelDrive
 from nrp_core.world.scene.plugins import plugin_name, ros_namespace
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.xml_tree import Element
@@ -106,7 +106,7 @@ _DIALECTS = {
 }
 
 
-def read_drive(plugin: Element, joints: Collection[str], reading: Reading) -> WheelDrive | None:
+def read_drive(plugin: Element, joints: Collection[str], reading: Reading) -> Drive | None:
     """Read the drive that a ``<plugin>`` of a model stands for; None if it is no drive.
 
     Args:
@@ -117,6 +117,10 @@ def read_drive(plugin: Element, joints: Collection[str], reading: Reading) -> Wh
     Raises:
         SceneError: it names no wheels, or joints that the model does not have.
     """
+    if plugin_name(plugin) == "gazebo_ros_planar_move":
+        return _planar_move(plugin, reading)
+    if plugin_name(plugin) == "AckermannSteering":
+        return _ackermann(plugin, joints, reading)
     dialects = _DIALECTS.get(plugin_name(plugin))
     if dialects is None:
         return None
@@ -146,6 +150,41 @@ def _drive(plugin: Element, dialect: _Dialect, joints: Collection[str], reading:
         rate_hz=plugin.positive(*dialect.rate),
         odometry_topic=topic(dialect.odometry),
         wheel_speeds_topic=topic(dialect.wheel_speeds) if dialect.wheel_speeds else None,
+    )
+
+
+def _planar_move(plugin: Element, reading: Reading) -> PlanarMove:
+    def topic(tag: str, default: str) -> str:
+        name = _remapped(plugin.word(tag, default), plugin)
+        return resolve_name(join(ros_namespace(plugin), name), reading.robot)
+
+    return PlanarMove(
+        plugin.attribute("name"),
+        topic("commandTopic", "cmd_vel"),
+        timeout=plugin.positive("commandTimeout", inf),
+        rate_hz=plugin.number("odometryRate", 0.0) or plugin.positive("publish_rate", 20.0),
+        odometry_topic=topic("odometryTopic", "odom"),
+    )
+
+
+def _ackermann(plugin: Element, joints: Collection[str], reading: Reading) -> Ackermann:
+    """The car of gz-sim; in the files its front wheels may be named first."""
+    steering = [_wheels(plugin, (f"{side}_steering_joint",), joints)[0] for side in ("left", "right")]
+    return Ackermann(
+        plugin.attribute("name"),
+        resolve_name(plugin.word("topic", f"/model/{reading.robot}/cmd_vel"), reading.robot),
+        _wheels(plugin, ("left_joint",), joints)[::-1],
+        _wheels(plugin, ("right_joint",), joints)[::-1],
+        (steering[0], steering[1]),
+        plugin.positive("wheel_separation", 1.0),
+        plugin.positive("wheel_base", 1.0),
+        2 * plugin.positive("wheel_radius", 0.2),
+        plugin.positive("steering_limit", 0.5),
+        timeout=plugin.positive("commandTimeout", inf),
+        rate_hz=plugin.positive("odom_publish_frequency", 50.0),
+        odometry_topic=resolve_name(
+            plugin.word("odom_topic", f"/model/{reading.robot}/odometry"), reading.robot
+        ),
     )
 
 

@@ -2,39 +2,44 @@
 
 from __future__ import annotations
 
-from nrp_core.errors import did_you_mean
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.scene.bodies import Shape
+from nrp_core.world.scene.meshes import Piece, mesh_pieces
+from nrp_core.world.scene.meshes.convert import Form, Wanted
+from nrp_core.world.scene.meshes.solids import unit_solid
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.xml_tree import Element
 
-MESH_KINDS = (".stl", ".obj")
-MAX_MESH_BYTES = 200_000_000
-
-_SHAPES = ("box", "cylinder", "capsule", "sphere", "plane", "mesh", "empty")
-_NOT_READ = ("cone", "ellipsoid", "heightmap", "image", "polyline")
+_SHAPES = ("box", "cylinder", "capsule", "cone", "ellipsoid", "sphere", "plane", "mesh", "empty")
+_NOT_READ = ("heightmap", "image", "polyline")
 
 
-def read_geometry(element: Element, reading: Reading) -> tuple[Geometry, Pose] | None:
+def read_geometry(element: Element, form: Form, reading: Reading) -> list[Shape]:
     """Read a ``<geometry>``.
 
+    Args:
+        element: what to read.
+        form: how a mesh is wanted.
+        reading: what is carried along.
+
     Returns:
-        The shape and its pose in the element's frame (a plane's normal need not be z); None, with a
-        warning, where it cannot be had.
+        The shapes in the element's frame (a plane's normal need not be z): several where a mesh has several
+        colours or convex pieces; none, with a warning, where they cannot be had.
 
     Raises:
         SceneError: a size is missing or not positive, or there is no such shape.
     """
     shape = _shape(element)
     if shape.tag == "plane":
-        return _plane(shape)
+        return [_plane(shape)]
     if shape.tag == "mesh":
-        mesh = _mesh(shape, reading)
-        return (mesh, Pose()) if mesh else None
+        return _mesh(shape, form, reading)
     if shape.tag in _NOT_READ:
         reading.notes.warn(shape, f"shapes of kind <{shape.tag}> are not read: a simple shape stands in")
-        return None
-    return _solid(shape), Pose()
+        return []
+    return [Shape(_solid(shape), Pose())]
 
 
 def is_empty(element: Element) -> bool:
@@ -60,34 +65,44 @@ def _solid(shape: Element) -> Geometry:
             return Cylinder(shape.positive("radius"), shape.positive("length"))
         case "capsule":
             return Capsule(shape.positive("radius"), shape.positive("length"))
+        case "cone":
+            radius = shape.positive("radius")
+            return Mesh(unit_solid("cone"), (radius, radius, shape.positive("length")))
+        case "ellipsoid":
+            x, y, z = shape.require("radii").all_positive(3)
+            return Mesh(unit_solid("ellipsoid"), (x, y, z))
         case tag:
             raise shape.error(f"there is no shape <{tag}>{did_you_mean(tag, _SHAPES)}")
 
 
-def _plane(shape: Element) -> tuple[Geometry, Pose]:
+def _plane(shape: Element) -> Shape:
     size = shape.find("size")
     width, depth = size.all_positive(2) if size else (100.0, 100.0)
-    return Plane((width, depth)), Pose.pointing(shape.direction("normal", (0.0, 0.0, 1.0)))
+    return Shape(Plane((width, depth)), Pose.pointing(shape.direction("normal", (0.0, 0.0, 1.0))))
 
 
-def _mesh(shape: Element, reading: Reading) -> Mesh | None:
-    """Return a mesh, or None with a warning."""
+def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
+    """Return the pieces of a mesh, or none with a warning."""
     uri = shape.require("uri")
     scale = shape.find("scale")
     x, y, z = scale.numbers(3) if scale else (1.0, 1.0, 1.0)
     if not x * y * z:
         raise shape.error(f"the scale of the mesh is '{x:g} {y:g} {z:g}'; no factor may be 0")
+    try:
+        pieces = _pieces(uri, _wanted(shape, form), reading)
+    except SceneError as error:
+        reading.notes.warn(uri, f"the mesh '{uri.text}' {error.message}: a simple shape stands in")
+        return []
+    return [Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba) for piece in pieces]
+
+
+def _pieces(uri: Element, wanted: Wanted, reading: Reading) -> list[Piece]:
     path = reading.resources.find(uri)
-    reason = ""
     if path is None:
-        reason = "is not there"
-    elif path.suffix.lower() not in MESH_KINDS:
-        reason = f"is not of a kind that is read ({', '.join(MESH_KINDS)})"
-    elif path.stat().st_size > MAX_MESH_BYTES:
-        reason = f"is larger than {MAX_MESH_BYTES / 1e6:.0f} MB"
-    if path is None or reason:
-        reading.notes.warn(uri, f"the mesh '{uri.text}' {reason}: a simple shape stands in")
-        return None
-    if shape.find("submesh") is not None:
-        reading.notes.warn(shape, "a <submesh> is not picked out: the whole mesh is used")
-    return Mesh(path, (x, y, z))
+        raise SceneError("is not there")
+    return mesh_pieces(path, wanted)
+
+
+def _wanted(shape: Element, form: Form) -> Wanted:
+    submesh = shape.section("submesh")
+    return Wanted(form, submesh.word("name"), submesh.flag("center", False))

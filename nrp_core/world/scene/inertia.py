@@ -10,7 +10,9 @@ from dataclasses import replace
 from math import pi, sqrt
 
 from nrp_core.world.physics.mass import combined
-from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Sphere
+from nrp_core.world.scene.meshes.solid import solid_of
+from nrp_core.world.scene.meshes.stl import read_stl
+from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Mesh, Sphere
 from nrp_core.world.scene.pose import Pose, Vector
 
 WATER = 1000.0
@@ -20,7 +22,13 @@ _MARGIN = 1e-3  # how far a repair stays from the limit, so that rounding in an 
 
 
 def of_shape(geometry: Geometry, density: float = WATER) -> Inertial | None:
-    """Return the mass properties of a homogeneous solid about its centre; None for planes and meshes."""
+    """Return the mass properties of a homogeneous solid, in its frame; None for planes.
+
+    A mesh is the solid that it bounds.
+
+    Raises:
+        SceneError: the file of a mesh cannot be used.
+    """
     match geometry:
         case Box((x, y, z)):
             mass = density * x * y * z
@@ -38,6 +46,8 @@ def of_shape(geometry: Geometry, density: float = WATER) -> Inertial | None:
             across = barrel / 12 * (3 * r * r + length * length)
             across += caps * (0.4 * r * r + 0.375 * r * length + length * length / 4)
             moments = (across, across, barrel / 2 * r * r + 0.4 * caps * r * r)
+        case Mesh(path, scale):
+            return solid_of(read_stl(path) * scale, density)
         case _:
             return None
     return Inertial(mass, Pose(), (*moments, 0.0, 0.0, 0.0))
@@ -46,7 +56,7 @@ def of_shape(geometry: Geometry, density: float = WATER) -> Inertial | None:
 def of_collisions(collisions: Iterable[tuple[Collision, float]]) -> Inertial | None:
     """Return the mass properties of collision shapes with their densities; None where none is solid."""
     solids = [(collision.pose, of_shape(collision.geometry, density)) for collision, density in collisions]
-    return combined(replace(solid, pose=pose) for pose, solid in solids if solid)
+    return combined(replace(solid, pose=pose @ solid.pose) for pose, solid in solids if solid)
 
 
 def like_shape(solid: Inertial, given: Inertial) -> Inertial:

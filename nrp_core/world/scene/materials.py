@@ -1,7 +1,8 @@
 """Gazebo's named materials and plain colour names as colours.
 
-The values are those of Gazebo's own ``gazebo.material``: the diffuse colour, for a glowing material the
-emissive one. Materials that are pictures there have a colour near the picture's mean.
+The values are those of Gazebo's own ``gazebo.material`` (github.com/gazebosim/gazebo-classic): the diffuse
+colour, for a glowing material the emissive one. Materials that are pictures there have a colour near the
+picture's mean.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ _OPAQUE: dict[str, tuple[float, float, float]] = {
     "LightOff": (1, 0, 0),
     "Pioneer2Body": (0.681193, 0.000923, 0.000923),
     "PioneerBody": (1, 0, 0),
+    "JointAnchor": (1, 1, 1),
     # pictures
     "Wood": (0.55, 0.40, 0.25),
     "WoodFloor": (0.60, 0.45, 0.28),
@@ -41,25 +43,43 @@ _OPAQUE: dict[str, tuple[float, float, float]] = {
     "Bricks": (0.50, 0.35, 0.30),
     "CeilingTiled": (0.85, 0.85, 0.85),
     "PaintedWall": (0.85, 0.83, 0.78),
+    "WindowFrame": (0.80, 0.80, 0.80),
     "Grass": (0.30, 0.42, 0.16),
-    "Road": (0.30, 0.30, 0.30),
     "CloudySky": (0.60, 0.70, 0.85),
+    "GreyGradientSky": (0.60, 0.60, 0.60),
+    "Steps": (0.60, 0.60, 0.58),
 }
+_ROADS = (
+    *("Road", "Residential", "Tertiary", "Motorway", "Trunk", "Primary", "Secondary"),
+    *("Lane_1", "Lanes_2", "Lanes_4", "Lanes_6"),
+)
+_PAVEMENTS = ("Pedestrian", "Footway")
 
 _GLOWING = ("White", "Red", "Green", "Blue", "Yellow", "Purple", "Turquoise")
-_TRANSPARENT = ("Red", "Green", "Blue", "Grey", "Black", "Yellow", "Orange")
-
-
-def _rgba(name: str, alpha: float) -> Rgba:
-    r, g, b = _OPAQUE[name]
-    return float(r), float(g), float(b), alpha
+_TRANSPARENT: dict[str, Rgba] = {
+    "Red": (1, 0, 0, 0.5),
+    "Green": (0, 1, 0, 0.5),
+    "Blue": (0, 0, 1, 0.5),
+    "Grey": (0.5, 0.5, 0.5, 0.5),
+    "Black": (0, 0, 0, 0.5),
+    "Yellow": (1, 1, 0, 0.5),
+    "Orange": (1, 0.44, 0, 0.4),
+    "DarkOrange": (1, 0.33, 0, 0.5),
+    "DarkMagenta": (0.55, 0, 0.55, 0.5),
+}
 
 
 def _table() -> dict[str, Rgba]:
-    table: dict[str, Rgba] = {name: _rgba(name, 1.0) for name in _OPAQUE}
+    table: dict[str, Rgba] = {
+        name: (float(r), float(g), float(b), 1.0) for name, (r, g, b) in _OPAQUE.items()
+    }
+    table |= dict.fromkeys(_ROADS, (0.30, 0.30, 0.30, 1.0))
+    table |= dict.fromkeys(_PAVEMENTS, (0.55, 0.55, 0.53, 1.0))
     table |= {f"{name}Glow": table[name] for name in _GLOWING}
-    table |= {f"{name}Transparent": _rgba(name, 0.5) for name in _TRANSPARENT}
-    table |= {f"{name}TransparentOverlay": _rgba(name, 0.5) for name in _TRANSPARENT}
+    table["TurquoiseGlowOutline"] = table["TurquoiseGlow"]
+    table["BlueLaser"] = (0.0, 0.0, 1.0, 0.4)
+    for name, (r, g, b, alpha) in _TRANSPARENT.items():
+        table[f"{name}Transparent"] = table[f"{name}TransparentOverlay"] = float(r), float(g), float(b), alpha
     return {f"Gazebo/{name}": rgba for name, rgba in table.items()}
 
 
@@ -67,7 +87,8 @@ MATERIALS = MappingProxyType(_table())
 """Colour of each material by its full name, ``Gazebo/RedGlow``."""
 
 _BY_SHORT_NAME = {name.removeprefix("Gazebo/").lower(): rgba for name, rgba in MATERIALS.items()}
-_BY_SHORT_NAME |= {"gray": MATERIALS["Gazebo/Grey"], "darkgray": MATERIALS["Gazebo/DarkGrey"]}
+_BY_SHORT_NAME |= {name.replace("grey", "gray"): rgba for name, rgba in _BY_SHORT_NAME.items()}
+_BY_SHORT_NAME["torquoise"] = _BY_SHORT_NAME["turquoise"]  # as early versions of Gazebo spelled it
 
 
 def color_of(name: str) -> Rgba:

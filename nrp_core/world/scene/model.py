@@ -14,8 +14,12 @@ from math import inf
 from pathlib import Path
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.scene.acting import Drive, JointController
+from nrp_core.world.scene.acting import WheelDrive as WheelDrive
 from nrp_core.world.scene.checks import check_model, check_unique
 from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.scene.sensing import Camera as Camera
+from nrp_core.world.scene.sensing import Sensor as Sensor
 
 Rgba = tuple[float, float, float, float]
 
@@ -62,10 +66,19 @@ class Plane:
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A triangle mesh in a file (STL or OBJ), scaled along its axes."""
+    """A triangle mesh, scaled along its axes.
+
+    Args:
+        path: a binary STL file; meshes of any kind are converted by :mod:`nrp_core.world.scene.meshes`,
+            which names it after a digest of its contents.
+        scale: factors, which may mirror it.
+    """
 
     path: Path
     scale: Vector = (1.0, 1.0, 1.0)
+
+    def __repr__(self) -> str:  # without the folder, so that equal scenes have equal digests anywhere
+        return f"Mesh({self.path.name!r}, {self.scale!r})"
 
 
 Geometry = Box | Cylinder | Capsule | Sphere | Plane | Mesh
@@ -101,33 +114,6 @@ class Inertial:
     mass: float
     pose: Pose = Pose()
     inertia: tuple[float, float, float, float, float, float] = UNIT_INERTIA
-
-
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """A colour camera that looks along x of its pose, z up.
-
-    Args:
-        name: of the sensor.
-        topic: absolute topic of its images.
-        rate_hz: pictures a second.
-        horizontal_fov: radians.
-        width, height: pixels.
-        near, far: clip distances in m.
-    """
-
-    name: str
-    topic: str
-    rate_hz: float
-    horizontal_fov: float
-    width: int
-    height: int
-    near: float = 0.1
-    far: float = 100.0
-    pose: Pose = Pose()
-
-
-Sensor = Camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,34 +158,6 @@ class Joint:
 
 
 @dataclass(frozen=True, slots=True)
-class WheelDrive:
-    """A differential or skid-steer drive: a body velocity commanded as a Twist.
-
-    Args:
-        name: of the plugin.
-        command_topic, odometry_topic, wheel_speeds_topic: absolute; None where there is none.
-        left, right: names of the wheel joints, back to front.
-        separation: effective distance of left and right wheels, m.
-        wheel_diameter: m.
-        torque: limit of each wheel, N m.
-        timeout: seconds without a command after which the drive stops; ``inf`` for never.
-        rate_hz: of odometry and wheel speeds.
-    """
-
-    name: str
-    command_topic: str
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    separation: float
-    wheel_diameter: float
-    torque: float = inf
-    timeout: float = 0.1
-    rate_hz: float = 100.0
-    odometry_topic: str | None = None
-    wheel_speeds_topic: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Model:
     """A robot or a thing in the room; its pose is that of the model's frame in the world.
 
@@ -207,16 +165,18 @@ class Model:
         name: unique in the scene; a robot's is its id.
         links: the first one is the base (SDF's canonical link).
         joint_states_topic: where its joint states are served, None for none.
+        controllers: what lets single joints follow commands.
         warnings: what its file was repaired or read differently for.
     """
 
     name: str
     links: tuple[Link, ...]
     joints: tuple[Joint, ...] = ()
-    drives: tuple[WheelDrive, ...] = ()
+    drives: tuple[Drive, ...] = ()
     pose: Pose = Pose()
     static: bool = False
     joint_states_topic: str | None = None
+    controllers: tuple[JointController, ...] = ()
     warnings: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def link(self, name: str) -> Link:
@@ -260,6 +220,15 @@ class Scene:
     def with_model(self, model: Model) -> Scene:
         """Return this scene with one more model and its warnings."""
         return replace(self, models=(*self.models, model), warnings=(*self.warnings, *model.warnings))
+
+    def without(self, name: str) -> Scene:
+        """Return this scene without a model."""
+        return replace(self, models=tuple(model for model in self.models if model.name != name))
+
+    def with_pose(self, name: str, pose: Pose) -> Scene:
+        """Return this scene with a model somewhere else."""
+        models = (replace(model, pose=pose) if model.name == name else model for model in self.models)
+        return replace(self, models=tuple(models))
 
     def model(self, name: str) -> Model:
         """Return a model by name."""

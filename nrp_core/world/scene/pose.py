@@ -8,6 +8,7 @@ from math import atan2, copysign, cos, hypot, sin, sqrt
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+_LEVEL = 1e-300  # shorter vectors have too few digits for a direction
 _GIMBAL_LOCK = 1e-7  # below this cosine of the pitch, roll and yaw are one angle and rounding would split it
 
 
@@ -41,7 +42,7 @@ class Pose:
         x, y, z = direction
         level = hypot(x, y)
         half = atan2(level, z) / 2
-        along_x, along_y = (-y / level, x / level) if level else (1.0, 0.0)
+        along_x, along_y = (-y / level, x / level) if level > _LEVEL else (1.0, 0.0)
         return cls(orientation=(along_x * sin(half), along_y * sin(half), 0.0, cos(half)))
 
     @property

@@ -1,8 +1,9 @@
 """Files that a robot or a room refers to: ``model://``, ``package://``, ``file://`` and plain paths.
 
 Looked for, in this order: beside the file that refers to them, in the folder above it, in the folders given
-by the user, in those of the environment variables that Gazebo users have set, and among the few
-standard models that ship here (``ground_plane``, ``sun``).
+by the user, in those of the environment variables that users of Gazebo and ROS have set, among the few
+standard models that ship here (``ground_plane``, ``sun``), and last in the folders above the file that have
+the name of the model or package.
 """
 
 from __future__ import annotations
@@ -11,12 +12,22 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from nrp_core.errors import SceneError
 from nrp_core.world.scene.xml_tree import Element, read_xml
 
-ENVIRONMENT = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH")
+ENVIRONMENT = (
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "GAZEBO_MODEL_PATH",
+    "GAZEBO_RESOURCE_PATH",
+    "ROS_PACKAGE_PATH",
+)
+INSTALLED = "AMENT_PREFIX_PATH"
+"""Of ROS 2: folders below whose ``share`` packages are installed."""
 SHIPPED = Path(__file__).with_name("models")
 
 _SCHEMES = ("model", "package", "file")
+_MAIN_FILES = (".sdf", ".world", ".urdf", ".xacro")
 
 
 class Resources:
@@ -27,50 +38,98 @@ class Resources:
     """
 
     def __init__(self, search_path: Iterable[Path | str] = ()) -> None:
-        variables = [os.environ.get(name, "") for name in ENVIRONMENT]
-        from_environment = [folder for value in variables for folder in value.split(os.pathsep) if folder]
-        self._folders = [*map(Path, search_path), *map(Path, from_environment), SHIPPED]
+        variables = [folder for name in ENVIRONMENT for folder in _folders_in(name)]
+        installed = [folder / "share" for folder in _folders_in(INSTALLED)]
+        self._folders = [*map(Path, search_path), *variables, *installed, SHIPPED]
 
     def find(self, uri: Element) -> Path | None:
         """Return the file that a ``<uri>`` refers to, None where there is none."""
-        return next((path for path in self._candidates(uri) if path.is_file()), None)
+        return next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
+
+    def locate(self, uri: Element) -> Path | None:
+        """Return the file or folder that a ``<uri>`` refers to, None where there is none."""
+        return next((path for path in self._candidates(uri.text, uri.path) if path.exists()), None)
 
     def model_file(self, uri: Element) -> Path:
-        """Return the SDF file that a ``<uri>`` refers to, itself or by the folder of a model.
+        """Return the file of a model that a ``<uri>`` refers to, itself or by the folder of the model.
 
         Raises:
             SceneError: there is none.
         """
         if not uri.text:
             raise uri.error(f"the <{uri.tag}> is empty")
-        path = next((path for path in self._candidates(uri) if path.exists()), None)
+        candidates = list(self._candidates(uri.text, uri.path))
+        path = next((path for path in candidates if path.exists()), None)
         if path is None:
-            folders = dict.fromkeys(str(path.parent) for path in self._candidates(uri))
+            folders = dict.fromkeys(str(path.parent) for path in candidates)
             looked = f"looked in {', '.join(folders)}" if folders else "only files of this machine are read"
             raise uri.error(f"there is no '{uri.text}'; {looked}")
-        return _model_in(path, uri) if path.is_dir() else path
+        if not path.is_dir():
+            return path
+        found = listed_file(path)
+        if found is None:
+            raise uri.error(f"the folder {path} holds neither a model.config nor a model.sdf")
+        return found
 
-    def _candidates(self, uri: Element) -> Iterator[Path]:
-        scheme, separator, rest = uri.text.partition("://")
+    def package(self, name: str, user: Path) -> Path:
+        """Return the folder of a ROS package that a file refers to.
+
+        Raises:
+            SceneError: there is none.
+        """
+        for folder in self._candidates(f"package://{name}", user):
+            if folder.is_dir():
+                return folder
+        for folder in user.absolute().parents:
+            if folder.name == name or _package_name(folder) == name:
+                return folder
+        raise SceneError(f"there is no package '{name}' in the search path", path=user)
+
+    def _candidates(self, uri: str, user: Path) -> Iterator[Path]:
+        scheme, separator, rest = uri.partition("://")
         if separator and scheme not in _SCHEMES:
             return
-        beside = uri.path.parent
-        for folder in (beside, beside.absolute().parent, *self._folders):
-            yield folder / (rest if separator else uri.text)
+        beside = user.absolute().parent
+        for folder in (user.parent, beside.parent, *self._folders):
+            yield folder / (rest if separator else uri)
+        if scheme in ("model", "package") and separator:
+            name, _, inner = rest.partition("/")
+            yield from (folder / inner for folder in (beside, *beside.parents) if folder.name == name)
+            yield from (folder / inner for folder in (beside, beside.parent) if inner)  # under another name
 
 
-def _model_in(folder: Path, element: Element) -> Path:
-    """Return the newest SDF file of a model's folder."""
+def main_file(folder: Path) -> Path | None:
+    """Return the file of the model or room in a folder: the one it lists, else the least deep one."""
+    configs = sorted(folder.rglob("model.config"), key=_depth)
+    if configs:
+        return listed_file(configs[0].parent)
+    named = (sorted(folder.rglob(f"*{suffix}"), key=_depth) for suffix in _MAIN_FILES)
+    return next((files[0] for files in named if files), None)
+
+
+def listed_file(folder: Path) -> Path | None:
+    """Return the newest SDF file of a model's folder, None where it has none."""
     config = folder / "model.config"
     if config.exists():
         files = [(_version(sdf), folder / sdf.text) for sdf in read_xml(config).all("sdf")]
         if files:
             return max(files)[1]
     plain = folder / "model.sdf"
-    if not plain.exists():
-        raise element.error(f"the folder {folder} holds neither a model.config nor a model.sdf")
-    return plain
+    return plain if plain.exists() else None
+
+
+def _folders_in(variable: str) -> list[Path]:
+    return [Path(folder) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
+
+
+def _depth(path: Path) -> tuple[int, str]:
+    return len(path.parts), str(path)
 
 
 def _version(sdf: Element) -> tuple[int, ...]:
     return tuple(int(part) for part in sdf.attributes.get("version", "0").split(".") if part.isdigit())
+
+
+def _package_name(folder: Path) -> str:
+    manifest = folder / "package.xml"
+    return read_xml(manifest).word("name") if manifest.is_file() else ""

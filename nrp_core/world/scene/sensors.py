@@ -10,10 +10,10 @@ from nrp_core.world.scene.model import Camera, Sensor
 from nrp_core.world.scene.plugins import plugin_name, ros_namespace, warn_of_plugin
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.sensor_kinds import read_contact, read_imu, read_laser
+from nrp_core.world.scene.sensor_parts import noise_of, rate_of
 from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
-
-DEFAULT_RATE_HZ = 30.0
 
 _COLOR_FORMATS = ("", "R8G8B8", "RGB_INT8", "B8G8R8", "BGR_INT8")
 _CAMERA_PLUGIN = "gazebo_ros_camera"
@@ -36,9 +36,10 @@ def read_sensors(
         if name in seen:
             raise sensor.error(f"the link '{link}' has two sensors named '{name}'")
         seen.add(name)
-        if kind == "camera":
-            yield _camera(sensor, link, reading, place)
-        else:
+        read = _KINDS.get(kind)
+        if read is not None:
+            yield read(sensor, link, reading, place)
+        elif kind != "force_torque":  # those belong to joints
             reading.notes.warn(sensor, f"sensors of type '{kind}' are not simulated")
 
 
@@ -49,19 +50,22 @@ def _camera(sensor: Element, link: str, reading: Reading, place: Callable[[Eleme
         raise camera.error(f"a flat picture has a <horizontal_fov> below pi, not {fov:g}")
     width, height = _size(camera.section("image"), reading)
     near, far = _clip(camera.section("clip"))
-    for tag in ("noise", "distortion"):
-        if camera.find(tag):
-            reading.notes.warn(camera, f"the <{tag}> of cameras is not simulated")
+    if camera.find("distortion"):
+        reading.notes.warn(camera, "the <distortion> of cameras is not simulated")
+    topic, depth, info = _topics(sensor, link, reading)
     return Camera(
         sensor.attribute("name"),
-        _topic(sensor, link, reading),
-        _rate(sensor, reading),
+        topic,
+        rate_of(sensor, reading),
         fov,
         width,
         height,
         near,
         far,
         place(sensor) @ place(camera),
+        depth,
+        info,
+        noise=noise_of(camera, reading),
     )
 
 
@@ -81,23 +85,33 @@ def _clip(clip: Element) -> tuple[float, float]:
     return near, far
 
 
-def _rate(sensor: Element, reading: Reading) -> float:
-    rate_hz = sensor.number("update_rate", 0.0)
-    if rate_hz > 0:
-        return rate_hz
-    name = sensor.attribute("name")
-    reading.notes.warn(sensor, f"the sensor '{name}' has no <update_rate>: {DEFAULT_RATE_HZ:g} Hz are taken")
-    return DEFAULT_RATE_HZ
-
-
-def _topic(sensor: Element, link: str, reading: Reading) -> str:
-    """Return the topic that the ROS plugin names, else the one of the sensor, else Gazebo's default."""
-    default = f"{link}/{sensor.attribute('name')}/image".replace("::", "/")
-    topic = sensor.word("topic", default)
+def _topics(sensor: Element, link: str, reading: Reading) -> tuple[str, str | None, str | None]:
+    """Return the topics of pictures, depth and optics: those that the ROS plugin names, else Gazebo's."""
+    name, deep = sensor.attribute("name"), sensor.attribute("type") in _DEPTH
+    picture = sensor.word("topic", f"{link}/{name}/image".replace("::", "/"))
+    depth = f"{picture.removesuffix('/image')}/depth_image" if deep else ""
+    info = ""
     for plugin in sensor.all("plugin"):
-        if plugin_name(plugin) == _CAMERA_PLUGIN:
-            camera = plugin.word("cameraName") or plugin.word("camera_name") or sensor.attribute("name")
-            topic = join(ros_namespace(plugin), camera, plugin.word("imageTopicName", "image_raw"))
+        kind = plugin_name(plugin)
+        if kind in (_CAMERA_PLUGIN, *_DEPTH_PLUGINS):
+            camera = plugin.word("cameraName") or plugin.word("camera_name") or name
+            base = join(ros_namespace(plugin), camera)
+            picture = join(base, plugin.word("imageTopicName", "image_raw"))
+            info = join(base, plugin.word("cameraInfoTopicName", "camera_info"))
+            if deep or kind in _DEPTH_PLUGINS:
+                depth = join(base, plugin.word("depthImageTopicName", "depth/image_raw"))
         else:
             warn_of_plugin(plugin, reading)
-    return resolve_name(topic, reading.robot)
+    deep_topic, info_topic = (resolve_name(each, reading.robot) if each else None for each in (depth, info))
+    return resolve_name(picture, reading.robot), deep_topic, info_topic
+
+
+_DEPTH = ("depth", "depth_camera", "rgbd", "rgbd_camera")
+_DEPTH_PLUGINS = ("gazebo_ros_openni_kinect", "gazebo_ros_depth_camera")
+_KINDS: dict[str, Callable[[Element, str, Reading, Callable[[Element], Pose]], Sensor]] = {
+    "camera": _camera,
+    **dict.fromkeys(_DEPTH, _camera),
+    **dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), read_laser),
+    "imu": read_imu,
+    "contact": read_contact,
+}

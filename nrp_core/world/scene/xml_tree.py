@@ -8,7 +8,7 @@ from nrp_core import xml_tree
 from nrp_core.errors import SceneError
 from nrp_core.xml_tree import Element
 
-__all__ = ["Element", "parse_xml", "read_xml"]
+__all__ = ["Element", "parse_xml", "read_xml", "without_lines"]
 
 
 def read_xml(path: Path) -> Element:
@@ -27,3 +27,11 @@ def parse_xml(text: bytes, path: Path) -> Element:
         SceneError: it is not well-formed, or has a document type.
     """
     return xml_tree.parse_xml(text, path, SceneError)
+
+
+def without_lines(element: Element) -> Element:
+    """Return an element that a program wrote, all of it in line 1: its lines are in no file of the user."""
+    element.line = 1
+    for child in element.children:
+        without_lines(child)
+    return element

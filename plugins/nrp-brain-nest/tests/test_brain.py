@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from nrp_core.brain.remote import RemoteBrain
 from nrp_core.brain.sinks import SpikeRecorder
 from nrp_core.brain.sources import PoissonSource
 from nrp_core.clock import NS_PER_MS
@@ -12,6 +13,7 @@ from nrp_core.errors import CapabilityError, LifecycleError, NetworkError, Times
 from pydantic import ValidationError
 
 from nrp_brain_nest import NestBackend, NestOptions
+from nrp_brain_nest.brain import NestBrain
 
 
 def busy(sim):
@@ -56,13 +58,17 @@ def test_threads_do_not_change_the_spikes(network, opened):
     assert trains[0] == trains[1]
 
 
-def test_a_second_brain_waits_until_the_first_is_closed(network, opened):
+def test_a_second_brain_gets_a_process_of_its_own(network, opened):
     made = network(busy)
-    first = opened(made)
-    with pytest.raises(LifecycleError, match="close that brain first"):
-        opened(made)
+    first, second = opened(made), opened(made)
+    assert isinstance(first, NestBrain)
+    assert isinstance(second, RemoteBrain)
+    first.run_until(50 * NS_PER_MS)
+    trains = [spikes_of(second)]
     first.close()
-    assert opened(made).now_ns == 0
+    third = opened(made)
+    assert isinstance(third, NestBrain)
+    assert [spikes_of(third)] == trains
 
 
 def test_a_brain_that_does_not_open_leaves_the_kernel_free(network, opened):

@@ -1,17 +1,14 @@
 """What every brain of the platform must do, from the platform's own kit."""
 
-import sys
-
 import pytest
 from nrp_core.conformance import BrainBackendTests
 
 
 @pytest.mark.slow
 class TestNest(BrainBackendTests):
-    """NEST against the kit, which opens several brains at once: each in a process of its own."""
+    """NEST against the kit."""
 
     backend_name = "nest"
-    options = {"python": sys.executable}  # noqa: RUF012
 
     @pytest.mark.xfail(
         reason="spikes of source cells reach STDP synapses one step late, by way of a relay", strict=False

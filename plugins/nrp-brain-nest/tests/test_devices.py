@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from nrp_core.brain.sinks import LeakyIntegratorAlpha, SpikeRecorder
 from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
 
-from nrp_brain_nest.grid import Grid
 from standard_cells import CELLS, weight_for
 
 
@@ -20,13 +17,6 @@ def one_cell(cell_type="IF_curr_exp", n=1, **parameters):
 def voltage_after(brain, ms):
     brain.run_until(round(ms * NS_PER_MS))
     return brain.read_state("v", [0])[0]
-
-
-@given(st.floats(0, 1e7), st.sampled_from([1_000, 100_000, 300_000, 1_000_000]))
-def test_a_time_goes_to_the_first_grid_point_that_is_not_before_it(t_ms, step_ns):
-    grid = Grid(step_ns)
-    point = grid.time_ms(grid.first_at(np.array([t_ms])))[0]
-    assert -1e-5 * grid.step_ms < point - t_ms < (1 + 1e-5) * grid.step_ms
 
 
 @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])

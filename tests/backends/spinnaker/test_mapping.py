@@ -1,14 +1,19 @@
 """The machine map and what is lost on it, against what the host of sPyNNaker 7.4.1 chose."""
 
 import json
+import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from nrp_brain_spinnaker import SpinnakerBackend, fidelity, mapping
+from nrp_brain_spinnaker.activity import share_above
 from nrp_brain_spinnaker.delays import slots_available, slots_used
-from nrp_brain_spinnaker.fidelity import weigh
-from nrp_brain_spinnaker.mapping import map_network
+from nrp_brain_spinnaker.fidelity import Fidelity
+from nrp_brain_spinnaker.loader import lay_out
+from nrp_brain_spinnaker.machine_map import MachineMap
 from nrp_brain_spinnaker.options import SpinnakerOptions
 
 from nrp_core.brain.network import Network, Origin, Population, Projection
@@ -25,6 +30,15 @@ Connect = Callable[..., Projection]
 def network_of(*parts: Population | Projection) -> Network:
     populations = {part.label: part for part in parts if isinstance(part, Population)}
     return Network(populations, tuple(part for part in parts if isinstance(part, Projection)))
+
+
+def map_network(network: Network, options: SpinnakerOptions) -> MachineMap:
+    cells, wires, _ = lay_out(network, options)
+    return mapping.map_network(network, cells, wires, options)
+
+
+def weigh(network: Network, options: SpinnakerOptions) -> Fidelity:
+    return fidelity.weigh(network, lay_out(network, options)[1], options)
 
 
 def all_to_all(n_pre: int, n_post: int) -> list[tuple[int, int]]:
@@ -132,8 +146,11 @@ def test_what_would_not_keep_up_is_said(cells: Maker) -> None:
     seen = map_network(network_of(source, target, randomly(source, target, 0.1, 1.0)), OPTIONS)
     assert any("1000 spikes a time step; a core can queue 256" in line for line in seen.advice)
     assert any("busy for" in line and "times slower" in line for line in seen.advice)
-    assert "population 'n': a core is busy" in seen.as_text()
-    assert seen.as_dict()["vertices"][1]["utilisation"] > 1
+    busy = seen.vertices[1]
+    assert busy.utilisation > 1
+    assert busy.late == pytest.approx(1 - 1 / busy.utilisation)
+    assert seen.slowdown >= busy.utilisation
+    assert seen.joules_per_simulated_s == seen.power_w * seen.slowdown
 
 
 def test_an_extension_is_named_in_the_map(cells: Maker) -> None:
@@ -151,10 +168,9 @@ def test_weights_that_vanish_are_counted_and_explained(
     strong, weak = (seen := weigh(network, OPTIONS)).projections
     assert (strong.left_shift, strong.vanished, strong.quantum) == (10, 0, 2**-5)
     assert (weak.vanished, weak.synapses) == (1, 1)
-    (advice,) = seen.advice
-    assert advice.startswith("projection 'weak': 1 of 1 weights become 0 (in steps of 0.0312); 'strong' sets")
-    assert "100.0%" in seen.as_text()
-    assert json.dumps(seen.as_dict())
+    (loss,) = seen.losses
+    assert loss.startswith("projection 'weak': 1 of 1 weights become 0 (in steps of 0.0312); 'strong' sets")
+    assert seen.advice == ()
 
 
 def test_conductances_rounded_by_the_machine_can_be_kept_by_the_host(
@@ -166,7 +182,7 @@ def test_conductances_rounded_by_the_machine_can_be_kept_by_the_host(
         origin=Origin("AllToAllConnector", {}, 1e-5, 1.0),
     )  # fmt: skip
     network = network_of(spike_source("s", []), cells("n", "IF_cond_exp"), generated)
-    assert "use the option weights: host" in weigh(network, OPTIONS).advice[0]
+    assert "use the option weights: host" in weigh(network, OPTIONS).losses[0]
     kept = weigh(network, SpinnakerOptions(weights="host")).projections[0]
     assert (kept.vanished, kept.mean_error < 0.01) == (0, True)
 
@@ -175,3 +191,62 @@ def test_moved_delays_are_counted(cells: Maker, spike_source: Maker, connect: Co
     parts = spike_source("s", []), cells("n", "IF_curr_exp"), connect("s", "n", 1.0, 2.3)
     (seen,) = weigh(network_of(*parts), OPTIONS).projections
     assert (seen.moved_delays, seen.largest_move_ms) == (1, pytest.approx(0.3))
+
+
+def test_weights_that_wrap_are_counted(cells: Maker, spike_source: Maker, connect: Connect) -> None:
+    drawn = connect("s", "n", [1.0, 40.0, 50.0], pairs=[(0, 0)] * 3, label="wild")
+    origin = Origin("AllToAllConnector", {}, "uniform(low=0, high=2)", 1.0)
+    network = network_of(spike_source("s", []), cells("n", "IF_curr_exp"), replace(drawn, origin=origin))
+    seen = weigh(network, OPTIONS)
+    assert (seen.projections[0].wrapped, seen.projections[0].vanished) == (2, 0)
+    assert seen.losses[0].startswith("projection 'wild': 2 of 3 weights wrap around")
+
+
+def test_the_share_of_steps_that_saturate_is_that_of_a_poisson_sum(cells: Maker, connect: Connect) -> None:
+    rate = {"rate": np.full(1000, 100.0), "start": np.zeros(1000), "duration": np.full(1000, np.inf)}
+    fast = Population("fast", 1000, "SpikeSourcePoisson", rate)
+    # each neuron gets 10 spikes in a step
+    spread = [(i, i % 10) for i in range(1000)]
+    network = network_of(fast, cells("n", "IF_curr_exp", 10), connect("fast", "n", 1.0, pairs=spread))
+    (seen,) = weigh(network, OPTIONS).receptors
+    assert seen.mean_sum == pytest.approx(10.0)
+    assert seen.deviation == pytest.approx(10**0.5)
+    assert seen.saturating == pytest.approx(poisson_share_above(seen.largest_sum, 10.0), abs=1e-12)
+    for limit in (8.0, 12.5, 20.0):
+        assert share_above(limit, 10.0, 10.0) == pytest.approx(poisson_share_above(limit, 10.0))
+
+
+def poisson_share_above(limit: float, mean: float) -> float:
+    draws = np.arange(int(limit) + 1, 400)
+    logs = draws * np.log(mean) - mean - np.array([math.lgamma(k + 1) for k in draws])
+    return float(np.exp(logs).sum())
+
+
+def test_saturation_is_told_with_what_to_do(cells: Maker, connect: Connect) -> None:
+    rate = {"rate": np.full(100, 3000.0), "start": np.zeros(100), "duration": np.full(100, np.inf)}
+    fast = Population("fast", 100, "SpikeSourcePoisson", rate)
+    network = network_of(fast, cells("n", "IF_curr_exp"), connect("fast", "n", 1.0, pairs=all_to_all(100, 1)))
+    (advice,) = weigh(network, OPTIONS).advice  # the host expects one spike of each source at most, 3 come
+    assert "population 'n': its excitatory input is cut off in 99." in advice
+    assert "300 is expected" in advice
+    assert weigh(network, SpinnakerOptions(spikes_per_second=5000)).advice == ()
+
+
+def test_the_backend_reports_everything_as_plain_values(
+    cells: Maker, spike_source: Maker, connect: Connect
+) -> None:
+    network = network_of(
+        spike_source("s", [1.0]), cells("n", "IF_curr_exp"), cells("m", "IF_cond_exp"),
+        connect("s", "n", 900.0, label="strong"), connect("s", "n", 0.005, 2.3, label="weak"),
+        connect("s", "m", 0.01),
+    )  # fmt: skip
+    machine, kept = (report.as_dict() for report in SpinnakerBackend().reports(network, OPTIONS))
+    assert json.loads(json.dumps([machine, kept])) == [machine, kept]
+    assert machine["facts"]["application_cores"] == 3
+    assert [row["population"] for row in machine["tables"]["populations"]] == ["s", "n", "m"]
+    assert machine["tables"]["populations"][0]["utilisation"] is None
+    assert [row["key"] is None for row in machine["tables"]["cores"]] == [False, True, True]
+    assert [row["vanished"] for row in kept["tables"]["projections"]] == [0, 1, 0]
+    assert kept["warnings"][0].startswith("projection 'weak'")
+    assert "delays become whole time steps" in kept["advice"][0]
+    assert kept["warnings"][0] in SpinnakerBackend().warnings(network, OPTIONS)

@@ -15,6 +15,7 @@ import pytest
 from nrp_core.errors import CapabilityError
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.render.optics import SKY, bytes_of
+from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import (
     Box,
     Camera,
@@ -188,10 +189,9 @@ def test_a_camera_on_a_moving_joint_looks_where_the_joint_stands(renderer, parts
 
 
 def test_renderers_agree_on_all_shapes(look_with_all, parts, tmp_path):
-    mesh = tmp_path / "pyramid.obj"
-    mesh.write_text(
-        "v 1 1 0\nv -1 1 0\nv -1 -1 0\nv 1 -1 0\nv 0 0 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 4 3 2 1\n"
-    )
+    mesh = tmp_path / "pyramid.stl"
+    corners = np.array([(1, 1, 0), (-1, 1, 0), (-1, -1, 0), (1, -1, 0), (0, 0, 1)], float)
+    write_stl(mesh, corners[[(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (3, 2, 1), (3, 1, 0)]])
     round_ones = [Sphere(0.3), Cylinder(0.2, 0.6), Capsule(0.15, 0.4)]
     shapes = [Box((0.3, 0.6, 0.4)), *round_ones, Mesh(mesh, (0.3, 0.3, 0.6)), Plane((0.5, 0.8))]
     turned = Pose.from_rpy((0, 0, 0), 0.4, -0.8, 0.3)

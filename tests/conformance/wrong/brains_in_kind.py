@@ -9,8 +9,9 @@ import numpy as np
 from registry import Found, register
 from small_brain import CELL, SmallBackend, SmallBrain
 
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
-from nrp_core.brain.network import STATIC, STDP, FloatArray, IntArray, Network
+from nrp_core.brain.network import STATIC, STDP, FloatArray, IntArray, Network, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 FOUND_BY: Found = {}
@@ -26,6 +27,7 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
     "a_spike_arrives_after_its_delay_and_not_before",
     "a_synapse_moves_the_membrane_as_its_equations_say",
+    "an_injected_spike_acts_after_its_delay",
     "each_synapse_has_its_own_delay",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "inhibition_holds_a_cell_back",
@@ -52,6 +54,7 @@ class IgnoresInhibition(SmallBrain):
 @found_by(
     "a_device_acts_within_its_delay_and_a_step",
     "a_source_acts_on_the_chosen_neurons_alone",
+    "an_injected_spike_acts_after_its_delay",
     "each_synapse_has_its_own_delay",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "spikes_reach_the_connected_cell_and_no_other",
@@ -92,6 +95,7 @@ class KeepsOneEventAStep(SmallBrain):
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
     "a_snapshot_keeps_what_a_device_has_sent",
+    "an_injected_spike_acts_after_its_delay",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
 )
 class SendsDeviceSpikesAtOnce(SmallBrain):
@@ -232,6 +236,7 @@ class ReadsInTheOrderOfIds(SmallBrain):
     "a_snapshot_keeps_spikes_in_flight",
     "a_snapshot_keeps_what_a_device_has_sent",
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
+    "an_injected_spike_acts_after_its_delay",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "spikes_reach_the_connected_cell_and_no_other",
 )
@@ -298,6 +303,30 @@ class TakesEverySynapseForStatic(SmallBackend):
 class PromisesPlasticity(SmallBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
         return dataclasses.replace(super().capabilities(options), synapses=frozenset({STATIC, STDP}))
+
+
+class _Unmoved(SmallBrain):
+    def _do_set_parameters(self, change: ParameterChange) -> None:
+        pass
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        return projection.weight.copy()
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        pass
+
+
+@found_by(
+    "a_reset_undoes_changes_and_a_snapshot_keeps_them",
+    "parameters_change_from_now_on_or_are_refused",
+    "weights_can_be_read_as_they_are",
+    "weights_change_from_now_on_or_are_refused",
+)
+class PromisesChanges(SmallBackend):
+    brain = _Unmoved
+
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        return dataclasses.replace(super().capabilities(options), changes=frozenset({PARAMETERS, WEIGHTS}))
 
 
 @found_by(

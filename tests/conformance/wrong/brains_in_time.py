@@ -92,6 +92,7 @@ class ReportsSpikesOneWindowLate(SmallBrain):
     "a_snapshot_keeps_spikes_in_flight",
     "a_snapshot_keeps_what_a_device_has_sent",
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
+    "an_injected_spike_acts_after_its_delay",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "spikes_reach_the_connected_cell_and_no_other",
 )

@@ -12,7 +12,7 @@ from registry import Found, register
 
 from nrp_core.world.interface import ImageArray, World, WorldCapabilities, WorldOptions
 from nrp_core.world.parts.base import BodyVelocity, JointStates, ModelMotion
-from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.scene.model import Camera, Rgba, Scene
 from nrp_core.world.scene.pose import Pose
 
 
@@ -414,7 +414,10 @@ def _with_links(scene: Scene, change: Any) -> Scene:
 
 
 def _with_sensors(scene: Scene, change: Any) -> Scene:
-    return _with_links(scene, lambda link: replace(link, sensors=tuple(change(s) for s in link.sensors)))
+    def changed(link: Any) -> Any:
+        return replace(link, sensors=tuple(change(s) if isinstance(s, Camera) else s for s in link.sensors))
+
+    return _with_links(scene, changed)
 
 
 def _with_visuals(scene: Scene, change: Any) -> Scene:

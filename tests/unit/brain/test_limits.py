@@ -16,9 +16,9 @@ PRE, POST = np.array([4, 5], np.int32), np.array([6, 7], np.int32)
 @pytest.mark.parametrize(
     ("name", "value", "rule"),
     [
-        ("cm", -0.1, "more than 0"),
-        ("tau_m", 0.0, "more than 0"),
-        ("tau_syn_E", np.nan, "more than 0"),
+        ("cm", -0.1, "more than 0, and finite"),
+        ("tau_m", 0.0, "more than 0, and finite"),
+        ("tau_syn_E", np.nan, "more than 0, and finite"),
         ("tau_refrac", -1.0, "0 or more"),
         ("rate", -5.0, "0 or more"),
         ("U", 1.5, "between 0 and 1"),

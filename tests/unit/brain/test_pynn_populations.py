@@ -94,7 +94,9 @@ def test_initial_values_of_populations_views_assemblies_and_cells(sim: ModuleTyp
 
 def test_an_unknown_parameter_or_state_variable_is_refused(sim: ModuleType) -> None:
     cells = sim.Population(1, sim.IF_cond_exp(), label="cells")
-    with pytest.raises(errors.NonExistentParameterError, match=r"tau_n \(valid parameters for IF_cond_exp"):
+    with pytest.raises(
+        errors.NonExistentParameterError, match="IF_cond_exp has no parameter 'tau_n'; did you mean 'tau_m'"
+    ):
         sim.IF_cond_exp(tau_n=1.0)
     with pytest.raises(errors.NonExistentParameterError, match="tau_n"):
         cells.get("tau_n")

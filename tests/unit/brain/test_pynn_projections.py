@@ -254,7 +254,7 @@ def test_the_receptor_follows_from_the_sign_where_it_is_not_given(sim: ModuleTyp
 def test_a_negative_delay_an_unknown_receptor_and_a_source_as_target_are_refused(sim: ModuleType) -> None:
     with pytest.raises(NetworkError, match=r"'a→b': delay of synapse 0 \(0 -> 0\) is -1"):
         connect(sim, sim.StaticSynapse(delay=-1.0))
-    with pytest.raises(errors.ConnectionError, match="receptor_types must be one of"):
+    with pytest.raises(errors.ConnectionError, match="'a→b': the cells of 'b' have no receptor 'NMDA'"):
         connect(sim, sim.StaticSynapse(), receptor_type="NMDA")
     with pytest.raises(NetworkError, match="ends on 'b', whose cells only emit spikes"):
         connect(sim, sim.StaticSynapse(), model="SpikeSourcePoisson")

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.network import Network
-from nrp_core.brain.script import Selection, load_network
+from nrp_core.brain.picking import Selection
+from nrp_core.brain.script import load_network
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError, NrpError
 
 HEAD = "import pyNN.nest as sim\nsim.setup(timestep=0.1)\n"
@@ -206,7 +207,9 @@ def test_an_error_in_the_script_has_its_line(tmp_path: Path) -> None:
     error = error_of(tmp_path, CIRCUIT + "\ncircuit.set(tau_n=3.0)\n")
     assert isinstance(error, NetworkError)
     assert (error.path, error.line) == (tmp_path / "brain.py", 5)
-    assert error.message.startswith("NonExistentParameterError: tau_n (valid parameters for IF_cond_alpha")
+    assert error.message == (
+        "population 'cells': IF_cond_alpha has no parameter 'tau_n'; did you mean 'tau_m'?"
+    )
 
 
 @pytest.mark.parametrize(

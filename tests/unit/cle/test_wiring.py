@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import nrp_core.dsl as nrp
-from nrp_core.cle.wiring import connect
+from nrp_core.cle.wiring import Wiring
 from nrp_core.dsl.mocks import MockBrain, MockWorld
 from nrp_core.errors import TopicError, TransferFunctionError
 from nrp_core.world.messages.geometry_msgs import Twist
@@ -26,6 +26,10 @@ def publishes(topic: nrp.Topic | str, name: str = "publishes") -> nrp.TransferFu
 
     f.__name__ = name
     return nrp.Neuron2Robot(topic)(f)
+
+
+def connect(functions: list[nrp.TransferFunction], brain: MockBrain, world: MockWorld) -> None:
+    Wiring(brain, world).change(functions)
 
 
 def sides() -> tuple[MockBrain, MockWorld]:

@@ -105,7 +105,7 @@ def socket(tmp_path: Path) -> Any:
         told.append(value)
 
     path = tmp_path / "run.sock"
-    with ControlServer(path, publish):
+    with ControlServer(path, {"publish": publish}):
         yield path, told
 
 

@@ -26,8 +26,8 @@ def opened(kind: DeviceKind, brain: MockBrain | None = None, neurons: Any = (0, 
 @pytest.mark.parametrize("kind", KINDS, ids=str)
 def test_every_kind_opens_on_its_own_defaults_and_shows_its_attributes(kind: DeviceKind) -> None:
     device = opened(kind)
-    assert {name: getattr(device, name) for name in device.attributes()}.keys() > {"active"}
-    sources = ("poisson", "fixed_frequency", "dc_source", "ac_source", "nc_source")
+    assert {name: getattr(device, name) for name in device.attributes()}.keys() >= {"active"}
+    sources = ("poisson", "fixed_frequency", "dc_source", "ac_source", "nc_source", "injector")
     assert kind.drives is (kind.name in sources)
 
 
@@ -126,3 +126,88 @@ def test_a_reset_recorder_has_no_spikes_and_starts_at_time_0() -> None:
     brain.run_until(20 * MS)
     recorder.refresh(brain.now_ns)
     assert recorder.times.tolist() == [[0, 2.0]]
+
+
+def test_an_injector_sends_spikes_to_places_among_its_neurons() -> None:
+    brain = MockBrain({"cells": 4})
+    device = opened(kinds.injector, brain, neurons=(0, 2, 3), weight=0.5, delay=2.0)
+    device.inject_spikes([1])
+    device.inject_spikes(times_ms=7.0)
+    events = [device.port.events(0.0, 5.0), device.port.events(5.0, 10.0)]
+    assert [part.neurons.tolist() for part in events] == [[2], [0, 2, 3]]
+    assert [part.times_ms.tolist() for part in events] == [[2.0], [9.0, 9.0, 9.0]]
+    with pytest.raises(ValueError, match=r"wheel: .* drives neurons 0\.\.2, not \[3\]"):
+        device.inject_spikes(3)
+    with pytest.raises(ValueError, match=r"wheel: .* cannot send a spike at 4 ms: it is 10 ms"):
+        device.inject_spikes(0, 4.0)
+
+
+def test_a_voltage_recorder_shows_the_samples_since_the_function_last_ran() -> None:
+    brain = MockBrain({"cells": 4})
+    device = opened(kinds.voltage_recorder, brain, dt=2.0)
+    brain.run_until(5 * MS)
+    device.refresh(5 * MS)
+    assert device.times.tolist() == [0.0, 2.0, 4.0]
+    brain.values["v"][2] = -50.0
+    brain.run_until(7 * MS)
+    device.refresh(7 * MS)
+    assert (device.times.tolist(), device.values.tolist()) == ([6.0], [[-65.0, -50.0]])
+    assert opened(kinds.conductance_recorder, brain, variable="gsyn_inh").values.shape == (0, 2)
+
+
+TIRING = {"type": "TsodyksMarkram", "U": 0.5, "tau_rec": 100.0, "tau_facil": 0.0}
+
+
+def test_synapses_of_a_source_tire_each_for_itself() -> None:
+    device = opened(kinds.fixed_frequency, weight=2.0, synapse_type=TIRING, rate=100.0)
+    events = device.port.events(0.0, 20.0)
+    recovering = 0.5 * np.exp(-10.0 / 100.0)  # of what the first spike used
+    expected = [2.0 * 0.5, 2.0 * 0.5, *[2.0 * 0.5 * (1 - recovering)] * 2]
+    assert events.weights == pytest.approx(expected)
+    saved = device.port.save()
+    later = device.port.events(20.0, 60.0).weights
+    device.port.restore(saved)
+    assert (device.port.events(20.0, 60.0).weights == later).all()
+
+
+def test_synapses_of_an_integrator_tire() -> None:
+    voltages = []
+    for synapse_type in (None, TIRING, TIRING | {"U": 1.0, "tau_rec": 1e-3}):
+        brain = MockBrain({"cells": 4})
+        device = opened(kinds.leaky_integrator_exp, brain, synapse_type=synapse_type)
+        brain.fire([0, 0], [2.0, 8.0])
+        brain.run_until(10 * MS)
+        voltages.append(device.voltage)
+    fresh, tired, always_fresh = voltages
+    assert 0 < tired < 0.5 * fresh
+    assert always_fresh == pytest.approx(fresh, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("synapse_type", "message"),
+    [
+        ({"type": "STP"}, "TsodyksMarkram, not 'STP'"),
+        ({"type": "TsodyksMarkram", "U": 0.5}, "needs 'tau_rec'"),
+        ({**TIRING, "tau_fac": 1.0}, "has no 'tau_fac'"),
+        ({**TIRING, "U": 1.5}, r"U of cell 0 is 1\.5; it must be between 0 and 1"),
+    ],
+)
+def test_a_synapse_type_that_cannot_be_is_refused(synapse_type: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        opened(kinds.poisson, synapse_type=synapse_type)
+
+
+def test_a_connector_gives_weight_and_delay_unless_they_are_given_themselves() -> None:
+    connector = {"mode": "AllToAll", "weight": 3.0, "delay": 2.0}
+    events = opened(kinds.fixed_frequency, rate=100.0, delay=4.0, connector=connector).port.events(0.0, 10.0)
+    assert (events.weights.tolist(), events.times_ms.tolist()) == ([3.0, 3.0], [14.0, 14.0])
+
+
+def test_a_fixed_connector_gives_each_neuron_so_many_generators_and_a_sink_so_many_neurons() -> None:
+    fixed = {"mode": "Fixed", "n": 3}
+    assert len(opened(kinds.fixed_frequency, rate=100.0, connector=fixed).port.events(0.0, 10.0)) == 6
+    device = opened(kinds.leaky_integrator_alpha, neurons=(0, 1, 2, 3), connector=fixed)
+    assert len(set(device.port.neurons.tolist())) == 3
+    for wrong in ({"mode": "Some"}, {"mode": "Fixed", "n": 0}):
+        with pytest.raises(ValueError, match="connector has"):
+            opened(kinds.poisson, connector=wrong)

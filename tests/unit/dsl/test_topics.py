@@ -13,8 +13,8 @@ from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.messages import message_packages, message_type
 from nrp_core.dsl.mocks import MockWorld
 from nrp_core.dsl.rig import Rig
-from nrp_core.dsl.topics import SubscribedTopic, Topic
-from nrp_core.errors import TopicError
+from nrp_core.dsl.topics import PreprocessedTopic, PublishedTopic, SubscribedTopic, Topic
+from nrp_core.errors import TopicError, TransferFunctionError
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.messages.std_msgs import Float64
 
@@ -191,7 +191,8 @@ def test_any_other_class_is_a_message_type_of_its_own() -> None:
 
 def test_every_message_class_is_found_under_its_ros_name() -> None:
     for package, module in message_packages().items():
-        types = [value for value in vars(module.msg).values() if isinstance(value, type)]
+        names = [name for name in dir(module.msg) if not name.startswith("_")]
+        types = [kind for kind in (getattr(module.msg, name) for name in names) if isinstance(kind, type)]
         assert types, package
         for type_ in types:
             assert message_type(f"{package}/{type_.__name__}") is type_
@@ -206,3 +207,29 @@ def test_reports_show_arrays_by_shape(load: Load) -> None:
     rig.set(camera=message_type("sensor_msgs/Image")(height=240, width=320, data=pixels))
     rig.run()
     assert "data=uint8 array of shape (240, 320, 3)" in function.inputs()["camera"]
+
+
+def test_a_preprocessed_topic_changes_each_message_once_on_its_way_in() -> None:
+    seen: list[float] = []
+
+    def doubled(message: Float64) -> float:
+        seen.append(message.data)
+        return 2 * message.data
+
+    world = MockWorld({"/x": Float64})
+    topic = SubscribedTopic(world, PreprocessedTopic("/x", Float64, doubled))
+    world.put("/x", Float64(4.0))
+    for _ in range(3):
+        topic.refresh(0)
+    assert (topic.value, seen) == (8.0, [4.0])
+
+
+def test_a_preprocessed_topic_changes_what_is_sent() -> None:
+    world = MockWorld({"/x": Float64})
+    PublishedTopic(world, PreprocessedTopic("/x", Float64, abs)).send_message(-3.0)
+    assert world.sent("/x") == [Float64(3.0)]
+
+
+def test_what_cannot_be_called_processes_nothing() -> None:
+    with pytest.raises(TransferFunctionError, match="pre_processing is a function, not 3"):
+        PreprocessedTopic("/x", Float64, 3)  # type: ignore[arg-type]

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import ExperimentError, TopicError
-from nrp_core.experiment.control import ControlServer, send_publish
+from nrp_core.experiment.control import ControlServer, tell
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def published(path: Path) -> Iterator[list[Any]]:
             raise TopicError("no topic '/nobody'")
         told.append((topic, value))
 
-    with ControlServer(path, publish):
+    with ControlServer(path, {"publish": publish}):
         yield told
 
 
@@ -43,14 +43,14 @@ def ask(path: Path, *lines: bytes) -> list[dict[str, Any]]:
 
 
 def test_a_message_reaches_the_run(path: Path, published: list[Any]) -> None:
-    send_publish(path, "/screens/left/color", "red")
-    send_publish(path, "/husky/cmd_vel", {"linear": {"x": 1}})
+    tell(path, "publish", topic="/screens/left/color", value="red")
+    tell(path, "publish", topic="/husky/cmd_vel", value={"linear": {"x": 1}})
     assert published == [("/screens/left/color", "red"), ("/husky/cmd_vel", {"linear": {"x": 1}})]
 
 
 def test_the_runs_refusal_comes_back_in_its_own_words(path: Path, published: list[Any]) -> None:
     with pytest.raises(ExperimentError, match="no topic '/nobody'"):
-        send_publish(path, "/nobody", 1)
+        tell(path, "publish", topic="/nobody", value=1)
     assert published == []
 
 
@@ -59,7 +59,7 @@ def test_the_runs_refusal_comes_back_in_its_own_words(path: Path, published: lis
     [
         (b"nonsense", "a request is a JSON object with"),
         (b"[1, 2]", "a request is a JSON object with"),
-        (b'{"command": "publish"}', "a request is a JSON object with"),
+        (b'{"command": "publish"}', "'publish' takes topic, value: missing a required argument: 'topic'"),
         (b"\xff\xfe", "a request is a JSON object with"),
         (b'{"command": "publsh", "topic": "/a", "value": 1}', "no command 'publsh'; did you mean 'publish'?"),
     ],
@@ -70,7 +70,7 @@ def test_a_wrong_request_is_refused_and_the_connection_goes_on(
     refused, accepted = ask(path, line, b'{"command": "publish", "topic": "/a", "value": 1}')
     assert refused["ok"] is False
     assert error in refused["error"]
-    assert accepted == {"ok": True}
+    assert accepted == {"ok": True, "result": None}
     assert published == [("/a", 1)]
 
 
@@ -79,7 +79,7 @@ def test_only_its_user_may_open_the_socket(path: Path, published: list[Any]) -> 
 
 
 def test_the_socket_is_gone_afterwards_and_closing_twice_does_nothing(path: Path) -> None:
-    server = ControlServer(path, lambda topic, value: None)
+    server = ControlServer(path, {})
     server.close()
     server.close()
     assert not path.exists()
@@ -90,8 +90,8 @@ def test_the_socket_of_a_dead_run_is_replaced(path: Path) -> None:
         dead.bind(str(path))
     assert path.exists()
     told: list[str] = []
-    with ControlServer(path, lambda topic, value: told.append(topic)):
-        send_publish(path, "/a", 1)
+    with ControlServer(path, {"publish": lambda topic, value: told.append(topic)}):
+        tell(path, "publish", topic="/a", value=1)
     assert told == ["/a"]
 
 
@@ -99,27 +99,27 @@ def test_a_second_run_on_one_socket_is_refused_and_the_first_goes_on(
     path: Path, published: list[Any]
 ) -> None:
     with pytest.raises(ExperimentError, match="another run listens here"):
-        ControlServer(path, lambda topic, value: None)
-    send_publish(path, "/a", 1)
+        ControlServer(path, {})
+    tell(path, "publish", topic="/a", value=1)
     assert published == [("/a", 1)]
 
 
 def test_a_file_that_is_no_socket_is_left_alone(path: Path) -> None:
     path.write_text("precious")
     with pytest.raises(ExperimentError, match="no socket"):
-        ControlServer(path, lambda topic, value: None)
+        ControlServer(path, {})
     assert path.read_text() == "precious"
 
 
 @pytest.mark.parametrize("name", ["missing/run.sock", "x" * 200])
 def test_a_socket_that_cannot_be_made_is_one_error(tmp_path: Path, name: str) -> None:
     with pytest.raises(ExperimentError, match="cannot listen here"):
-        ControlServer(tmp_path / name, lambda topic, value: None)
+        ControlServer(tmp_path / name, {})
 
 
 def test_where_nobody_listens_the_sender_is_told(path: Path) -> None:
     with pytest.raises(ExperimentError, match="no run listens here"):
-        send_publish(path, "/a", 1)
+        tell(path, "publish", topic="/a", value=1)
 
 
 @pytest.mark.parametrize("answer", [b"hello\n", b"[]\n", b"{}\n", b""])
@@ -137,7 +137,7 @@ def test_a_listener_that_is_no_run_is_recognised(path: Path, answer: bytes) -> N
         stranger = threading.Thread(target=reply)
         stranger.start()
         with pytest.raises(ExperimentError, match="what listens here is no run"):
-            send_publish(path, "/a", 1)
+            tell(path, "publish", topic="/a", value=1)
         stranger.join()
 
 
@@ -146,4 +146,4 @@ def test_a_listener_that_never_answers_is_given_up_on(path: Path) -> None:
         other.bind(str(path))
         other.listen()
         with pytest.raises(ExperimentError, match="no run listens here: timed out"):
-            send_publish(path, "/a", 1, timeout_s=0.05)
+            tell(path, "publish", topic="/a", value=1, timeout_s=0.05)

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core.analysis.validate import validate_file
 from nrp_core.errors import BackendLoadError, ExperimentError, UnknownBackendError
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.prepare import prepare
-from nrp_core.experiment.validate import validate_file
 from nrp_core.findings import InvalidExperimentError, Level
 
 pytestmark = pytest.mark.usefixtures("fakes")
@@ -35,10 +35,12 @@ def errors_of(folder: Path) -> list[str]:
     return [str(error).replace(f"{folder}/", "") for error in errors]
 
 
-def test_a_working_experiment_has_no_errors_and_its_repairs_are_warnings(drive_to_the_wall: Path) -> None:
-    findings = validate_file(drive_to_the_wall)
+def test_a_working_experiment_has_no_errors_and_repairs_and_a_spare_device_are_warnings(
+    drive_to_the_wall: Path,
+) -> None:
+    findings = [finding for finding in validate_file(drive_to_the_wall) if finding.level is not Level.NOTE]
     assert {finding.level for finding in findings} == {Level.WARNING}
-    assert {finding.path for finding in findings} == {drive_to_the_wall / "husky.sdf"}
+    assert {finding.path.name for finding in findings if finding.path} == {"husky.sdf", "drive.py"}
     assert all(finding.line for finding in findings)
 
 
@@ -99,10 +101,10 @@ def test_a_mistake_in_the_experiment_is_found_at_its_place(
         ("drive.py", "nrp.brain.actors[0]", "nrp.brain.actors[2]", "drive.py:8", "NRP211"),
         ("drive.py", '"/speed"', '"/spede"', "drive.py:6", "NRP212"),
         ("drive.py", "std_msgs.msg.Float64", "std_msgs.msg.Bool", "drive.py:6", "NRP212"),
-        ("drive.py", '"/husky/cmd_vel"', '"/huskie/cmd_vel"', "drive.py:6", "NRP212"),
-        ("drive.py", "def drive(t, speed,", "def drive(t, sped,", "drive.py:6", "NRP210"),
+        ("drive.py", '"/husky/cmd_vel"', '"/huskie/cmd_vel"', "drive.py:9", "NRP212"),
+        ("drive.py", '"speed", nrp', '"sped", nrp', "drive.py:6", "NRP219"),
         ("drive.py", "def drive", "def def drive", "drive.py:10", "NRP210"),
-        ("drive.py", "@nrp.Neuron2Robot(", "@nrp.Neuron2Robt(", "drive.py:9", "NRP210"),
+        ("drive.py", "@nrp.Neuron2Robot(", "@nrp.Neuron2Robt(", "drive.py:9", "NRP241"),
         ("brain.py", "sim.setup", "sim.setpu", "brain.py:3", "NRP208"),
         ("brain.py", "IF_curr_exp", "Izhikevich", "experiment.yaml:5:18", "NRP216"),
         ("room.sdf", "<size>0.02 2 1</size>", "<size>0.02 2</size>", "room.sdf:10", "NRP209"),

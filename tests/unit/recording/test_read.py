@@ -12,7 +12,8 @@ from rosbags.highlevel import AnyReader
 
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Role, spikes_topic
-from nrp_core.recording.read import Recording, recover
+from nrp_core.recording.read import Recording
+from nrp_core.recording.recover import recover
 
 
 @pytest.fixture
@@ -20,7 +21,7 @@ def folder(rig: Any) -> Path:
     """A closed recording of some chunks."""
     for _ in range(10):
         rig.step()
-        rig.recorder._write()
+        rig.recorder.flush()
     rig.recorder.close()
     return rig.folder  # type: ignore[no-any-return]
 
@@ -110,10 +111,11 @@ def test_a_recovered_file_is_read_by_anybody(folder: Path) -> None:
     whole = (folder / MCAP_NAME).read_bytes()
     cut, recovered = folder / "cut.mcap", folder / "recovered.mcap"
     cut.write_bytes(whole[: len(whole) // 2])
-    n = recover(cut, recovered)
-    assert 0 < n == sum(counts(cut).values())
+    outcome = recover(Recording(cut), recovered)
+    assert (outcome.file, outcome.kept) == (recovered, cut)
+    assert 0 < outcome.messages == sum(counts(cut).values())
     with AnyReader([recovered]) as reader:
-        assert sum(1 for _ in reader.messages()) == n
+        assert sum(1 for _ in reader.messages()) == outcome.messages
     assert Recording(recovered).topics["/gazebo/model_states"].role == Role.MODELS
 
 

@@ -58,8 +58,8 @@ def test_spikes_are_recorded_by_population_with_their_exact_times(rig: Any) -> N
     wheels = list(Recording(rig.folder).messages({spikes_topic("wheels")}))
     assert [one.message.ids.tolist() for one in eyes] == [[0], [0]]
     assert [one.message.ids.tolist() for one in wheels] == [[1], [1]]
-    np.testing.assert_allclose(np.concatenate([one.message.times for one in eyes]), [0.0145, 0.0345])
-    assert [one.message.times.tolist() for one in wheels] == [[0.02], [0.04]]
+    np.testing.assert_allclose(np.concatenate([one.message.times_ms for one in eyes]), [14.5, 34.5])
+    assert [one.message.times_ms.tolist() for one in wheels] == [[20.0], [40.0]]
 
 
 def test_a_device_is_recorded_when_its_value_changes(rig: Any) -> None:

@@ -33,8 +33,11 @@ GLASS = "/screen/body/glass/color"
 
 def test_every_topic_says_what_it_is(room: Any) -> None:
     directions = {name: info.direction for name, info in room.topics.items()}
+    services = {name for name in directions if name.startswith("/gazebo/") and not name.endswith("_states")}
+    assert {directions.pop(name) for name in services} == {Direction.IN}
     assert directions == {
         "/gazebo/model_states": Direction.OUT,
+        "/gazebo/link_states": Direction.OUT,
         "/husky/camera": Direction.OUT,
         "/husky/base_link/deck/color": Direction.BOTH,
         GLASS: Direction.BOTH,

@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from nrp_core.errors import SceneError
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.pose import Pose
@@ -46,9 +45,11 @@ def read_model(
     """
     reading = Reading(Resources(search_path), Notes())
     source = Source.open(Path(path), reading)
-    models = read_placed(source.root, source, reading, "model")
+    holder = source.root.find("world") or source.root
+    models = read_placed(holder, source, reading, "model")
     if len(models) != 1:
-        raise SceneError(f"the file of a robot holds one <model>, this one {len(models)}", path=path)
+        odd = models[1].user if models else source.root
+        raise odd.error(f"the file of a robot holds one <model>, this one {len(models)}")
     (placed,) = models
     own = replace(reading, robot=name or placed.name)
     parts = read_parts(placed, own, static=placed.static)
@@ -71,5 +72,5 @@ def read_scene(path: Path | str, *, search_path: Iterable[Path | str] = ()) -> S
     source = Source.open(Path(path), reading)
     worlds = source.root.all("world")
     if len(worlds) > 1:
-        raise SceneError(f"the file of a room holds one <world>, this one {len(worlds)}", path=path)
+        raise worlds[1].error(f"the file of a room holds one <world>, this one {len(worlds)}")
     return read_world(worlds[0] if worlds else source.root, source, reading)

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 from nrp_core.errors import SceneError
+from nrp_core.world.scene.bodies import Look
+from nrp_core.world.scene.material_scripts import script_color
 from nrp_core.world.scene.materials import color_of
-from nrp_core.world.scene.model import DEFAULT_RGBA, Rgba
+from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.xml_tree import Element
 
 
-def read_rgba(visual: Element, reading: Reading) -> Rgba:
-    """Return the colour of a ``<visual>``: what glows, else what is lit; its transparency is the alpha."""
+def read_look(visual: Element, reading: Reading) -> Look:
+    """Return the look of a ``<visual>``: the colour that glows, else the one that is lit."""
     material = visual.find("material")
-    r, g, b, alpha = _surface(material, reading) if material else DEFAULT_RGBA
     transparency = visual.number("transparency", 0.0)
-    return r, g, b, alpha * (1 - min(max(transparency, 0.0), 1.0))
+    rgba = _surface(material, reading) if material else None
+    return Look(rgba, 1 - min(max(transparency, 0.0), 1.0))
 
 
-def _surface(material: Element, reading: Reading) -> Rgba:
+def _surface(material: Element, reading: Reading) -> Rgba | None:
     emissive, diffuse, ambient = (read_color(material, tag) for tag in ("emissive", "diffuse", "ambient"))
     if emissive and any(emissive[:3]):
         return emissive
-    return diffuse or _script(material, reading) or ambient or DEFAULT_RGBA
+    return diffuse or _script(material, reading) or ambient
 
 
 def read_color(element: Element, tag: str) -> Rgba | None:
@@ -36,9 +38,14 @@ def read_color(element: Element, tag: str) -> Rgba | None:
 
 
 def _script(material: Element, reading: Reading) -> Rgba | None:
-    name = material.find("script", "name")
+    script = material.section("script")
+    name = script.find("name")
     if name is None or not name.text:
         return None
+    places = [reading.resources.locate(uri) for uri in script.all("uri")]
+    rgba = script_color(name.text, [place for place in places if place])
+    if rgba is not None:
+        return rgba
     try:
         return color_of(name.text)
     except SceneError as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import hypot, inf
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.checks import MODEL, WORLD
@@ -15,6 +15,7 @@ from nrp_core.world.scene.xml_tree import Element
 _KINDS = ("fixed", "revolute", "continuous", "prismatic")
 _UNLIMITED = 1e16  # how SDF wrote "no limit" before it had inf
 _Z: Vector = (0.0, 0.0, 1.0)
+_ROUNDING = 1e-12
 
 
 def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading: Reading) -> Joint:
@@ -44,7 +45,7 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
         parent,
         child,
         pose,
-        pose.inverse().rotate(_axis(joint, axis, frames, version)),
+        _unit(pose.inverse().rotate(_axis(joint, axis, frames, version))),
         *((-inf, inf) if kind == "continuous" else (lower, upper)),
         effort=_maximum(limit, "effort"),
         velocity=_maximum(limit, "velocity"),
@@ -89,6 +90,13 @@ def _axis(joint: Element, axis: Element, frames: Frames, version: tuple[int, int
     xyz = axis.section("xyz")
     frame = xyz.attributes.get("expressed_in") or default
     return frames.pose(frame, xyz).rotate(axis.direction("xyz", _Z))
+
+
+def _unit(axis: Vector) -> Vector:
+    """Return an axis that was turned there and back without the rounding of that; engines test its length."""
+    x, y, z = (0.0 if abs(part) < _ROUNDING else part for part in axis)
+    length = hypot(x, y, z)
+    return x / length, y / length, z / length
 
 
 def _range(limit: Element) -> tuple[float, float]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
-from itertools import chain, count
 
-from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link
+from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link, free_name
 from nrp_core.world.scene.geometry import is_empty, read_geometry
 from nrp_core.world.scene.inertia import WATER, of_collisions
+from nrp_core.world.scene.meshes.convert import Form
 from nrp_core.world.scene.model import Inertial, Link
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.repairs import DEFAULT_FRICTION, usable_friction, usable_inertial
-from nrp_core.world.scene.sdf.appearance import read_rgba
+from nrp_core.world.scene.sdf.appearance import read_look
 from nrp_core.world.scene.sdf.frames import Frames
 from nrp_core.world.scene.sensors import read_sensors
 from nrp_core.world.scene.xml_tree import Element
@@ -30,16 +31,16 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
     name = link.attribute("name")
     place = partial(frames.place_in, frame=name)
 
-    def shape(element: Element) -> Shape | None:
-        found = read_geometry(element.require("geometry"), reading)
-        return (found[0], place(element) @ found[1]) if found else None
+    def shapes(element: Element, form: Form) -> list[Shape]:
+        found = read_geometry(element.require("geometry"), form, reading)
+        return [replace(shape, pose=place(element) @ shape.pose) for shape in found]
 
-    shown = [
-        Shown(unique, shape(visual), read_rgba(visual, reading))
-        for unique, visual in _named(link, "visual", reading)
-    ]
+    shown = []
+    for unique, visual in _named(link, "visual", reading):
+        look = read_look(visual, reading)
+        shown.append(Shown(unique, shapes(visual, "whole" if look.rgba else "colored"), look))
     solid = [
-        (Touched(unique, shape(collision), _friction(collision, reading)), collision)
+        (Touched(unique, shapes(collision, "convex"), _friction(collision, reading)), collision)
         for unique, collision in _named(link, "collision", reading)
     ]
     inertial = None if static else _inertial(link, frames, solid, reading)
@@ -52,8 +53,7 @@ def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Ele
     seen: set[str] = set()
     for element in link.all(tag):
         name = element.attribute("name")
-        others = (f"{name}_{number}" for number in count(2))
-        unique = next(free for free in chain([name], others) if free not in seen)
+        unique = free_name(name, seen)
         if unique != name:
             owner = link.attribute("name")
             message = f"the link '{owner}' has two {tag}s named '{name}': this one is called '{unique}'"
@@ -81,9 +81,9 @@ def _inertial(
     name, element = link.attribute("name"), link.find("inertial")
     density = link.section("inertial").positive("density", WATER)
     of_shapes = of_collisions(
-        (part.collision, collision.positive("density", density))
+        (shape, collision.positive("density", density))
         for part, collision in touched
-        if part.collision
+        for shape in part.collisions()
     )
     if element is None:
         return usable_inertial(None, of_shapes, name, link, reading.notes)

@@ -6,9 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.scene.acting import Drive, JointController
 from nrp_core.world.scene.checks import MODEL, WORLD, check_model
+from nrp_core.world.scene.controllers import read_controllers
 from nrp_core.world.scene.drives import read_drive
-from nrp_core.world.scene.model import Joint, Link, Model, WheelDrive
+from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Reading
@@ -17,6 +19,7 @@ from nrp_core.world.scene.sdf.frames import Frames, model_scope
 from nrp_core.world.scene.sdf.joints import read_joint
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
+from nrp_core.world.scene.sensor_kinds import joint_sensors, read_sensor_plugin, renamed
 from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
 
@@ -30,7 +33,8 @@ class Parts:
     frames: Frames
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
-    drives: tuple[WheelDrive, ...]
+    drives: tuple[Drive, ...]
+    controllers: tuple[JointController, ...]
 
     def moved(self, prefix: str, pose: Pose) -> Parts:
         """Return the parts in the frame of another model, in which this one is at ``pose``."""
@@ -38,16 +42,22 @@ class Parts:
         def named(link: str) -> str:
             return link if link == WORLD else prefix + link
 
-        links = [replace(link, name=named(link.name), pose=pose @ link.pose) for link in self.links]
+        links = [
+            replace(
+                link,
+                name=named(link.name),
+                pose=pose @ link.pose,
+                sensors=tuple(renamed(link.sensors, named)),
+            )
+            for link in self.links
+        ]
         joints = [
             replace(j, name=named(j.name), parent=named(j.parent), child=named(j.child), pose=pose @ j.pose)
             for j in self.joints
         ]
-        drives = [
-            replace(d, name=named(d.name), left=tuple(map(named, d.left)), right=tuple(map(named, d.right)))
-            for d in self.drives
-        ]
-        return Parts(self.frames, tuple(links), tuple(joints), tuple(drives))
+        drives = tuple(drive.renamed(named) for drive in self.drives)
+        controllers = tuple(controller.renamed(named) for controller in self.controllers)
+        return Parts(self.frames, tuple(links), tuple(joints), drives, controllers)
 
 
 def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
@@ -64,15 +74,23 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     frames = _frames(model, nested)
     links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
     joints = [read_joint(joint, frames, source.version, reading) for joint in model.all("joint")]
-    drives: list[WheelDrive] = []
+    for joint in model.all("joint"):
+        joint_sensors(joint, links, reading)
+    drives: list[Drive] = []
+    controllers: list[JointController] = []
     for inner, parts in nested:
         prefix, frame = model_scope(inner.name, inner.merged)
         moved = parts.moved(prefix, frames.pose(frame, inner.user))
         links += moved.links
         joints += moved.joints
         drives += moved.drives
-    drives += _drives(placed.plugins, joints, reading)
-    return Parts(frames, tuple(links), tuple(joints), tuple(drives))
+        controllers += moved.controllers
+    own = _Acting(links, joints)
+    for plugin in placed.plugins:
+        own.read(plugin, reading)
+    drives += own.drives
+    controllers += own.controllers
+    return Parts(frames, tuple(links), tuple(joints), tuple(drives), tuple(controllers))
 
 
 def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> Frames:
@@ -99,16 +117,27 @@ def _canonical_link(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> s
     return model.attributes.get("canonical_link") or links[0]
 
 
-def _drives(plugins: Iterable[Element], joints: Iterable[Joint], reading: Reading) -> list[WheelDrive]:
-    names = [joint.name for joint in joints]
-    drives = []
-    for plugin in plugins:
-        drive = read_drive(plugin, names, reading)
+class _Acting:
+    """What the plugins of a model make of its links and joints."""
+
+    def __init__(self, links: list[Link], joints: list[Joint]) -> None:
+        self._links, self._joints = links, joints
+        self._names = [joint.name for joint in joints]
+        self.drives: list[Drive] = []
+        self.controllers: list[JointController] = []
+
+    def read(self, plugin: Element, reading: Reading) -> None:
+        """Read one plugin; what is not known is warned of."""
+        if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
+            return
+        drive = read_drive(plugin, self._names, reading)
+        controllers = read_controllers(plugin, self._names, reading)
         if drive is not None:
-            drives.append(drive)
-        elif plugin_name(plugin) not in _JOINT_STATE_PLUGINS:
+            self.drives.append(drive)
+        elif controllers is not None:
+            self.controllers += controllers
+        elif not read_sensor_plugin(plugin, self._links, self._joints, reading):
             warn_of_plugin(plugin, reading)
-    return drives
 
 
 def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Reading) -> Model:
@@ -125,7 +154,9 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     if placed.static:
         return Model(name, links, pose=pose, static=True)
     topic = _joint_states_topic(placed, parts.joints, name)
-    model = Model(name, links, parts.joints, parts.drives, pose, joint_states_topic=topic)
+    model = Model(
+        name, links, parts.joints, parts.drives, pose, joint_states_topic=topic, controllers=parts.controllers
+    )
     try:
         check_model(model)
     except SceneError as error:

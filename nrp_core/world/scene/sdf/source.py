@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from nrp_core.archives import unpacked
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.formats import read_added
 from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.resources import main_file
 from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
 from nrp_core.world.scene.urdf import to_sdf
+from nrp_core.world.scene.urdf.expand import expanded, is_xacro
 from nrp_core.world.scene.xml_tree import Element, read_xml
 
 OLDEST, NEWEST = (1, 4), (1, 12)
@@ -30,14 +36,20 @@ class Source:
 
     @classmethod
     def open(cls, path: Path, reading: Reading, trail: tuple[Path, ...] = ()) -> Source:
-        """Read a file.
+        """Read a file, also one in an archive or written in xacro.
 
         Raises:
             SceneError: it is not there, not well-formed, or neither SDF nor URDF.
         """
+        if path.suffix.lower() == ".zip":
+            path = _in_archive(path)
         root = read_xml(path)
         if root.tag == "robot":
+            if is_xacro(root):
+                root = expanded(path, partial(reading.resources.package, user=path))
             root = to_sdf(root, reading.notes)
+        if root.tag not in ("sdf", "gazebo"):
+            root = read_added(root, reading.notes) or root
         if root.tag not in ("sdf", "gazebo"):
             raise root.error(f"this is neither SDF nor URDF: its root is <{root.tag}>")
         check_vocabulary(root, reading.notes)
@@ -54,6 +66,14 @@ class Source:
             circle = " -> ".join(file.name for file in (*self.trail, path))
             raise include.error(f"files include each other in a circle: {circle}")
         return Source.open(path, reading, self.trail)
+
+
+def _in_archive(archive: Path) -> Path:
+    """Return the file of the model in an archive."""
+    found = main_file(unpacked(archive, SceneError))
+    if found is None:
+        raise SceneError("the archive holds no SDF or URDF file", path=archive)
+    return found
 
 
 def _version(root: Element, reading: Reading) -> tuple[int, int]:

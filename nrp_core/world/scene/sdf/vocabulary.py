@@ -32,8 +32,11 @@ _CHILDREN = {
     "sphere": "radius",
     "cylinder": "radius length",
     "capsule": "radius length",
+    "cone": "radius length",
+    "ellipsoid": "radii",
     "plane": "normal size",
     "mesh": "uri scale submesh convex_decomposition",
+    "submesh": "name center",
     "material": "script shader render_order lighting ambient diffuse specular shininess emissive "
     "double_sided pbr",
     "surface": "bounce friction contact soft_contact",

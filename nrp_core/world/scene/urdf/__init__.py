@@ -15,10 +15,11 @@ from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.reading import Notes
 from nrp_core.world.scene.urdf.elements import from_attributes, new, numbers, pose
 from nrp_core.world.scene.urdf.gazebo import apply_block
+from nrp_core.world.scene.urdf.transmissions import transmitted
 from nrp_core.world.scene.xml_tree import Element
 
 _READ = ("link", "joint", "material", "gazebo")
-_ELSEWHERE = ("transmission", "ros2_control", "sensor")  # for controllers and drivers, not for the body
+_ELSEWHERE = ("ros2_control", "sensor")  # for controllers and drivers, not for the body
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,17 +55,17 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     """Return the ``<sdf>`` that a ``<robot>`` means.
 
     Raises:
-        SceneError: the file is a xacro that was not expanded, or something in it is missing.
+        SceneError: something in it is missing.
     """
     robot = _Robot.of(element, notes)
     model = new("model", element, name=element.attribute("name"))
     for child in element.children:
-        if child.tag.startswith("xacro:"):
-            raise child.error("this is a xacro file: expand it first, with `xacro FILE > robot.urdf`")
         if child.tag == "link" and child.attribute("name") != WORLD:
             model.children.append(_link(child, robot))
         elif child.tag == "joint" and child.attribute("type") != "floating":
             model.children.append(_joint(child, robot))
+        elif child.tag == "transmission":
+            model.children += transmitted(child, notes)
         elif child.tag not in _READ:
             known = child.tag in _ELSEWHERE
             reason = "is not read" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"

@@ -16,6 +16,7 @@ from nrp_core.simulation import Determinism
 from pydantic import AfterValidator, Field
 
 from nrp_brain_nest.cell_types import APPROXIMATE, CELL_TYPES
+from nrp_brain_nest.kernel import NAME
 
 INSTALL = "pip install 'nest-simulator>=3.10'"
 _NS_PER_TIC = 1000
@@ -60,8 +61,9 @@ class NestBackend(BrainBackend):
 
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
         assert isinstance(options, NestOptions)
-        if options.python is not None:
-            return RemoteBrain(self, network, seed=seed, options=options.here(), python=options.python)
+        python = options.elsewhere(NAME)
+        if python is not None:
+            return RemoteBrain(self, network, seed=seed, options=options.here(), python=python)
         if find_spec("nest") is None:
             raise BackendLoadError(f"NEST is not installed in this Python; try: {INSTALL}")
         from nrp_brain_nest.brain import NestBrain

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from nrp_core.brain.grid import Grid
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network import FloatArray, IntArray, Network
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -10,9 +11,8 @@ from nrp_core.clock import milliseconds
 
 from nrp_brain_nest.backend import NestOptions
 from nrp_brain_nest.cells import Cells
-from nrp_brain_nest.grid import Grid
 from nrp_brain_nest.inputs import DeviceInput, SourceCells
-from nrp_brain_nest.kernel import Kernel
+from nrp_brain_nest.kernel import NAME, Kernel
 from nrp_brain_nest.synapses import Wiring
 from nrp_brain_nest.weights import Weights
 
@@ -32,7 +32,7 @@ class NestBrain(Brain):
     ) -> None:
         identity = f"nest:{options.model_dump_json()}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
-        self._grid = Grid(options.resolution)
+        self._grid = Grid(options.resolution, NAME)
         self._kernel = Kernel(self._grid, options.threads)
         try:
             self.warnings += self._build()

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from nrp_core.brain.grid import Grid
 from nrp_core.brain.network import FloatArray, IntArray
-
-from nrp_brain_nest.grid import Grid
 
 
 class SpikeGenerators:

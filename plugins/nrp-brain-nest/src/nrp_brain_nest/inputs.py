@@ -11,12 +11,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from nrp_core.brain.grid import Grid
 from nrp_core.brain.network import RECEPTORS, FloatArray, IntArray, Network
 from nrp_core.brain.spikes import SynapticEvents
 
 from nrp_brain_nest.cells import Cells
 from nrp_brain_nest.generators import SpikeGenerators
-from nrp_brain_nest.grid import Grid
 from nrp_brain_nest.weights import Weights
 
 

@@ -1,15 +1,14 @@
-"""NEST's kernel, of which a process has one: whose it is, and how it starts."""
+"""NEST's kernel, of which a process has one: how it starts and whom it is given to."""
 
 from __future__ import annotations
 
 import os
-import weakref
 from typing import Any, Final
 
-from nrp_core.errors import LifecycleError
+from nrp_core.brain.grid import Grid
+from nrp_core.brain.remote import Sole
 
-from nrp_brain_nest.grid import Grid
-
+NAME: Final = "NEST"
 _DEFAULT_DELAY_MS: Final = 1.0
 """Of NEST's synapse models, which NEST demands to lie in the range."""
 
@@ -25,17 +24,10 @@ class Kernel:
         LifecycleError: another has the kernel.
     """
 
-    _holder: weakref.ref[Kernel] | None = None
-
     def __init__(self, grid: Grid, threads: int) -> None:
-        if Kernel._holder is not None and Kernel._holder() is not None:
-            raise LifecycleError(
-                "NEST has one kernel in a process and another brain is using it; close that brain first, "
-                "or give this one a process of its own with the option python, e.g. python: python3"
-            )
+        self._right = Sole(NAME)
         self._grid, self._threads = grid, threads
         self._nest = _imported()
-        Kernel._holder = weakref.ref(self)
 
     def start(self, longest_delay_ms: float) -> Any:
         """Empty the kernel and return the module ``nest``, at time 0.
@@ -55,7 +47,7 @@ class Kernel:
     def release(self) -> None:
         """Give the kernel to whoever comes next."""
         self._nest.ResetKernel()
-        Kernel._holder = None
+        self._right.release()
 
 
 def _imported() -> Any:

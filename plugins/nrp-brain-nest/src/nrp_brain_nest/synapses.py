@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
+from nrp_core.brain.grid import Grid
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, FloatArray, IntArray, Network, Projection
 from nrp_core.errors import CapabilityError, NetworkError
 
 from nrp_brain_nest.cell_types import CELL_TYPES
 from nrp_brain_nest.cells import Cells
-from nrp_brain_nest.grid import Grid
 from nrp_brain_nest.inputs import SourceCells
 from nrp_brain_nest.weights import Weights
 

@@ -94,7 +94,7 @@ def test_the_hashes_are_those_of_ros_2() -> None:
 def test_spikes_are_defined_as_two_flat_arrays() -> None:
     codec = Codec()
     lines = codec.definition(codec.name(Spikes)).splitlines()[:4]
-    assert lines == ["std_msgs/Header header", "string population", "uint32[] ids", "float64[] times"]
+    assert lines == ["std_msgs/Header header", "string population", "uint32[] ids", "float64[] times_ms"]
 
 
 def test_integers_are_taken_for_floats() -> None:

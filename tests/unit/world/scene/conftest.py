@@ -5,10 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
+
+
+@pytest.fixture(scope="session")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep what is converted or unpacked apart from the user's."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+
+
+@pytest.fixture
+def tetrahedron() -> Triangles:
+    """The one with three edges of 1 m along the axes, from outside; its volume is 1/6 m^3."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    return corners[[(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]]
 
 
 @pytest.fixture

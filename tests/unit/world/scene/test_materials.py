@@ -18,6 +18,10 @@ from nrp_core.world.scene.materials import MATERIALS, color_of
         ("Gazebo/Black", (0, 0, 0, 1)),
         ("Gazebo/Grey", (0.7, 0.7, 0.7, 1)),
         ("Gazebo/BlueTransparent", (0, 0, 1, 0.5)),
+        ("Gazebo/RedTransparentOverlay", (1, 0, 0, 0.5)),
+        ("Gazebo/OrangeTransparent", (1, 0.44, 0, 0.4)),
+        ("Gazebo/BlueLaser", (0, 0, 1, 0.4)),
+        ("Gazebo/ZincYellow", (0.9725, 0.9529, 0.2078, 1)),
     ],
 )
 def test_named_materials_have_gazebos_colours(name: str, rgba: tuple[float, ...]) -> None:
@@ -28,6 +32,11 @@ def test_named_materials_have_gazebos_colours(name: str, rgba: tuple[float, ...]
 @pytest.mark.parametrize("name", ["red", "RED", "Red", "gazebo/red", "Gazebo/Red", " red "])
 def test_a_colour_may_be_named_shortly_in_any_case(name: str) -> None:
     assert color_of(name) == (1, 0, 0, 1)
+
+
+@pytest.mark.parametrize("name", ["Gazebo/DarkGray", "GrayTransparent", "gray"])
+def test_grey_may_be_spelled_in_both_ways(name: str) -> None:
+    assert color_of(name) == color_of(name.replace("ray", "rey"))
 
 
 def test_every_material_is_a_colour() -> None:

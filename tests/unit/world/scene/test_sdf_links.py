@@ -1,11 +1,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import pi
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.scene.inertia import of_shape
+from nrp_core.world.scene.meshes.stl import read_stl, write_stl
+from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import (
     DEFAULT_RGBA,
     Box,
@@ -284,11 +289,14 @@ def test_a_static_model_needs_no_mass(model: ModelReader) -> None:
 MISSING = "<geometry><mesh><uri>model://husky/meshes/body.dae</uri></mesh></geometry>"
 
 
-def test_a_mesh_beside_the_file_is_kept(model: ModelReader, tmp_path: Path) -> None:
-    (tmp_path / "body.STL").write_bytes(b"solid")
+def test_a_mesh_beside_the_file_is_kept(model: ModelReader, tmp_path: Path, tetrahedron: Triangles) -> None:
+    write_stl(tmp_path / "body.STL", tetrahedron)
     mesh = "<geometry><mesh><uri>body.STL</uri><scale>2 2 -2</scale></mesh></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", mesh)}</link>')
-    assert read.links[0].visuals[0].geometry == Mesh(tmp_path / "body.STL", (2, 2, -2))
+    kept = read.links[0].visuals[0].geometry
+    assert isinstance(kept, Mesh)
+    assert kept.scale == (2, 2, -2)
+    assert read_stl(kept.path).tolist() == tetrahedron.tolist()
     assert read.warnings == ()
 
 
@@ -323,7 +331,7 @@ def test_with_nothing_to_stand_in_it_is_left_out(model: ModelReader) -> None:
     assert len(read.warnings) == 1
 
 
-@pytest.mark.parametrize("name", ["body.dae", "body.STEP"])
+@pytest.mark.parametrize("name", ["body.fbx", "body.STEP"])
 def test_a_kind_of_mesh_that_is_not_read_counts_as_missing(
     model: ModelReader, tmp_path: Path, name: str
 ) -> None:
@@ -331,7 +339,7 @@ def test_a_kind_of_mesh_that_is_not_read_counts_as_missing(
     mesh = f"<geometry><mesh><uri>{name}</uri></mesh></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", mesh)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
-    assert "is not of a kind that is read (.stl, .obj)" in read.warnings[0]
+    assert "is not of a kind that is read (.stl, .obj, .dae)" in read.warnings[0]
 
 
 def test_a_huge_mesh_is_not_opened(model: ModelReader, tmp_path: Path) -> None:
@@ -343,8 +351,23 @@ def test_a_huge_mesh_is_not_opened(model: ModelReader, tmp_path: Path) -> None:
     assert "is larger than 200 MB" in read.warnings[0]
 
 
-def test_a_shape_that_is_not_read_is_replaced_with_a_warning(model: ModelReader) -> None:
+def test_cones_and_ellipsoids_are_meshes_of_their_size(link: LinkReader) -> None:
     cone = "<geometry><cone><radius>1</radius><length>2</length></cone></geometry>"
-    read = model(f'<link name="base">{UNIT_MASS}{visual("", cone)}{collision("")}</link>')
+    egg = "<geometry><ellipsoid><radii>1 2 3</radii></ellipsoid></geometry>"
+    sizes = []
+    for shape, exact in ((cone, 2 / 3 * pi), (egg, 8 * pi)):
+        collided = link(collision("", shape)).collisions[0].geometry
+        assert isinstance(collided, Mesh)
+        corners = read_stl(collided.path).reshape(-1, 3) * collided.scale
+        sizes.append(np.ptp(corners, axis=0).tolist())
+        solid = of_shape(collided, 1.0)
+        assert solid is not None
+        assert solid.mass == pytest.approx(exact, rel=0.03)
+    assert np.array(sizes) == pytest.approx(np.array([[2, 2, 2], [2, 4, 6]]), rel=0.01)
+
+
+def test_a_shape_that_is_not_read_is_replaced_with_a_warning(model: ModelReader) -> None:
+    hills = "<geometry><heightmap><uri>hills.png</uri></heightmap></geometry>"
+    read = model(f'<link name="base">{UNIT_MASS}{visual("", hills)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
-    assert "shapes of kind <cone> are not read" in read.warnings[0]
+    assert "shapes of kind <heightmap> are not read" in read.warnings[0]

@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.model import Plane, Scene
+from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.meshes.triangles import Triangles
+from nrp_core.world.scene.model import Mesh, Plane, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
 
@@ -107,7 +109,7 @@ def test_folders_of_the_environment_are_searched(
 
 
 def test_meshes_of_an_included_model_are_found_beside_it(
-    world: WorldReader, write: Writer, tmp_path: Path
+    world: WorldReader, write: Writer, tmp_path: Path, tetrahedron: Triangles
 ) -> None:
     mesh = '<visual name="v"><geometry><mesh><uri>model://box/meshes/a.stl</uri></mesh></geometry></visual>'
     write(
@@ -115,9 +117,10 @@ def test_meshes_of_an_included_model_are_found_beside_it(
         name="models/box/model.sdf",
     )
     (tmp_path / "models/box/meshes").mkdir()
-    (tmp_path / "models/box/meshes/a.stl").touch()
+    write_stl(tmp_path / "models/box/meshes/a.stl", tetrahedron)
     scene = world("<include><uri>model://box</uri></include>", search_path=[tmp_path / "models"])
-    assert scene.visuals["box/l/v"].geometry.path.samefile(tmp_path / "models/box/meshes/a.stl")  # type: ignore[union-attr]
+    assert isinstance(scene.visuals["box/l/v"].geometry, Mesh)
+    assert scene.warnings == ()
 
 
 def test_the_ground_and_the_sun_of_gazebo_are_there(world: WorldReader) -> None:
@@ -210,8 +213,8 @@ def test_the_file_of_a_robot_holds_one_model(write: Writer, body: str, count: in
 
 def test_another_kind_of_xml_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "robot.xml"
-    path.write_text('<mujoco model="r"/>')
-    with pytest.raises(SceneError, match="neither SDF nor URDF: its root is <mujoco>"):
+    path.write_text("<COLLADA/>")
+    with pytest.raises(SceneError, match="neither SDF nor URDF: its root is <COLLADA>"):
         read_model(path)
 
 
@@ -268,3 +271,26 @@ def test_equal_files_have_equal_digests_wherever_they_lie(write: Writer) -> None
     here, there = write(body), write(body, name="other/robot.sdf")
     assert read_scene(here).digest == read_scene(there).digest
     assert read_scene(here).digest != read_scene(write(body.replace('"a"', '"b"'))).digest
+
+
+@pytest.mark.parametrize("minor", range(4, 13))
+def test_one_robot_is_the_same_in_every_version(write: Writer, minor: int) -> None:
+    """Written as each version writes it: ``frame`` or ``relative_to``, axes in the model or in the joint."""
+    relative = "frame" if minor < 7 else "relative_to"
+    axis = "1 0 0" if minor == 4 else "0 1 0"  # the joint is turned by 90 degrees about z
+    links = (
+        '<link name="base"><inertial><mass>2</mass></inertial></link>'
+        f'<link name="arm"><pose {relative}="base">0 0 1 0 0 1.5707963267948966</pose>'
+        "<inertial><mass>1</mass></inertial></link>"
+    )
+    joint = (
+        '<joint name="elbow" type="revolute"><parent>base</parent><child>arm</child>'
+        f"<axis><xyz>{axis}</xyz><limit><lower>-1</lower><upper>1</upper></limit></axis></joint>"
+    )
+    path = write(f'<model name="robot">{links}{joint}</model>', version=f"1.{minor}")
+    robot = read_model(path)
+    assert robot.warnings == ()
+    assert robot.link("arm").pose.position == (0, 0, 1)
+    (elbow,) = robot.joints
+    in_model = elbow.pose.rotate(elbow.axis)
+    assert in_model == pytest.approx((1, 0, 0) if minor == 4 else (-1, 0, 0))

@@ -8,6 +8,7 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.model import Camera, Model, WheelDrive
 from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sensing import Noise
 
 ModelReader = Callable[..., Model]
 
@@ -108,17 +109,20 @@ def test_a_camera_that_cannot_be_is_refused(sensor: Callable[..., Model], inside
     assert refusal.value.line == 5
 
 
-def test_noise_is_warned_of(sensor: Callable[..., Model]) -> None:
-    (warning,) = sensor(f"{RATE}<camera><noise><type>gaussian</type></noise></camera>").warnings
-    assert "the <noise> of cameras is not simulated" in warning
+def test_a_camera_has_noise_but_no_distortion(sensor: Callable[..., Model]) -> None:
+    noise = "<noise><type>gaussian</type><mean>0.1</mean><stddev>0.2</stddev></noise>"
+    read = sensor(f"{RATE}<camera>{noise}<distortion><k1>1</k1></distortion></camera>")
+    assert read.links[0].sensors[0].noise == Noise(0.1, 0.2)
+    (warning,) = read.warnings
+    assert "the <distortion> of cameras is not simulated" in warning
 
 
 def test_other_sensors_are_warned_of_once(model: ModelReader) -> None:
-    lasers = "".join(f'<sensor name="{n}" type="ray"><ray/></sensor>\n' for n in "ab")
-    read = model(f'<link name="eye"><inertial/>\n{lasers}</link>')
+    sensors = "".join(f'<sensor name="{n}" type="sonar"><sonar/></sensor>\n' for n in "ab")
+    read = model(f'<link name="eye"><inertial/>\n{sensors}</link>')
     assert read.links[0].sensors == ()
     (warning,) = read.warnings
-    assert "robot.sdf:5: sensors of type 'ray' are not simulated (and 1 more)" in warning
+    assert "robot.sdf:5: sensors of type 'sonar' are not simulated (and 1 more)" in warning
 
 
 def test_two_sensors_of_one_name_are_refused(model: ModelReader) -> None:

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Inertial, Mesh, Model, Sphere
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -59,17 +61,18 @@ def test_a_link_has_its_mass_its_shapes_and_their_places(urdf: UrdfReader) -> No
     assert abs(hull.pose.yaw) == pytest.approx(pi)
 
 
-def test_capsules_and_meshes_are_read(urdf: UrdfReader, tmp_path: Path) -> None:
+def test_capsules_and_meshes_are_read(urdf: UrdfReader, tmp_path: Path, tetrahedron: Triangles) -> None:
     (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes/a.stl").touch()
+    write_stl(tmp_path / "meshes/a.stl", tetrahedron)
     read = urdf(
         f'<link name="base">{MASS}<visual><geometry><capsule radius="1" length="2"/></geometry></visual>'
         '<visual><geometry><mesh filename="package://meshes/a.stl" scale="2 2 2"/></geometry></visual></link>'
     )
-    assert [v.geometry for v in read.links[0].visuals] == [
-        Capsule(1, 2),
-        Mesh(tmp_path / "meshes/a.stl", (2, 2, 2)),
-    ]
+    capsule, mesh = (visual.geometry for visual in read.links[0].visuals)
+    assert capsule == Capsule(1, 2)
+    assert isinstance(mesh, Mesh)
+    assert mesh.scale == (2, 2, 2)
+    assert read.warnings == ()
 
 
 def test_materials_are_named_once_or_given_in_place(urdf: UrdfReader) -> None:
@@ -214,7 +217,6 @@ def test_gravity_can_be_turned_off_only_with_a_warning(urdf: UrdfReader) -> None
         (TWO_LINKS + joint("planar"), "joints of type 'planar' are not simulated"),
         (TWO_LINKS + joint("fixed", parent="bass"), "has no frame 'bass'; did you mean 'base'"),
         (TWO_LINKS + '<gazebo reference="arms"/>', "no link or joint 'arms'; did you mean 'arm'"),
-        ("<xacro:macro name='x'/>", "expand it first"),
     ],
 )
 def test_an_error_points_into_the_file(urdf: UrdfReader, body: str, message: str) -> None:
@@ -225,8 +227,8 @@ def test_an_error_points_into_the_file(urdf: UrdfReader, body: str, message: str
 
 
 def test_what_is_unknown_or_meant_for_others_is_warned_of(urdf: UrdfReader) -> None:
-    other, unknown = urdf(f'<link name="base">{MASS}</link><transmission name="t"/><lnk/>').warnings
-    assert "robot.urdf:2: the <transmission> of a <robot> is not read" in other
+    other, unknown = urdf(f'<link name="base">{MASS}</link><ros2_control name="t"/><lnk/>').warnings
+    assert "robot.urdf:2: the <ros2_control> of a <robot> is not read" in other
     assert "the <lnk> of a <robot> is unknown: ignored; did you mean 'link'?" in unknown
 
 
@@ -247,3 +249,28 @@ def test_without_shapes_it_is_that_of_a_small_ball(urdf: UrdfReader) -> None:
     inertial = urdf(f'<link name="base">{nothing}</link>').links[0].inertial
     assert inertial is not None
     assert inertial.inertia == pytest.approx((0.002, 0.002, 0.002, 0, 0, 0))
+
+
+def test_a_transmission_lets_a_joint_be_commanded(urdf):
+    def transmission(interface: str) -> str:
+        return (
+            '<transmission name="t"><type>transmission_interface/SimpleTransmission</type>'
+            '<joint name="hinge">'
+            f"<hardwareInterface>{interface}</hardwareInterface></joint></transmission>"
+        )
+
+    arm = (
+        f'<link name="base">{MASS}</link><link name="hand">{MASS}</link>'
+        '<joint name="hinge" type="continuous"><parent link="base"/><child link="hand"/></joint>'
+    )
+    for interface, kind, topic in (
+        ("hardware_interface/EffortJointInterface", "effort", "cmd_effort"),
+        ("PositionJointInterface", "position", "cmd_pos"),
+        ("hardware_interface/VelocityJointInterface", "velocity", "cmd_vel"),
+    ):
+        read = urdf(arm + transmission(interface))
+        (controller,) = read.controllers
+        assert (controller.joint, controller.kind, controller.gains) == ("hinge", kind, None)
+        assert controller.topic == f"/{read.name}/hinge/{topic}"
+        assert not read.warnings
+    assert "cannot be commanded by 'ImuInterface'" in urdf(arm + transmission("ImuInterface")).warnings[0]

@@ -73,7 +73,9 @@ def test_numbers_are_read() -> None:
     assert root.number("inf", 0, finite=False) == -float("inf")
 
 
-@pytest.mark.parametrize("text", ["", "1 2", "one", "1,2,3", "nan nan nan", "inf 0 0", "0x10 0 0"])
+@pytest.mark.parametrize(
+    "text", ["", "1 2", "one", "1,2,3", "nan nan nan", "inf 0 0", "1e31 0 0", "0x10 0 0"]
+)
 def test_what_are_not_three_finite_numbers_is_refused_with_what_stands_there(text: str) -> None:
     element = parse(f"<a>\n<v>{text}</v></a>").require("v")
     with pytest.raises(SceneError, match=text or "''") as refusal:

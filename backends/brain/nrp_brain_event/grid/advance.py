@@ -1,0 +1,146 @@
+"""The grid in motion: one step after another.
+
+In a step all neurons advance to the next grid point, then everything arrives that is due there, then
+those that have crossed their threshold fire. Membranes that arrivals move at once advance after them.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from nrp_brain_event.grid.curved import DIVERGED as CELL_DIVERGED
+from nrp_brain_event.grid.curved import FIRED, set_cell_current, update_cell
+from nrp_brain_event.grid.delivery import deliver, send
+from nrp_brain_event.grid.noise import add_noise, hear_noise
+from nrp_brain_event.grid.records import CURVED, JUMP, Grid, GridClock, Run, X
+from nrp_brain_event.grid.spiking import update_run
+from nrp_brain_event.records import DIVERGED, DONE, FULL, Array, constant
+from nrp_core.jit import borrowed, jit
+
+_EARLY: Final = constant(0)
+_LATE: Final = constant(1)
+
+
+@jit
+def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) -> int:
+    """Advance to a step.
+
+    Args:
+        whole: the grid.
+        sources: steps and global ids of the spikes of source cells, ascending, shape ``(2, n)``.
+        inputs: steps and flat indices into the state of what devices send, ascending, shape ``(2, n)``.
+        weights: of these, shape ``(n,)``.
+        until: the step.
+
+    Returns:
+        ``DONE``; ``FULL`` where spikes or entries need more room (give it and call again);
+        ``DIVERGED`` where a neuron cannot be integrated.
+    """
+    grid = _lent(whole)
+    clock, lines, n_rows = grid.clock[0], grid.state.reshape(-1), len(grid.drive)
+    while clock.step < until:
+        step = clock.step + 1
+        due = clock.n_sources
+        while due < sources.shape[1] and sources[0, due] <= step:
+            due += 1
+        if clock.n_free < n_rows + due - clock.n_sources or not _hear(clock, grid, step):
+            return FULL
+        while clock.n_sources < due:
+            send(clock, grid, sources[1, clock.n_sources], step)
+            clock.n_sources += 1
+        clock.n_fired = 0
+        _update(clock, grid, _EARLY, step)
+        deliver(clock, grid, lines, step)
+        for k in range(len(grid.noise)):
+            add_noise(grid.noise[k], grid, lines, step)
+        while clock.n_inputs < inputs.shape[1] and inputs[0, clock.n_inputs] <= step:
+            lines[inputs[1, clock.n_inputs]] += weights[clock.n_inputs]
+            clock.n_inputs += 1
+        _update(clock, grid, _LATE, step)
+        if clock.failed >= 0:
+            return DIVERGED
+        _emit(clock, grid, step)
+        clock.step = step
+    return DONE
+
+
+@jit
+def set_currents(whole: Grid, currents: Array) -> bool:
+    """Hold these currents (nA, by row) from now on; false where a neuron cannot be integrated under it."""
+    grid = _lent(whole)
+    clock = grid.clock[0]
+    for row in range(len(currents)):
+        index = grid.cell_rows[row]
+        if index < 0:
+            grid.drive[row] = currents[row]
+        elif not set_cell_current(grid.cells[index], grid.work[0], currents[row], clock.step * clock.h):
+            clock.failed = grid.ids[row]
+            return False
+    return True
+
+
+@jit
+def _lent(grid: Grid) -> Grid:
+    return Grid(
+        borrowed(grid.clock), borrowed(grid.runs), borrowed(grid.state), borrowed(grid.drive),
+        borrowed(grid.ids), borrowed(grid.queue), borrowed(grid.release), borrowed(grid.cells),
+        borrowed(grid.cell_rows), borrowed(grid.work), borrowed(grid.scratch), borrowed(grid.fired),
+        borrowed(grid.row_first), borrowed(grid.segment_start), borrowed(grid.segment_length),
+        borrowed(grid.segment_gap), borrowed(grid.segment_table), borrowed(grid.segment_last),
+        borrowed(grid.tables), borrowed(grid.targets), borrowed(grid.weights), borrowed(grid.short_term),
+        borrowed(grid.slots), borrowed(grid.entry_segment), borrowed(grid.entry_after),
+        borrowed(grid.spikes), borrowed(grid.noise), borrowed(grid.noise_lines),
+        borrowed(grid.noise_ids), borrowed(grid.noise_guides), borrowed(grid.noise_bounds),
+    )  # fmt: skip
+
+
+@jit
+def _hear(clock: GridClock, grid: Grid, step: int) -> bool:
+    """Note the spikes of Poisson cells that somebody listens to, if there is room for all of the step."""
+    n_before = clock.n_spikes
+    for k in range(len(grid.noise)):
+        if grid.noise[k].heard and not hear_noise(clock, grid.noise[k], grid, step):
+            clock.n_spikes = n_before
+            return False
+    if grid.spikes.shape[1] - clock.n_spikes < len(grid.drive):
+        clock.n_spikes = n_before
+        return False
+    return True
+
+
+@jit
+def _update(clock: GridClock, grid: Grid, when: int, step: int) -> None:
+    """Advance the neurons whose turn it is before the arrivals, or after them."""
+    for r in range(len(grid.runs)):
+        part = grid.runs[r]
+        if (part.kind >= JUMP) == (when == _LATE):
+            if part.kind == CURVED:
+                _update_cells(clock, grid, part, step)
+            else:
+                update_run(
+                    clock, part, grid.state, grid.drive, grid.scratch,
+                    grid.queue, grid.release, grid.fired, step,
+                )  # fmt: skip
+
+
+@jit
+def _update_cells(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
+    arrived, arrived_inhibition = grid.state[X], grid.state[X + 1]
+    for row in range(part.first, part.last):
+        cell = grid.cells[grid.cell_rows[row]]
+        what = update_cell(cell, grid.work[0], arrived[row], arrived_inhibition[row], step * clock.h)
+        arrived[row] = arrived_inhibition[row] = 0.0
+        if what == CELL_DIVERGED:
+            clock.failed = grid.ids[row]
+        elif what == FIRED:
+            grid.fired[clock.n_fired] = row
+            clock.n_fired += 1
+
+
+@jit
+def _emit(clock: GridClock, grid: Grid, step: int) -> None:
+    for k in range(clock.n_fired):
+        neuron, place = grid.ids[grid.fired[k]], clock.n_spikes
+        grid.spikes[0, place], grid.spikes[1, place] = step, neuron
+        clock.n_spikes += 1
+        send(clock, grid, neuron, step)

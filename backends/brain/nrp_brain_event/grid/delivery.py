@@ -1,0 +1,104 @@
+"""Spikes on their way: a calendar of the segments that arrive in each step, and what they do there.
+
+A spike travels along the segments of its neuron in the order of their delays; only the next one
+stands in the calendar. So an arrival needs no buffer, it acts at once, and spikes in flight cost
+nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from nrp_brain_event.grid.records import Grid, GridClock
+from nrp_brain_event.records import Array
+from nrp_brain_event.short_term import released_share
+from nrp_core.jit import jit, prefetch
+
+_LINE: Final = 32
+"""Targets in a line of the cache."""
+
+
+@jit
+def send(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
+    """Put a spike of a neuron (global id) on its way; there must be a free entry."""
+    segment = grid.row_first[neuron]
+    if segment < grid.row_first[neuron + 1]:
+        _post(clock, grid, segment, step + grid.segment_gap[segment])
+
+
+@jit
+def _post(clock: GridClock, grid: Grid, segment: int, step: int) -> None:
+    entry = clock.free
+    clock.free = grid.entry_after[entry]
+    clock.n_free -= 1
+    slot = step & (len(grid.slots) - 1)
+    grid.entry_segment[entry] = segment
+    grid.entry_after[entry] = grid.slots[slot]
+    grid.slots[slot] = entry
+
+
+@jit
+def deliver(clock: GridClock, grid: Grid, lines: Array, step: int) -> None:
+    """Let everything arrive that is due in a step."""
+    slot = step & (len(grid.slots) - 1)
+    entry = grid.slots[slot]
+    grid.slots[slot] = -1
+    while entry >= 0:
+        segment, following = grid.entry_segment[entry], grid.entry_after[entry]
+        if following >= 0:
+            _fetch(grid, grid.entry_segment[following])
+        grid.entry_after[entry] = clock.free
+        clock.free = entry
+        clock.n_free += 1
+        while True:
+            _arrive(clock, grid, lines, segment, step)
+            if grid.segment_last[segment]:
+                break
+            segment += 1
+            if grid.segment_gap[segment] > 0:
+                _post(clock, grid, segment, step + grid.segment_gap[segment])
+                break
+        entry = following
+
+
+@jit
+def _fetch(grid: Grid, segment: int) -> None:
+    """Have the synapses of a segment at hand when it is its turn."""
+    first = grid.segment_start[segment]
+    last = first + grid.segment_length[segment]
+    for k in range(first, last, _LINE):
+        prefetch(grid.targets, k)
+    table = grid.tables[grid.segment_table[segment]]
+    if table.own:
+        for k in range(first + table.weights, last + table.weights, _LINE // 2):
+            prefetch(grid.weights, k)
+
+
+@jit
+def _arrive(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int) -> None:
+    table = grid.tables[grid.segment_table[segment]]
+    first = grid.segment_start[segment]
+    last = first + grid.segment_length[segment]
+    onto, targets = lines[table.line :], grid.targets[first:last]
+    if not table.own:
+        _add_equal(onto, targets, table.weight)
+        return
+    weights = grid.weights[first + table.weights : last + table.weights]
+    if not table.dynamic:
+        _add_own(onto, targets, weights)
+    else:
+        synapses = grid.short_term[first + table.dynamics : last + table.dynamics]
+        for k in range(len(targets)):
+            onto[targets[k]] += weights[k] * released_share(synapses[k], step * clock.h)
+
+
+@jit
+def _add_equal(onto: Array, targets: Array, weight: float) -> None:
+    for k in range(len(targets)):
+        onto[targets[k]] += weight
+
+
+@jit
+def _add_own(onto: Array, targets: Array, weights: Array) -> None:
+    for k in range(len(targets)):
+        onto[targets[k]] += weights[k]

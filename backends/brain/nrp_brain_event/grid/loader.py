@@ -1,0 +1,84 @@
+"""The grid of a network, made whole; enlarged; copied."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from nrp_brain_event.cells import load_cells
+from nrp_brain_event.grid.poisson import load_noise
+from nrp_brain_event.grid.records import BLOCK, CHANGING, CURVED, Grid, GridClock
+from nrp_brain_event.grid.runs import load_runs, load_state
+from nrp_brain_event.grid.tables import load_tables
+from nrp_brain_event.records import Array, Work
+from nrp_core.brain.grid import Grid as TimeGrid
+from nrp_core.brain.network import IntArray, Network
+
+_ROOM: Final = 1024
+
+
+def build_grid(
+    network: Network, tolerance_mv: float, times: TimeGrid, drawn: frozenset[str]
+) -> tuple[Grid, IntArray]:
+    """Return the grid of a network at time 0, and the row of each global id.
+
+    Args:
+        network: the network.
+        tolerance_mv: local error allowed to integration steps of curved neurons.
+        times: the grid of times.
+        drawn: labels of the Poisson populations that the grid draws itself.
+
+    Raises:
+        NetworkError: the network has parameters or delays that cannot be.
+    """
+    cells, row_of = load_cells(network, tolerance_mv)
+    noisy = frozenset(projection.label for projection in network.projections if projection.pre in drawn)
+    tables = load_tables(network, cells, row_of, times, noisy)
+    runs = load_runs(cells, times.step_ms)
+    curved = np.repeat(runs["kind"] == CURVED, runs["last"] - runs["first"])
+    clock = np.zeros(1, GridClock.dtype())
+    clock["h"], clock["failed"], clock["free"] = times.step_ms, -1, -1
+    longest = int(np.max(tables["segment_gap"], initial=1))
+    grid = Grid(
+        clock=clock,
+        runs=runs,
+        state=load_state(cells),
+        drive=cells["i_offset"].copy(),
+        ids=cells["id"].copy(),
+        queue=np.zeros(len(cells), np.int32),
+        release=np.zeros(len(cells), np.int64),
+        cells=cells[curved],
+        cell_rows=np.where(curved, np.cumsum(curved) - 1, -1),
+        work=np.zeros(1, Work.dtype()),
+        scratch=np.zeros((4, BLOCK)),
+        fired=np.zeros(len(cells), np.int32),
+        **tables,
+        slots=np.full(1 << longest.bit_length(), -1, np.int32),
+        entry_segment=np.empty(0, np.int32),
+        entry_after=np.empty(0, np.int32),
+        spikes=np.empty((2, 0), np.int64),
+        **load_noise(network, cells, row_of, times, drawn),
+    )
+    return enlarged(grid), row_of
+
+
+def enlarged(grid: Grid) -> Grid:
+    """Return the grid with more room for spikes and for entries of the calendar."""
+    clock, n = grid.clock, len(grid.entry_after)
+    room = 2 * max(grid.spikes.shape[1], len(grid.drive), _ROOM)
+    spikes = np.empty((2, room), np.int64)
+    spikes[:, : grid.spikes.shape[1]] = grid.spikes
+    n_entries = 2 * max(n, len(grid.drive), _ROOM)
+    after = np.arange(1, n_entries + 1, dtype=np.int32)
+    after[:n], after[-1] = grid.entry_after, clock["free"][0]
+    segments = np.empty(n_entries, np.int32)
+    segments[:n] = grid.entry_segment
+    clock["free"] = n
+    clock["n_free"] += n_entries - n
+    return grid._replace(spikes=spikes, entry_after=after, entry_segment=segments)
+
+
+def changing(grid: Grid) -> dict[str, Array]:
+    """Return copies of all arrays that change while running, by name."""
+    return {name: getattr(grid, name).copy() for name in CHANGING}

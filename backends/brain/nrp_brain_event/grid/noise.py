@@ -1,0 +1,129 @@
+"""Poisson cells that the grid draws itself: a count for each cell and step, from the exact distribution.
+
+The numbers are a hash of a key, the step and the number of the cell (the mixer of SplitMix64, Steele et al.
+2014, OOPSLA), so nothing need be kept and any step can be drawn again. Twelve bits decide most counts by a
+table; where they leave two counts possible, 52 more bits are drawn and compared with the distribution.
+"""
+
+from __future__ import annotations
+
+from math import exp, lgamma, log, sqrt
+from typing import Final
+
+import numpy as np
+
+from nrp_brain_event.grid.records import Grid, GridClock, Noise
+from nrp_brain_event.records import Array
+from nrp_core.jit import jit
+
+_BITS: Final = 12
+N_GUIDE: Final = 1 << _BITS
+"""Length of a guide."""
+_PER_WORD: Final = 5
+_MASK: Final = np.uint64((1 << _BITS) - 1)
+_SHIFT: Final = np.uint64(_BITS)
+_REST: Final = np.uint64(64 - _BITS)
+_GOLDEN: Final = np.uint64(0x9E3779B97F4A7C15)
+_FIRST: Final = np.uint64(0xBF58476D1CE4E5B9)
+_SECOND: Final = np.uint64(0x94D049BB133111EB)
+_S30, _S27, _S31 = np.uint64(30), np.uint64(27), np.uint64(31)
+_OPEN: Final = -1
+"""In a guide: the bits so far do not decide."""
+
+
+def guide(mean: float) -> tuple[Array, Array]:
+    """Return the table of a Poisson distribution for the first bits, and its bounds for all 64.
+
+    A count k is drawn by bits u (as a number) with ``bounds[k - 1] <= u < bounds[k]``.
+    """
+    if mean == 0.0:
+        return np.zeros(N_GUIDE, np.int32), np.array([2**64 - 1], np.uint64)
+    most = int(mean + 12.0 * sqrt(mean) + 24.0)
+    counts = np.arange(most + 1)
+    density = np.array([exp(k * log(mean) - mean - lgamma(k + 1)) for k in counts])
+    below = np.minimum(np.cumsum(density), 1.0)
+    bounds = np.array([min(int(share * 2.0**64), 2**64 - 1) for share in below], np.uint64)
+    bounds[-1] = 2**64 - 1
+    cells = np.arange(N_GUIDE, dtype=np.uint64) << _REST
+    lowest = np.searchsorted(bounds, cells, "right")
+    highest = np.searchsorted(bounds, cells + np.uint64((1 << (64 - _BITS)) - 1), "right")
+    return np.where(lowest == highest, lowest, _OPEN).astype(np.int32), bounds
+
+
+@jit
+def mixed(x: np.uint64) -> np.uint64:
+    """Return 64 bits that look random, one to one."""
+    x = (x ^ (x >> _S30)) * _FIRST
+    x = (x ^ (x >> _S27)) * _SECOND
+    return x ^ (x >> _S31)
+
+
+@jit
+def add_noise(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
+    """Let arrive what the cells emitted as long before as their delay."""
+    emitted = step - noise.delay
+    if noise.begin < emitted <= noise.end:
+        targets = grid.noise_lines[noise.first : noise.last]
+        counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
+        _add_counts(lines, targets, counts, bounds, _first_word(noise, emitted), noise.weight)
+
+
+@jit
+def _add_counts(
+    lines: Array, targets: Array, counts: Array, bounds: Array, number: np.uint64, weight: float
+) -> None:
+    whole = len(targets) - len(targets) % _PER_WORD
+    for first in range(0, whole, _PER_WORD):
+        word = mixed(number)
+        number += _GOLDEN
+        for j in range(_PER_WORD):  # a constant, so that it is unrolled
+            lines[targets[first + j]] += weight * _count(counts, bounds, word, j)
+    word = mixed(number)
+    for i in range(whole, len(targets)):
+        lines[targets[i]] += weight * _count(counts, bounds, word, i - whole)
+
+
+@jit
+def hear_noise(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
+    """Note the spikes that the cells emit in a step; false where there is no room for all."""
+    if not noise.begin < step <= noise.end:
+        return True
+    counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
+    number = _first_word(noise, step)
+    for first in range(noise.first, noise.last, _PER_WORD):
+        word = mixed(number)
+        number += _GOLDEN
+        for i in range(first, min(first + _PER_WORD, noise.last)):
+            count = _count(counts, bounds, word, i - first)
+            if clock.n_spikes + count > grid.spikes.shape[1]:
+                return False
+            for _ in range(count):
+                grid.spikes[0, clock.n_spikes], grid.spikes[1, clock.n_spikes] = step, grid.noise_ids[i]
+                clock.n_spikes += 1
+    return True
+
+
+@jit
+def _first_word(noise: Noise, step: int) -> np.uint64:
+    """Return the number of the first word of a step; the words of all steps differ."""
+    n_words = (noise.last - noise.first) // _PER_WORD + 1
+    return np.uint64(noise.key) + np.uint64(step * n_words) * _GOLDEN
+
+
+@jit
+def _count(counts: Array, bounds: Array, word: np.uint64, j: int) -> int:
+    """Return the count that a word decides for the j-th of its cells."""
+    high = (word >> np.uint64(j * _BITS)) & _MASK
+    count = counts[high]
+    return _decide(bounds, high, word, j) if count == _OPEN else count
+
+
+@jit
+def _decide(bounds: Array, high: np.uint64, word: np.uint64, j: int) -> int:
+    """Return the count where the first bits leave a choice."""
+    low = mixed(~word + np.uint64(j) * _GOLDEN)
+    u = (high << _REST) | (low >> _SHIFT)
+    count = 0
+    while u >= bounds[count] and count < len(bounds) - 1:
+        count += 1
+    return count

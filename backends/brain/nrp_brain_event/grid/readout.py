@@ -1,0 +1,51 @@
+"""State variables of neurons on a grid, and whether they are still numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nrp_brain_event.grid.records import Grid, V, X
+from nrp_brain_event.kernels import READABLE
+from nrp_brain_event.neuron import voltage_at
+from nrp_brain_event.records import Array
+from nrp_brain_event.runge_kutta import state_at
+from nrp_brain_event.synapses import remaining_at
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.jit import jit
+
+
+def read(grid: Grid, rows: IntArray, variable: str) -> FloatArray:
+    """Return a state variable of rows now."""
+    if variable == "v":
+        of = grid.runs[np.searchsorted(grid.runs["first"], rows, "right") - 1]
+        above_rest = grid.state[V, rows]
+        values = of["v_rest"] + np.where(np.isnan(above_rest), of["reset"], above_rest)
+    else:
+        values = grid.state[X + (variable == "gsyn_inh"), rows]
+    now = float(grid.clock["step"][0] * grid.clock["h"][0])
+    _read_cells(grid.cells, grid.cell_rows[rows], READABLE.index(variable), now, values)
+    return values
+
+
+def lost_row(grid: Grid) -> int:
+    """Return a row whose voltage is no number any more, or -1; refractory ones have none by design."""
+    lost = ~np.isfinite(grid.state[V])
+    if np.count_nonzero(lost) == grid.runs["n_waiting"].sum():
+        return -1
+    for run in grid.runs[grid.runs["n_waiting"] > 0]:
+        places = (run["head"] + np.arange(run["n_waiting"])) % (run["last"] - run["first"])
+        lost[grid.queue[run["first"] + places]] = False
+    return int(np.argmax(lost))
+
+
+@jit
+def _read_cells(cells: Array, indices: IntArray, variable: int, now: float, out: FloatArray) -> None:
+    for k in range(len(indices)):
+        if indices[k] >= 0:
+            cell = cells[indices[k]]
+            if variable == 0:
+                out[k] = voltage_at(cell, now)
+            elif variable <= 2:
+                out[k] = state_at(cell, 1, now)
+            else:
+                out[k] = remaining_at(cell, variable - 3, now - cell.t)

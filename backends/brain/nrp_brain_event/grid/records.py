@@ -1,0 +1,185 @@
+"""What the compiled code of the grid mode works on.
+
+Time is counted in steps since reset: step k leads to grid point k. A *row* is a simulated neuron, in
+the order of :func:`nrp_brain_event.cells.load_cells`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, NamedTuple
+
+from nrp_brain_event.records import Array, Record
+
+# Rows of the state.
+V: Final = 0
+"""Voltage above rest, mV; not a number while a neuron is refractory."""
+X: Final = 1
+"""Current (nA) or conductance (uS) of both synapses; on jump and curved membranes, what just arrived."""
+S: Final = 3
+"""Growth of the same, of alpha synapses: x follows ``(x + s e t / tau) exp(-t / tau)``."""
+N_STATE: Final = 5
+
+# How the neurons of a run advance.
+CURRENT: Final = 0
+CONDUCTANCE: Final = 1
+JUMP: Final = 2
+CURVED: Final = 3
+"""Without a closed form: each integrated by itself."""
+
+
+class Run(Record):
+    """Neurons in consecutive rows with equal parameters: the numbers by which they advance by a step."""
+
+    first: int
+    last: int
+    kind: int
+    alpha: int
+    """Whether synapses are alpha-shaped."""
+    refractory: int
+    """Steps."""
+    v_rest: float
+    reset: float
+    threshold: float
+    """Above rest, mV."""
+    leak: float
+    """``exp(-h / tau_m)``; for conductances ``h / tau_m``."""
+    gain: float
+    """Voltage that 1 nA leaves; for conductances ``h / cm``."""
+    reversal: Annotated[Array, (2,)]
+    """Above rest, mV."""
+    kept: Annotated[Array, (2,)]
+    """``exp(-h / tau_syn)``."""
+    grown: Annotated[Array, (2,)]
+    """``e h / tau_syn``."""
+    x_effect: Annotated[Array, (2,)]
+    s_effect: Annotated[Array, (2,)]
+    """Voltage that a unit of x and s leaves; for conductances the mean in the step times ``h / cm``."""
+    x_moment: Annotated[Array, (2,)]
+    s_moment: Annotated[Array, (2,)]
+    """For conductances: the first moment in the step about its middle, in steps, times ``h / cm``."""
+    head: int
+    n_waiting: int
+    """Where the queue of refractory neurons begins in ``queue[first:last]``, and its length."""
+
+
+class Table(Record):
+    """Synapses of one kind onto at most 65536 neurons.
+
+    ``targets`` hold the distance from ``line`` in the flattened state. Equal weights are kept once.
+    """
+
+    line: int
+    weight: float
+    own: int
+    """Whether each synapse has its own weight, and what leads from the synapse to it."""
+    weights: int
+    dynamic: int
+    """Whether each synapse has short-term plasticity, and what leads from the synapse to that."""
+    dynamics: int
+
+
+class Noise(Record):
+    """Poisson cells of equal rate, each with one synapse; numbers in ``noise_lines`` and ``noise_ids``."""
+
+    key: int
+    first: int
+    last: int
+    guide: int
+    """Row of the tables of counts."""
+    weight: float
+    delay: int
+    begin: int
+    end: int
+    """Spikes are emitted in the steps after ``begin`` up to ``end``."""
+    heard: int
+    """Whether anybody listens."""
+
+
+class GridClock(Record):
+    """Where the grid is."""
+
+    step: int
+    free: int
+    n_free: int
+    """Head and length of the list of free calendar entries."""
+    n_fired: int
+    n_spikes: int
+    n_sources: int
+    n_inputs: int
+    """How many of the source spikes and inputs that wait have been used."""
+    failed: int
+    h: float
+    """Length of a step, ms."""
+
+
+class Grid(NamedTuple):
+    """Everything the compiled code reads and writes.
+
+    Args:
+        clock: ``GridClock``, shape ``(1,)``.
+        runs: ``Run``.
+        state: shape ``(N_STATE, n_rows)``.
+        drive: constant current into each row, nA.
+        ids: global id of each row.
+        queue: rows that are refractory, a ring for each run.
+        release: step before which a refractory row is let go.
+        cells, cell_rows: ``Cell`` of the curved neurons; index among them, or -1.
+        work: ``Work``, shape ``(1,)``.
+        scratch: shape ``(4, BLOCK)``.
+        fired: rows that fire in the step at work.
+        row_first: first segment of each global id, shape ``(network.size + 1,)``.
+        segments: ``(start, length, gap, table, last)`` arrays: a run of ``targets`` with one delay; the
+            gap is how many steps later it arrives than the segment before it.
+        tables: ``Table``.
+        targets: uint16, all synapses.
+        weights: float32, of the synapses with weights of their own.
+        short_term: ``ShortTerm``.
+        slots: head of the list of segments that arrive in a step, a ring.
+        entry_segment, entry_after: the lists.
+        spikes: steps and global ids of spikes not yet taken, shape ``(2, room)``.
+        noise: ``Noise``.
+        noise_lines, noise_ids: index into the flattened state on which each Poisson cell acts (unsigned, so
+            that it is not checked for a sign), and its global id.
+        noise_guides, noise_bounds: see :mod:`nrp_brain_event.grid.noise`.
+    """
+
+    clock: Array
+    runs: Array
+    state: Array
+    drive: Array
+    ids: Array
+    queue: Array
+    release: Array
+    cells: Array
+    cell_rows: Array
+    work: Array
+    scratch: Array
+    fired: Array
+    row_first: Array
+    segment_start: Array
+    segment_length: Array
+    segment_gap: Array
+    segment_table: Array
+    segment_last: Array
+    tables: Array
+    targets: Array
+    weights: Array
+    short_term: Array
+    slots: Array
+    entry_segment: Array
+    entry_after: Array
+    spikes: Array
+    noise: Array
+    noise_lines: Array
+    noise_ids: Array
+    noise_guides: Array
+    noise_bounds: Array
+
+
+CHANGING: Final = (
+    "clock", "runs", "state", "drive", "queue", "release", "cells", "short_term",
+    "slots", "entry_segment", "entry_after", "spikes", "noise",
+)  # fmt: skip
+"""The parts of the grid that change while running."""
+BLOCK: Final = 512
+"""Neurons that are advanced at a time: what they need stays in the innermost cache."""

@@ -1,0 +1,102 @@
+"""From cells to runs: the numbers by which neurons advance by a step, and the state they begin with."""
+
+from __future__ import annotations
+
+from math import e
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_brain_event.grid.records import CONDUCTANCE, CURRENT, CURVED, JUMP, N_STATE, Run, S, V, X
+from nrp_brain_event.records import ALPHA, LINEAR, Array
+from nrp_brain_event.records import CONDUCTANCE as CONDUCTANCE_MEMBRANE
+from nrp_brain_event.records import JUMP as JUMP_SYNAPSE
+from nrp_core.brain.filters import driven
+from nrp_core.brain.network import FloatArray, IntArray
+
+_DECIDING: Final = (
+    "membrane", "synapse", "v_rest", "v_reset", "v_thresh", "tau_m", "cm", "tau_refrac", "tau_syn",
+    "e_rev_E", "e_rev_I",
+)  # fmt: skip
+"""Fields of a cell in which the cells of a run agree."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+
+
+def kind_of(cell: Any) -> int:
+    """Return how a ``Cell`` advances."""
+    if cell["membrane"] == LINEAR:
+        return JUMP if cell["synapse"] == JUMP_SYNAPSE else CURRENT
+    return CONDUCTANCE if cell["membrane"] == CONDUCTANCE_MEMBRANE else CURVED
+
+
+def line_of(cell: Any, receptor: int) -> int:
+    """Return the row of the state on which spikes act that arrive at a receptor of a ``Cell``."""
+    kind = kind_of(cell)
+    if kind == JUMP:
+        return X
+    return receptor + (S if kind != CURVED and cell["synapse"] == ALPHA else X)
+
+
+def load_runs(cells: Array, h: float) -> Array:
+    """Return the ``Run`` records of cells, for steps of h ms."""
+    deciding = np.concatenate([np.reshape(cells[name], (len(cells), -1)) for name in _DECIDING], axis=1)
+    curved = ~np.isin(cells["membrane"], (LINEAR, CONDUCTANCE_MEMBRANE))
+    deciding[curved, 1:] = 0.0  # which are integrated one by one
+    begins = np.append(True, (deciding[1:] != deciding[:-1]).any(axis=1))[: len(cells)]
+    firsts = np.flatnonzero(begins)
+    runs = np.zeros(len(firsts), Run.dtype())
+    runs["first"], runs["last"] = firsts, np.append(firsts[1:], len(cells))
+    for run in runs:
+        cell = cells[run["first"]]
+        run["kind"] = kind_of(cell)
+        if run["kind"] != CURVED:
+            _derive(run, cell, h)
+    return runs
+
+
+def load_state(cells: Array) -> FloatArray:
+    """Return the state that cells begin with."""
+    state = np.zeros((N_STATE, len(cells)))
+    held = np.isin(cells["membrane"], (LINEAR, CONDUCTANCE_MEMBRANE))
+    state[V] = np.where(held, cells["path"][:, 0, 0] - cells["v_rest"], 0.0)
+    state[X : X + 2] = np.where(held, cells["x"].T, 0.0)
+    return state
+
+
+def input_lines(runs: Array, state: FloatArray) -> IntArray:
+    """Return for both receptors and each row the index into the flattened state on which arrivals act."""
+    rows, lengths = np.arange(state.shape[1]), runs["last"] - runs["first"]
+    jumps = runs["kind"] == JUMP
+    grown = ((runs["kind"] == CURRENT) | (runs["kind"] == CONDUCTANCE)) & (runs["alpha"] == 1)
+    lines = [np.where(jumps, X, np.where(grown, S, X) + receptor) for receptor in range(2)]
+    return np.stack([np.repeat(line, lengths) * len(rows) + rows for line in lines])
+
+
+def _derive(run: Any, cell: Any, h: float) -> None:
+    run["alpha"] = cell["synapse"] == ALPHA
+    run["v_rest"] = cell["v_rest"]
+    run["reset"], run["threshold"] = cell["v_reset"] - cell["v_rest"], cell["v_thresh"] - cell["v_rest"]
+    run["refractory"] = np.ceil(cell["tau_refrac"] / h - 1e-6)
+    run["reversal"] = cell["e_rev_E"] - cell["v_rest"], cell["e_rev_I"] - cell["v_rest"]
+    run["kept"] = np.exp(-h / cell["tau_syn"])
+    run["grown"] = e * h / cell["tau_syn"]
+    if run["kind"] == CONDUCTANCE:
+        run["leak"], run["gain"] = h / cell["tau_m"], h / cell["cm"]
+        _derive_moments(run, cell, h)
+        return
+    run["leak"] = np.exp(-h / cell["tau_m"])
+    run["gain"] = -np.expm1(-h / cell["tau_m"]) * cell["tau_m"] / cell["cm"]
+    for k, tau in enumerate(cell["tau_syn"].tolist()):
+        leak, kept, gap = float(run["leak"]), float(run["kept"][k]), 1.0 / tau - 1.0 / float(cell["tau_m"])
+        run["x_effect"][k] = driven(h, leak, kept, gap, 1.0, 0.0) / cell["cm"]
+        run["s_effect"][k] = driven(h, leak, kept, gap, 0.0, e / tau) / cell["cm"]
+
+
+def _derive_moments(run: Any, cell: Any, h: float) -> None:
+    """Integrate the course of both synapses over a step by Gauss-Legendre quadrature."""
+    u, weights = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS * run["gain"]
+    for k, tau in enumerate(cell["tau_syn"].tolist()):
+        x = weights * np.exp(-u * h / tau)
+        s = x * u * run["grown"][k]
+        run["x_effect"][k], run["s_effect"][k] = x.sum(), s.sum()
+        run["x_moment"][k], run["s_moment"][k] = (x * (u - 0.5)).sum(), (s * (u - 0.5)).sum()

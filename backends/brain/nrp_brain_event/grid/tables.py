@@ -1,0 +1,223 @@
+"""The synapses of a network as tables of the grid: two bytes each where weights and delays are equal.
+
+A table takes all projections whose synapses act on the same variable of the same 65536 neurons in the
+same way. Weights of their own are kept in single precision, delays as the stretch a synapse stands in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from nrp_brain_event.connections import delay_range, fill_short_term
+from nrp_brain_event.grid import sorting
+from nrp_brain_event.grid.records import Table
+from nrp_brain_event.grid.runs import line_of
+from nrp_brain_event.records import Array, ShortTerm
+from nrp_core.brain.grid import Grid as TimeGrid
+from nrp_core.brain.limits import distinct
+from nrp_core.brain.network import TSODYKS_MARKRAM, FloatArray, IntArray, Network, Projection
+
+_SPAN: Final = 1 << 16
+
+
+@dataclass(frozen=True)
+class Part:
+    """The synapses of a projection that end on one span of rows.
+
+    Args:
+        projection: as the network has it; sorted where its synapses have states.
+        pre_first, post_first: global id and row of the first cells.
+        line: row of the state that the synapses act on.
+        span: number of the span.
+        weight: of all synapses, or None where each has its own.
+        short_term: ``ShortTerm`` of the synapses, or None.
+    """
+
+    projection: Projection
+    pre_first: int
+    post_first: int
+    line: int
+    span: int
+    weight: float | None
+    short_term: Array | None
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What the parts of a table have in common."""
+        alone = self.projection.label if self.short_term is not None else None
+        return self.line, self.span, self.weight, alone
+
+    @property
+    def bounds(self) -> tuple[int, int]:
+        """Which postsynaptic indices lie in the span."""
+        low = self.span * _SPAN - self.post_first
+        return low, low + _SPAN
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Stretches of equal delay in one table."""
+
+    neuron: Array
+    start: Array
+    length: Array
+    delay: Array
+    """Steps."""
+    table: int = 0
+
+
+def load_tables(
+    network: Network, cells: Array, row_of: IntArray, grid: TimeGrid, without: frozenset[str]
+) -> dict[str, Array]:
+    """Return the parts of the :class:`~nrp_brain_event.grid.records.Grid` that hold synapses, by name.
+
+    Args:
+        network: the network.
+        cells: its ``Cell`` records.
+        row_of: their rows by global id.
+        grid: the grid of times.
+        without: labels of projections that are simulated in another way.
+
+    Raises:
+        NetworkError: a delay between neurons is too short, or a parameter of plasticity is missing.
+    """
+    delay_range(network)
+    groups: dict[tuple[object, ...], list[Part]] = {}
+    for projection in network.projections:
+        if projection.size and projection.label not in without:
+            for part in _parts(network, projection, cells, row_of):
+                groups.setdefault(part.key, []).append(part)
+    firsts = [np.append(0, np.cumsum(_count(network, parts))) for parts in groups.values()]
+    n_all = sum(int(first[-1]) for first in firsts)
+    n_own = sum(
+        int(f[-1]) for f, parts in zip(firsts, groups.values(), strict=True) if parts[0].weight is None
+    )
+    targets, weights = np.empty(n_all, np.uint16), np.empty(n_own, np.float32)
+    tables, segments, dynamics = np.zeros(len(groups), Table.dtype()), [], [np.empty(0, ShortTerm.dtype())]
+    done = done_own = done_dynamic = 0
+    for number, (first, parts) in enumerate(zip(firsts, groups.values(), strict=True)):
+        n, own = int(first[-1]), parts[0].weight is None
+        table, values = tables[number], weights[done_own : done_own + n * own]
+        table["line"] = parts[0].line * len(cells) + parts[0].span * _SPAN
+        table["weight"], table["own"], table["dynamic"] = parts[0].weight or 0.0, own, False
+        table["weights"] = done_own - done
+        found = _fill(parts, first, targets[done : done + n], values, grid)
+        segments.append(replace(found, start=found.start + done, table=number))
+        if parts[0].short_term is not None:
+            table["dynamic"], table["dynamics"] = True, done_dynamic - done
+            dynamics += [part.short_term for part in parts if part.short_term is not None]
+            done_dynamic += n
+        done, done_own = done + n, done_own + n * own
+    return {
+        "tables": tables, "targets": targets, "weights": weights,
+        "short_term": np.concatenate(dynamics), **_joined(segments, network.size),
+    }  # fmt: skip
+
+
+def _parts(network: Network, projection: Projection, cells: Array, row_of: IntArray) -> Iterator[Part]:
+    post_first = int(row_of[network.offsets[projection.post]])
+    targets = cells[post_first : post_first + network.populations[projection.post].size]
+    line = line_of(targets[0], int(projection.receptor == "inhibitory"))
+    weight, short_term = common(projection.weight), None
+    if projection.synapse_type == TSODYKS_MARKRAM:
+        order = np.lexsort((projection.post_index, projection.delay_ms, projection.pre_index))
+        projection = _reordered(projection, order)
+        weight, short_term = None, np.zeros(projection.size, ShortTerm.dtype())
+        fill_short_term(short_term, projection, targets[projection.post_index])
+    pre_first = network.offsets[projection.pre]
+    spans = range(post_first // _SPAN, (post_first + len(targets) - 1) // _SPAN + 1)
+    for span in spans:
+        part = Part(projection, pre_first, post_first, line, span, weight, short_term)
+        if short_term is not None and len(spans) > 1:
+            low, high = part.bounds
+            inside = (projection.post_index >= low) & (projection.post_index < high)
+            part = replace(part, short_term=short_term[inside])
+        yield part
+
+
+def _reordered(projection: Projection, order: IntArray) -> Projection:
+    parameters = {name: values[order] for name, values in projection.synapse_parameters.items()}
+    return replace(
+        projection, pre_index=projection.pre_index[order], post_index=projection.post_index[order],
+        weight=projection.weight[order], delay_ms=projection.delay_ms[order], synapse_parameters=parameters,
+    )  # fmt: skip
+
+
+def common(values: FloatArray) -> float | None:
+    """Return the value that all of them have, or None."""
+    kept = distinct(values)
+    return float(kept[0]) if (kept == kept[0]).all() else None
+
+
+def _count(network: Network, parts: list[Part]) -> IntArray:
+    """Return how many synapses of a table come from each neuron."""
+    n = np.zeros(network.size, np.int64)
+    for part in parts:
+        sorting.count(*_indices(part), *part.bounds, n[part.pre_first :])
+    return n
+
+
+def _indices(part: Part) -> tuple[Array, Array]:
+    projection = part.projection
+    return np.ascontiguousarray(projection.pre_index), np.ascontiguousarray(projection.post_index)
+
+
+def _fill(parts: list[Part], first: IntArray, targets: Array, weights: Array, grid: TimeGrid) -> Segments:
+    """Write the synapses of a table; ``first`` says where those of each neuron begin."""
+    at = first[:-1].copy()
+    for part in parts:
+        shift = part.post_first - part.span * _SPAN
+        sorting.place(*_indices(part), *part.bounds, shift, at[part.pre_first :], targets)
+    if len(weights):
+        _place_values([part.projection.weight for part in parts], parts, first, weights)
+    steps = [_steps(part.projection.delay_ms, grid) for part in parts]
+    delay = common(np.concatenate([step[:1] if common(step) is not None else step for step in steps]))
+    if delay is not None and not len(weights):
+        sorting.sort_targets(first, targets)
+        neuron = np.flatnonzero(np.diff(first))
+        return Segments(neuron, first[neuron], np.diff(first)[neuron], np.full(len(neuron), int(delay)))
+    delays = np.empty(len(targets), np.int32)
+    _place_values(steps, parts, first, delays)
+    sorting.sort_by_delay(first, delays, targets, weights)
+    n = sorting.count_segments(first, delays)
+    neuron, start, length = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    sorting.cut_segments(first, delays, neuron, start)
+    length[:] = np.diff(np.append(start, len(targets)))
+    return Segments(neuron, start, length, delays[start].astype(np.int64))
+
+
+def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
+    """Return delays in steps; one value where all are equal."""
+    return grid.delays(np.array(distinct(delays_ms)))
+
+
+def _place_values(values: list[Array], parts: list[Part], first: IntArray, out: Array) -> None:
+    at = first[:-1].copy()
+    for part, given in zip(parts, values, strict=True):
+        each = np.array(distinct(given)) if given.strides == (0,) else np.ascontiguousarray(given)
+        step = int(len(each) == part.projection.size)
+        sorting.place_values(*_indices(part), *part.bounds, each, step, at[part.pre_first :], out)
+
+
+def _joined(segments: list[Segments], n_neurons: int) -> dict[str, Array]:
+    """Return the segments of all tables in the order in which the spikes of each neuron pass them."""
+    none = np.empty(0, np.int64)
+    neuron = np.concatenate([none, *(part.neuron for part in segments)])
+    delay = np.concatenate([none, *(part.delay for part in segments)])
+    table = np.concatenate([none, *(np.full(len(part.neuron), part.table) for part in segments)])
+    order = np.lexsort((table, delay, neuron))
+    neuron, delay = neuron[order], delay[order]
+    begins = np.append(True, neuron[1:] != neuron[:-1])[: len(neuron)]
+    gap = np.where(begins, delay, np.diff(delay, prepend=0))
+    return {
+        "row_first": np.searchsorted(neuron, np.arange(n_neurons + 1)),
+        "segment_start": np.concatenate([none, *(part.start for part in segments)])[order],
+        "segment_length": np.concatenate([none, *(part.length for part in segments)])[order].astype(np.int32),
+        "segment_gap": gap.astype(np.int32),
+        "segment_table": table[order].astype(np.int16),
+        "segment_last": np.append(begins[1:], True)[: len(neuron)],
+    }

@@ -1,0 +1,70 @@
+"""Changes of the engine between two runs: parameters of cells, weights of synapses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nrp_brain_event.cell_types import TIME_CONSTANTS
+from nrp_brain_event.cells import with_parameters
+from nrp_brain_event.kernels import begin_anew
+from nrp_brain_event.records import JUMP, CellParameters, Engine
+from nrp_brain_event.spike_timing import bring_up_to
+from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.network import STDP, FloatArray, IntArray, Network, Projection
+
+
+def change_parameters(engine: Engine, network: Network, change: ParameterChange) -> None:
+    """Let cells have other parameters from now on.
+
+    Raises:
+        NetworkError: a parameter is impossible.
+    """
+    first_id = network.offsets[change.label]
+    rows = engine.row_of[first_id + change.index]
+    changed = with_parameters(engine.cells[rows], network.populations[change.label], change.values, first_id)
+    begin_anew(engine, rows)
+    for name in CellParameters.dtype().names or ():
+        engine.cells[name][rows] = changed[name]
+    if change.values.keys() & TIME_CONSTANTS.keys() and len(engine.short_term):
+        _follow_time_constants(engine)
+
+
+def weights_now(engine: Engine, projection: Projection, rows: IntArray) -> FloatArray:
+    """Return the weights of a projection whose synapses stand in these rows."""
+    if projection.synapse_type != STDP:
+        return engine.weight[rows]
+    seen = _up_to_date(engine._replace(plastic=engine.plastic.copy(), events=engine.events.copy()))
+    return seen.plastic["weight"][rows] * _signs(seen, rows)
+
+
+def change_weights(engine: Engine, projection: Projection, rows: IntArray, weights: FloatArray) -> None:
+    """Let the synapses in these rows have other weights; spikes that have passed them keep the old ones."""
+    if projection.synapse_type != STDP:
+        engine.weight[rows] = weights
+        return
+    _up_to_date(engine)
+    engine.plastic["weight"][rows] = weights * _signs(engine, rows)
+
+
+def _up_to_date(engine: Engine) -> Engine:
+    """Bring all plastic synapses to now."""
+    events, plastic, now = engine.events, engine.plastic, float(engine.clock["now"][0])
+    flying = np.flatnonzero(events["target"] < 0)
+    heard = events["time"][flying] - plastic["dendritic_delay"][~events["target"][flying]]
+    passed = flying[heard <= now][np.argsort(heard[heard <= now], kind="stable")]
+    bring_up_to(now, engine.cells, plastic, engine.rules, events, passed)
+    return engine
+
+
+def _signs(engine: Engine, rows: IntArray) -> IntArray:
+    signs: IntArray = engine.rules["sign"][engine.plastic["rule"][rows]]
+    return signs
+
+
+def _follow_time_constants(engine: Engine) -> None:
+    """Let short-term plasticity know how fast the synapses of its targets fade."""
+    synapses = np.flatnonzero(engine.dynamics >= 0)
+    targets = engine.target[synapses]
+    cells = engine.cells[targets >> 1]
+    taus = cells["tau_syn"][np.arange(len(cells)), targets & 1]
+    engine.short_term["tau_psc"][engine.dynamics[synapses]] = np.where(cells["synapse"] == JUMP, 0.0, taus)

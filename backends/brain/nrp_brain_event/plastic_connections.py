@@ -1,0 +1,119 @@
+"""The plastic synapses of a network as tables of the engine, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from nrp_brain_event.records import Array, Plastic, Rule
+from nrp_core.brain.network import STDP, FloatArray, IntArray, Projection
+from nrp_core.errors import CapabilityError, NetworkError
+
+_TIMING: Final = "SpikePairRule"
+_MULTIPLICATIVE: Final = "MultiplicativeWeightDependence"
+_WEIGHT: Final = ("AdditiveWeightDependence", _MULTIPLICATIVE)
+_RULE: Final = ("A_plus", "A_minus", "tau_plus", "tau_minus", "w_min", "w_max")
+_LONG_AGO_MS: Final = -np.inf
+
+
+class PlasticTables(NamedTuple):
+    """What plasticity makes of synapses.
+
+    Args:
+        targets: of the synapses of each projection, with the plastic ones pointing to their own table.
+        tables: parts of the :class:`~nrp_brain_event.records.Engine` by name.
+    """
+
+    targets: list[Array]
+    tables: dict[str, Array]
+
+
+def load_plastic(projections: Sequence[Projection], targets: Sequence[Array], n_cells: int) -> PlasticTables:
+    """Return the tables of plastic synapses.
+
+    Args:
+        projections: all of a network.
+        targets: the receptors on which the synapses of each end.
+        n_cells: number of cells.
+
+    Raises:
+        NetworkError: a parameter is missing or impossible.
+        CapabilityError: the rule is not known.
+    """
+    plastic = [k for k, projection in enumerate(projections) if projection.synapse_type == STDP]
+    rows = rows_of_plastic([targets[k] for k in plastic])
+    table = np.zeros(sum(map(len, rows)), Plastic.dtype())
+    rules = np.empty((len(table), len(_RULE) + 2))
+    redirected = list(targets)
+    for k, own in zip(plastic, rows, strict=True):
+        redirected[k] = ~own
+        table["target"][own] = targets[k]
+        rules[own] = _rules(projections[k])
+        table["weight"][own] = rules[own, -1] * projections[k].weight
+        table["dendritic_delay"][own] = projections[k].delay_ms * _dendritic_fraction(projections[k])
+    distinct, table["rule"] = np.unique(rules, axis=0, return_inverse=True)
+    table["heard"] = -1
+    table["pre_t"] = table["post_t"] = _LONG_AGO_MS
+    fan_in = np.bincount(table["target"] >> 1, minlength=n_cells)
+    first = np.concatenate([[0], np.cumsum(fan_in)]) if len(table) else np.empty(0, np.int64)
+    return PlasticTables(redirected, {"plastic": table, "first_plastic": first, "rules": _records(distinct)})
+
+
+def rows_of_plastic(targets: Sequence[Array]) -> list[IntArray]:
+    """Return in which rows of the table the plastic synapses of each projection stand."""
+    cells = np.concatenate([np.empty(0, np.int64), *targets]) >> 1
+    rows = np.empty(len(cells), np.int64)
+    rows[np.argsort(cells, kind="stable")] = np.arange(len(cells))
+    return np.split(rows, np.cumsum([len(part) for part in targets]))[: len(targets)]
+
+
+def parameter(projection: Projection, name: str) -> FloatArray:
+    """Return a parameter of the synapses of a projection.
+
+    Raises:
+        NetworkError: it is missing.
+    """
+    if name not in projection.synapse_parameters:
+        raise NetworkError(
+            f"projection '{projection.label}': {projection.synapse_type} synapses need '{name}'"
+        )
+    return projection.synapse_parameters[name]
+
+
+def _rules(projection: Projection) -> FloatArray:
+    """Return the columns of ``Rule`` for each synapse."""
+    names = set(projection.plasticity.values())
+    if _TIMING not in names or not names & set(_WEIGHT):
+        raise CapabilityError(
+            f"projection '{projection.label}': the rules of plasticity are {_TIMING} with "
+            f"{' or '.join(_WEIGHT)}, not {', '.join(sorted(names)) or 'an unnamed one'}"
+        )
+    negative = bool((projection.weight < 0).any())
+    if negative and (projection.weight > 0).any():
+        raise NetworkError(f"projection '{projection.label}': plastic weights have one sign, not both")
+    columns = [parameter(projection, name) for name in _RULE]
+    columns[-2:] = [np.abs(limit) for limit in columns[-2:]]
+    if (columns[-2] > columns[-1]).any():
+        synapse = int(np.argmax(columns[-2] > columns[-1]))
+        raise NetworkError(
+            f"projection '{projection.label}': w_min of synapse {synapse} is {columns[-2][synapse]:g}, more "
+            f"than its w_max of {columns[-1][synapse]:g}"
+        )
+    flags = [
+        np.full(projection.size, float(_MULTIPLICATIVE in names)),
+        np.full(projection.size, 1.0 - 2.0 * negative),
+    ]
+    return np.stack([*columns, *flags], axis=1)
+
+
+def _dendritic_fraction(projection: Projection) -> FloatArray:
+    return projection.synapse_parameters.get("dendritic_delay_fraction", np.ones(projection.size))
+
+
+def _records(rules: FloatArray) -> Array:
+    table = np.zeros(len(rules), Rule.dtype())
+    for name, column in zip(table.dtype.names or (), rules.T, strict=True):
+        table[name] = column
+    return table

@@ -1,0 +1,133 @@
+"""Spike-timing-dependent plasticity: PyNN's SpikePairRule over all pairs, additive or multiplicative.
+
+A synapse hears a spike of its own neuron after the axonal part of its delay, and one of its target after the
+dendritic part. Of two that it hears dt apart the later one changes the weight, by
+
+- ``A_plus f exp(-dt / tau_plus)`` upwards where the target's came later,
+- ``A_minus f exp(-dt / tau_minus)`` downwards where it came first,
+
+with f = ``w_max`` (additive), or the distance from ``w_max`` and ``w_min`` (multiplicative; Morrison,
+Diesmann & Gerstner 2008, Biol Cybern 98:459); two at one time change nothing. Weights stay within the limits.
+
+A synapse is brought up to date when a spike reaches its target: then all earlier spikes of the target are
+known, whatever the delay. Until all its synapses have heard a spike, a target remembers it.
+"""
+
+from __future__ import annotations
+
+from math import exp
+from typing import Final
+
+from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule
+from nrp_core.jit import jit
+
+SIMULTANEOUS: Final = 1e-9
+"""ms by which times that are equal on paper may differ in floating point."""
+_MANY: Final = 64
+"""Spikes remembered by a target before it looks which of them it can forget."""
+
+
+@jit
+def transmit(synapse: Plastic, rule: Rule, cell: Cell, events: Array, arrival: float) -> float:
+    """Let a spike that reaches the target at ``arrival`` change the synapse; return its weight there."""
+    t = arrival - synapse.dendritic_delay
+    hear(synapse, rule, cell, events, t + SIMULTANEOUS)
+    depression = rule.A_minus * _trace(synapse.post_t, synapse.post_trace, t, rule.tau_minus)
+    if depression > 0.0:
+        span = synapse.weight - rule.w_min if rule.multiplicative else rule.w_max
+        synapse.weight = max(synapse.weight - depression * span, rule.w_min)
+    synapse.pre_trace = (synapse.pre_trace + 1.0) * exp((synapse.pre_t - t) / rule.tau_plus)
+    synapse.pre_t = t
+    return synapse.weight * rule.sign
+
+
+@jit
+def hear(synapse: Plastic, rule: Rule, cell: Cell, events: Array, until: float) -> None:
+    """Let the spikes of the target that the synapse hears up to a time change it."""
+    index = events[synapse.heard].after if synapse.heard >= 0 else cell.first_fired
+    while index >= 0 and events[index].time + synapse.dendritic_delay <= until:
+        t = events[index].time + synapse.dendritic_delay
+        potentiation = rule.A_plus * _trace(synapse.pre_t, synapse.pre_trace, t, rule.tau_plus)
+        if potentiation > 0.0:
+            span = rule.w_max - synapse.weight if rule.multiplicative else rule.w_max
+            synapse.weight = min(synapse.weight + potentiation * span, rule.w_max)
+        synapse.post_trace = (synapse.post_trace + 1.0) * exp((synapse.post_t - t) / rule.tau_minus)
+        synapse.post_t = t
+        synapse.heard = index
+        index = events[index].after
+
+
+@jit
+def remember(cell: Cell, synapses: Array, rules: Array, clock: Clock, events: Array) -> None:
+    """Keep the spike that a cell fires now for its plastic synapses; there must be a free event."""
+    if cell.n_remembered >= _MANY:
+        _forget(cell, synapses, rules, clock, events)
+    index = clock.free
+    event = events[index]
+    clock.free = event.after
+    clock.n_free -= 1
+    event.time, event.after, event.target = cell.wake, -1, cell.n_fired
+    if cell.last_fired >= 0:
+        events[cell.last_fired].after = index
+    else:
+        cell.first_fired = index
+    cell.last_fired = index
+    cell.n_fired += 1
+    cell.n_remembered += 1
+
+
+@jit
+def bring_up_to(
+    now: float, cells: Array, synapses: Array, rules: Array, events: Array, passed: Array
+) -> None:
+    """Bring synapses to what they have heard by now.
+
+    Args:
+        now: the time that the engine has reached.
+        cells: the engine's.
+        synapses: the engine's, which change.
+        rules: the engine's.
+        events: the engine's; those that have passed their synapses get their weights.
+        passed: these events, not yet at their targets, in order of the time at which they passed: indices.
+    """
+    for index in passed:
+        event = events[index]
+        synapse = synapses[~event.target]
+        event.weight = transmit(synapse, rules[synapse.rule], cells[synapse.target >> 1], events, event.time)
+        event.target = synapse.target
+    for k in range(len(synapses)):
+        synapse = synapses[k]
+        hear(synapse, rules[synapse.rule], cells[synapse.target >> 1], events, now)
+
+
+@jit
+def _forget(cell: Cell, synapses: Array, rules: Array, clock: Clock, events: Array) -> None:
+    """Give back the spikes that all synapses of a cell have heard, but for the last of these."""
+    first_needed = cell.n_fired
+    for k in range(len(synapses)):
+        synapse = synapses[k]
+        # spikes still on their way here have passed the synapse after this
+        hear(synapse, rules[synapse.rule], cell, events, cell.wake - synapse.dendritic_delay)
+        first_needed = min(first_needed, events[synapse.heard].target if synapse.heard >= 0 else 0)
+    while events[cell.first_fired].target < first_needed:
+        index = cell.first_fired
+        cell.first_fired = events[index].after
+        events[index].after = clock.free
+        clock.free = index
+        clock.n_free += 1
+        cell.n_remembered -= 1
+
+
+@jit
+def _trace(last: float, before: float, t: float, tau: float) -> float:
+    """Return what is left at t of a train of spikes, each of which began as 1; one right now does not count.
+
+    Args:
+        last: time of the last spike.
+        before: what was left of the others then.
+        t: not before the last spike.
+        tau: time constant.
+    """
+    if t - last <= SIMULTANEOUS:
+        return before
+    return (before + 1.0) * exp((last - t) / tau)

@@ -1,0 +1,156 @@
+"""Changes of a network on the machine between two runs: parameters and weights in the machine's numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nrp_brain_spinnaker.cells import Grid, load_cells, tau_syn_of_lines
+from nrp_brain_spinnaker.loader import Loaded
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_brain_spinnaker.ring import LARGEST_ENTRY, WeightArray
+from nrp_brain_spinnaker.tsodyks_markram import TAU_SYN
+from nrp_brain_spinnaker.wiring import Wires
+from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, FloatArray, IntArray, Network, Population
+from nrp_core.errors import CapabilityError
+
+_WEIGHTS_DEPEND_ON = frozenset({"cm", "tau_m"})
+
+
+class LiveNetwork:
+    """A network on the machine whose parameters and weights can be changed.
+
+    Args:
+        network: as it was loaded.
+        loaded: its arrays, which change.
+        options: the user's.
+    """
+
+    def __init__(self, network: Network, loaded: Loaded, options: SpinnakerOptions) -> None:
+        self._network, self._machine, self._options = network, loaded.machine, options
+        self._grid: Grid = loaded.grid
+        self._wires = {part.projection.label: part for part in loaded.wires}
+        self._simulated = [p.label for p in network.populations.values() if not p.is_source]
+        self._parameters: dict[str, Mapping[str, FloatArray]] = {}
+        self._weights: dict[str, FloatArray] = {}
+
+    def population(self, label: str) -> Population:
+        """Return a population with the parameters that it has now."""
+        population = self._network.populations[label]
+        return replace(population, parameters=self._parameters.get(label, population.parameters))
+
+    def set_parameters(self, change: ParameterChange) -> Population:
+        """Let cells have other parameters; return their population.
+
+        Raises:
+            NetworkError: a parameter does not fit the machine's numbers.
+            CapabilityError: the weights onto these cells would lose their meaning.
+        """
+        population = self.population(change.label)
+        parameters = {name: array.copy() for name, array in population.parameters.items()}
+        for name, values in change.values.items():
+            parameters[name][change.index] = values
+        changed = replace(population, parameters=parameters)
+        if not population.is_source:
+            self._require_meaning(change)
+            self._load(changed)
+        self._parameters[change.label] = parameters
+        return changed
+
+    def weights(self, label: str, size: int) -> FloatArray:
+        """Return the weights of a projection with ``size`` synapses as the machine has them."""
+        if not size:
+            return np.empty(0)
+        part = self._wires[label]
+        sizes = self._raw(part)[self._places[label]] / part.scale
+        if part.factor is not None:
+            sizes = sizes / part.factor[part.projection.post_index]
+        return np.copysign(sizes, part.projection.weight) if (part.projection.weight < 0).any() else sizes
+
+    def set_weights(self, label: str, weights: FloatArray) -> None:
+        """Let the synapses of a projection have other weights, under the shift that was chosen for them.
+
+        Raises:
+            CapabilityError: a weight does not fit 16 bits under that shift.
+        """
+        if not weights.size:
+            return
+        part = self._wires[label]
+        part = replace(part, projection=replace(part.projection, weight=weights))
+        largest = float(part.sizes.max())
+        if np.rint(largest * part.scale) > LARGEST_ENTRY:
+            raise CapabilityError(
+                f"projection '{label}': a weight of {np.abs(weights).max():g} does not fit the machine's 16 "
+                "bits under the shift that was chosen for the weights at the start, which reaches "
+                f"{LARGEST_ENTRY / part.scale * np.abs(weights).max() / largest:g}"
+            )
+        self._raw(part)[self._places[label]] = part.raw
+        self._weights[label] = weights
+
+    def save(self) -> object:
+        """Return what has been changed."""
+        return dict(self._parameters), dict(self._weights)
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+        parameters, weights = saved
+        for label in self._parameters.keys() | parameters.keys():
+            population = self._network.populations[label]
+            if not population.is_source:
+                self._load(replace(population, parameters=parameters.get(label, population.parameters)))
+        for label in self._weights.keys() | weights.keys():
+            self.set_weights(label, weights.get(label, self._wires[label].projection.weight))
+        self._parameters, self._weights = dict(parameters), dict(weights)
+
+    def _load(self, population: Population) -> None:
+        """Put the constants of a population on the machine."""
+        cells, semantics = self._machine.cells, self._options.semantics
+        own = cells.neurons(self._simulated.index(population.label))
+        fresh = load_cells([population], cells.ids[own], self._grid, semantics)
+        cells.constants[:, own] = fresh.constants
+        cells.synapse_constants[:, :, own] = fresh.synapse_constants
+        dynamic, n = self._machine.dynamic, cells.ids.size
+        if dynamic.line.size:
+            tau_syn = np.zeros(2 * n, np.int64)
+            tau_syn.reshape(2, n)[:, own] = tau_syn_of_lines([population], semantics).reshape(2, -1)
+            ours = (dynamic.line % n >= own.start) & (dynamic.line % n < own.stop)
+            dynamic.parameters[TAU_SYN, ours] = tau_syn[dynamic.line[ours]]
+
+    def _require_meaning(self, change: ParameterChange) -> None:
+        index = self._simulated.index(change.label)
+        in_mv = any(part.population == index and part.factor is not None for part in self._wires.values())
+        depending = ", ".join(sorted(change.values.keys() & _WEIGHTS_DEPEND_ON))
+        if in_mv and depending:
+            raise CapabilityError(
+                f"population '{change.label}': weights in mV were converted with {depending}, which cannot "
+                "change on the machine while it runs"
+            )
+
+    def _raw(self, part: Wires) -> WeightArray:
+        machine, kind = self._machine, part.projection.synapse_type
+        if kind == STDP:
+            return machine.plastic.weight
+        return machine.static.weight if kind == STATIC else machine.dynamic.weight
+
+    @cached_property
+    def _places(self) -> Mapping[str, IntArray]:
+        """Where the synapses of each projection stand among those of their type."""
+        places: dict[str, IntArray] = {}
+        for kind in (STATIC, STDP, TSODYKS_MARKRAM):
+            own = [part for part in self._wires.values() if part.projection.synapse_type == kind]
+            places.update(_places_of(own))
+        return places
+
+
+def _places_of(wires: Sequence[Wires]) -> dict[str, IntArray]:
+    pre = [part.projection.pre_index.astype(np.int64) + part.pre_first for part in wires]
+    order = np.argsort(np.concatenate([np.empty(0, np.int64), *pre]), kind="stable")
+    places = np.empty(len(order), np.int64)
+    places[order] = np.arange(len(order))
+    parts = np.split(places, np.cumsum([len(part) for part in pre]))
+    return {part.projection.label: own for part, own in zip(wires, parts, strict=False)}

@@ -1,0 +1,75 @@
+"""What acts on bodies and joints beside drives, and what is felt: servos, efforts, wrenches, contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from nrp_core.world.parts.base import BodyPath, JointAim, Touch, Wrench
+from nrp_world_mujoco.build import Built
+from nrp_world_mujoco.engine import mujoco
+
+
+class Control:
+    """Forces in one scene.
+
+    Args:
+        built: the scene.
+        data: MuJoCo's state.
+        step_s: the physics step.
+    """
+
+    def __init__(self, built: Built, data: Any, step_s: float) -> None:
+        self._built, self._model, self._data, self._step_s = built, built.model, data, step_s
+        self._force = np.empty(6)
+        self.release()
+
+    def aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Let the servo of a joint aim at something."""
+        actuator = self._built.servos[model, joint]
+        # MuJoCo integrates velocities implicitly: with this damping the stiffness acts at the step's end, too
+        damping = aim.damping + aim.stiffness * self._step_s
+        self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping
+        self._data.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
+
+    def release(self) -> None:
+        """Let all servos aim at nothing."""
+        for model, joint in self._built.servos:
+            self.aim(model, joint, JointAim())
+
+    def set_effort(self, model: str, joint: str, effort: float) -> None:
+        """Put an effort on a joint."""
+        self._data.qfrc_applied[self._model.jnt_dofadr[self._built.joints[model][joint]]] = effort
+
+    def set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        """Let a wrench act on a body."""
+        model, index = body
+        self._data.xfrc_applied[self._built.bodies[model][index][1]] = (*wrench.force, *wrench.torque)
+
+    def touches(self) -> Iterator[Touch]:
+        """Return the contacts of the last step."""
+        owners = self._built.owners
+        for number in range(self._data.ncon):
+            contact = self._data.contact[number]
+            one, other = owners[contact.geom[0]], owners[contact.geom[1]]
+            if one[0] == other[0] or contact.efc_address < 0:
+                continue
+            mujoco.mj_contactForce(self._model, self._data, number, self._force)
+            axes = contact.frame.reshape(3, 3)  # first the normal, from the first geom to the second
+            fx, fy, fz = (-self._force[:3] @ axes).tolist()
+            nx, ny, nz = (-axes[0]).tolist()
+            x, y, z = contact.pos.tolist()
+            yield Touch((one, other), (x, y, z), (nx, ny, nz), -float(contact.dist), (fx, fy, fz))
+
+    def joint_wrench(self, body: int) -> Wrench:
+        """Return what a body did to its parent in the last step, at the body's origin."""
+        mujoco.mj_rnePostConstraint(self._model, self._data)
+        torque, force = self._data.cfrc_int[body, :3].copy(), self._data.cfrc_int[body, 3:].copy()
+        # MuJoCo gives it at the centre of mass of the tree
+        lever = self._data.subtree_com[self._model.body_rootid[body]] - self._data.xpos[body]
+        torque += np.cross(lever, force)
+        fx, fy, fz = (-force).tolist()
+        tx, ty, tz = (-torque).tolist()
+        return Wrench((fx, fy, fz), (tx, ty, tz))

@@ -1,0 +1,250 @@
+"""MJCF, MuJoCo's own format, read by MuJoCo and told as SDF: so every engine and every part understands it.
+
+Bodies, joints, geoms with their meshes, masses, cameras and gravity are taken over; what MuJoCo alone has
+(tendons, equality constraints, actuators, its own sensors, height fields) is named in a warning.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from math import atan, pi, tan
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from nrp_core.cache import kept_folder
+from nrp_core.errors import SceneError
+from nrp_core.world.render.optics import looking
+from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.pose import Pose, Quaternion, Vector
+from nrp_world_mujoco.engine import mujoco
+
+_WORLD = 0
+_MESH = "mesh.stl"
+_DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
+_HIDDEN_GROUP = 3
+"""From this group on, MuJoCo's own viewer shows no geom."""
+_DEFAULT_RESOLUTION = (320, 240)
+_HINGE_LINK_SHARE = 1e-3
+"""Of a body's mass: what a link weighs that stands between two of its joints."""
+
+_LEFT_OUT = {"ntendon": "tendons", "neq": "equality constraints", "nu": "actuators", "nsensor": "sensors",
+             "nhfield": "height fields", "nflex": "flexible bodies"}  # fmt: skip
+
+
+def read_mjcf(path: Path) -> tuple[str, list[str]]:
+    """Return the SDF that an MJCF file means, and what there is to warn of.
+
+    Raises:
+        SceneError: MuJoCo cannot read the file.
+    """
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except (ValueError, OSError) as error:
+        raise SceneError(f"MuJoCo cannot read this: {' '.join(str(error).split())}", path=path) from None
+    left_out = [
+        f"{getattr(model, field)} {what}" for field, what in _LEFT_OUT.items() if getattr(model, field)
+    ]
+    warnings = [f"left out of this MJCF file: {', '.join(left_out)}"] if left_out else []
+    return "\n".join(_Writer(model, path.stem).lines()), warnings
+
+
+class _Writer:
+    def __init__(self, model: Any, name: str) -> None:
+        self._m, self._name = model, name
+        self._children: dict[int, list[int]] = {}
+        for body in range(1, model.nbody):
+            self._children.setdefault(int(model.body_parentid[body]), []).append(body)
+
+    def lines(self) -> Iterator[str]:
+        yield f'<sdf version="1.11"><world name={quoteattr(self._name)}>'
+        yield f"<gravity>{_text(self._m.opt.gravity)}</gravity>"
+        if self._m.body_geomnum[_WORLD] or _WORLD in self._m.cam_bodyid:
+            yield f"<model name={quoteattr(f'{self._name}_ground')}><static>true</static>"
+            yield from self._link(_WORLD, Pose(), "")
+            yield "</model>"
+        for top in self._children.get(_WORLD, ()):
+            yield from self._model(top)
+        yield "</world></sdf>"
+
+    # -- bodies
+
+    def _model(self, top: int) -> Iterator[str]:
+        tree = list(self._tree(top))
+        yield f"<model name={quoteattr(self._body(top))}>{_pose(self._pose('body', top))}"
+        if not any(self._m.body_jntnum[body] for body in tree):
+            yield "<static>true</static>"
+        for body in tree:
+            yield from self._held(body, "world" if body == top else self._body(self._m.body_parentid[body]))
+        yield "</model>"
+
+    def _tree(self, body: int) -> Iterator[int]:
+        yield body
+        for child in self._children.get(body, ()):
+            yield from self._tree(child)
+
+    def _held(self, body: int, parent: str) -> Iterator[str]:
+        """Yield a body and the joints that hold it; between two of them is a link of next to no mass."""
+        first, count = int(self._m.body_jntadr[body]), int(self._m.body_jntnum[body])
+        joints = range(first, first + count)
+        place, base = (Pose(), "__model__") if parent == "world" else (self._pose("body", body), parent)
+        kinds = [mujoco.mjtJoint(self._m.jnt_type[joint]) for joint in joints]
+        if mujoco.mjtJoint.mjJNT_FREE in kinds:
+            yield from self._link(body, place, base)
+            return
+        if not kinds:
+            yield from self._link(body, place, base)
+            yield _fixed(f"{self._body(body)}_held", parent, self._body(body))
+            return
+        for joint in joints[:-1]:
+            between = f"{self._body(body)}_{self._joint_name(joint)}_link"
+            mass = _HINGE_LINK_SHARE * max(float(self._m.body_mass[body]), 1e-3)
+            ball = f"<ixx>{mass * 1e-4}</ixx><iyy>{mass * 1e-4}</iyy><izz>{mass * 1e-4}</izz>"
+            yield f"<link name={quoteattr(between)}>{_pose(place, base)}"
+            yield f"<inertial><mass>{mass}</mass><inertia>{ball}</inertia></inertial></link>"
+            yield from self._joint(joint, parent, between)
+            parent, place, base = between, Pose(), between
+        yield from self._link(body, place, base)
+        yield from self._joint(joints[-1], parent, self._body(body))
+
+    def _link(self, body: int, place: Pose, base: str) -> Iterator[str]:
+        yield f"<link name={quoteattr(self._body(body))}>{_pose(place, base)}"
+        mass = float(self._m.body_mass[body])
+        if mass > 0:
+            xx, yy, zz = self._m.body_inertia[body].tolist()
+            inertial = Pose(_vector(self._m.body_ipos[body]), _quaternion(self._m.body_iquat[body]))
+            inertia = f"<ixx>{xx}</ixx><iyy>{yy}</iyy><izz>{zz}</izz>"
+            yield f"<inertial><mass>{mass}</mass>{_pose(inertial)}<inertia>{inertia}</inertia></inertial>"
+        first = int(self._m.body_geomadr[body])
+        for geom in range(first, first + int(self._m.body_geomnum[body])):
+            yield from self._geom(geom)
+        for camera in np.flatnonzero(self._m.cam_bodyid == body).tolist():
+            yield from self._camera(camera)
+        yield "</link>"
+
+    def _joint(self, joint: int, parent: str, child: str) -> Iterator[str]:
+        m = self._m
+        kinds = {mujoco.mjtJoint.mjJNT_HINGE: "revolute", mujoco.mjtJoint.mjJNT_SLIDE: "prismatic"}
+        kind = kinds.get(mujoco.mjtJoint(m.jnt_type[joint]), "ball")
+        yield f"<joint name={quoteattr(self._joint_name(joint))} type={quoteattr(kind)}>"
+        yield f"<parent>{escape(parent)}</parent><child>{escape(child)}</child>"
+        yield _pose(Pose(_vector(m.jnt_pos[joint])))
+        if kind != "ball":
+            zero = float(m.qpos0[m.jnt_qposadr[joint]])
+            lower, upper = (m.jnt_range[joint] - zero).tolist() if m.jnt_limited[joint] else (-np.inf, np.inf)
+            effort = float(m.jnt_actfrcrange[joint][1]) if m.jnt_actfrclimited[joint] else np.inf
+            yield f"<axis><xyz>{_text(m.jnt_axis[joint])}</xyz>"
+            yield f"<limit><lower>{lower}</lower><upper>{upper}</upper><effort>{effort}</effort></limit>"
+            dynamics = f"<damping>{m.dof_damping[m.jnt_dofadr[joint]]}</damping>"
+            spring = float(np.ravel(m.jnt_stiffness[joint])[0])
+            dynamics += f"<spring_stiffness>{spring}</spring_stiffness>" if spring else ""
+            yield f"<dynamics>{dynamics}</dynamics></axis>"
+        yield "</joint>"
+
+    # -- what bodies show, touch with and see
+
+    def _geom(self, geom: int) -> Iterator[str]:
+        m = self._m
+        shape = self._shape(geom)
+        if shape is None:
+            return
+        name = quoteattr(f"geom_{geom}")
+        place = _pose(self._pose("geom", geom))
+        if m.geom_group[geom] < _HIDDEN_GROUP:
+            rgba = m.geom_rgba[geom]
+            if m.geom_matid[geom] >= 0 and np.allclose(rgba, _DEFAULT_RGBA):
+                rgba = m.mat_rgba[m.geom_matid[geom]]
+            color = f"<material><diffuse>{_text(rgba[:3])} 1</diffuse></material>"
+            seen = f"<transparency>{1 - float(rgba[3])}</transparency>{color}<geometry>{shape}</geometry>"
+            yield f"<visual name={name}>{place}{seen}</visual>"
+        if m.geom_contype[geom] or m.geom_conaffinity[geom]:
+            mu = f"<surface><friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction></surface>"
+            yield f"<collision name={name}>{place}<geometry>{shape}</geometry>{mu}</collision>"
+
+    def _shape(self, geom: int) -> str | None:
+        kinds = mujoco.mjtGeom
+        a, b, c = self._m.geom_size[geom].tolist()
+        match mujoco.mjtGeom(self._m.geom_type[geom]):
+            case kinds.mjGEOM_PLANE:
+                size = [2 * side if side > 0 else 100.0 for side in (a, b)]
+                return f"<plane><size>{_text(size)}</size></plane>"
+            case kinds.mjGEOM_SPHERE:
+                return f"<sphere><radius>{a}</radius></sphere>"
+            case kinds.mjGEOM_CAPSULE:
+                return f"<capsule><radius>{a}</radius><length>{2 * b}</length></capsule>"
+            case kinds.mjGEOM_CYLINDER:
+                return f"<cylinder><radius>{a}</radius><length>{2 * b}</length></cylinder>"
+            case kinds.mjGEOM_BOX:
+                return f"<box><size>{_text((2 * a, 2 * b, 2 * c))}</size></box>"
+            case kinds.mjGEOM_ELLIPSOID:
+                return f"<ellipsoid><radii>{_text((a, b, c))}</radii></ellipsoid>"
+            case kinds.mjGEOM_MESH:
+                return f"<mesh><uri>{escape(str(self._mesh(int(self._m.geom_dataid[geom]))))}</uri></mesh>"
+            case _:
+                return None
+
+    def _mesh(self, mesh: int) -> Path:
+        """Return the file of a mesh, as MuJoCo has it after its own scaling and centring."""
+        m = self._m
+        vertices = m.mesh_vert[m.mesh_vertadr[mesh] :][: m.mesh_vertnum[mesh]]
+        faces = m.mesh_face[m.mesh_faceadr[mesh] :][: m.mesh_facenum[mesh]]
+        triangles = vertices[faces].astype(np.float64)
+        digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).hexdigest()
+
+        def fill(folder: Path) -> None:
+            write_stl(folder / _MESH, triangles)
+
+        return kept_folder("mjcf", digest, fill, lambda folder: (folder / _MESH).is_file()) / _MESH
+
+    def _camera(self, camera: int) -> Iterator[str]:
+        width, height = self._m.cam_resolution[camera].tolist()
+        if width * height <= 1:
+            width, height = _DEFAULT_RESOLUTION
+        high = tan(float(self._m.cam_fovy[camera]) * pi / 360)
+        ahead = self._pose("cam", camera) @ looking(Pose()).inverse()
+        name = quoteattr(self._m.camera(camera).name or f"camera_{camera}")
+        yield f'<sensor name={name} type="camera">{_pose(ahead)}<update_rate>30</update_rate>'
+        yield f"<camera><horizontal_fov>{2 * atan(high * width / height)}</horizontal_fov>"
+        yield f"<image><width>{width}</width><height>{height}</height></image></camera></sensor>"
+
+    # -- names and places
+
+    def _body(self, body: int) -> str:
+        return "ground" if body == _WORLD else self._m.body(body).name or f"body_{body}"
+
+    def _joint_name(self, joint: int) -> str:
+        name = self._m.joint(joint).name or f"joint_{joint}"
+        bodies = {self._body(body) for body in range(self._m.nbody)}
+        return f"{name}_joint" if name in bodies else name  # in SDF a joint is not called like a link
+
+    def _pose(self, kind: str, number: int) -> Pose:
+        position, turn = getattr(self._m, f"{kind}_pos")[number], getattr(self._m, f"{kind}_quat")[number]
+        return Pose(_vector(position), _quaternion(turn))
+
+
+def _fixed(name: str, parent: str, child: str) -> str:
+    ends = f"<parent>{escape(parent)}</parent><child>{escape(child)}</child>"
+    return f'<joint name={quoteattr(name)} type="fixed">{ends}</joint>'
+
+
+def _pose(pose: Pose, relative_to: str = "") -> str:
+    frame = f" relative_to={quoteattr(relative_to)}" if relative_to else ""
+    numbers = _text((*pose.position, *pose.orientation))
+    return f'<pose rotation_format="quat_xyzw"{frame}>{numbers}</pose>'
+
+
+def _text(numbers: Iterable[float]) -> str:
+    return " ".join(str(float(number)) for number in numbers)
+
+
+def _vector(numbers: Any) -> Vector:
+    x, y, z = numbers.tolist()
+    return x, y, z
+
+
+def _quaternion(scalar_first: Any) -> Quaternion:
+    w, x, y, z = scalar_first.tolist()
+    return x, y, z, w

@@ -1,0 +1,106 @@
+"""A network of benchmarks/networks.py in the event brain, on the grid or exact."""
+
+from __future__ import annotations
+
+import time
+
+import measure
+import numpy as np
+from graphs import Graph, Values
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network import Network, Population, Projection
+from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.clock import from_milliseconds
+from nrp_core.registry import brains
+
+_CELLS = {"cuba": "IF_curr_exp", "coba": "IF_cond_exp", "brunel": "IF_curr_delta"}
+
+
+def network_of(graph: Graph) -> Network:
+    """Return the graph as excitatory, inhibitory and Poisson cells; its arrays are shared where possible."""
+    cuts = {"exc": slice(0, graph.sizes[0]), "inh": slice(graph.sizes[0], graph.n)}
+    populations = {
+        label: Population(
+            label, cut.stop - cut.start, _CELLS[graph.model],
+            {name: np.full(cut.stop - cut.start, value) for name, value in graph.cells.items()},
+            {name: values[cut].copy() for name, values in graph.initial.items()},
+        )
+        for label, cut in cuts.items()
+    }  # fmt: skip
+    projections = [
+        _projection(graph, kind, pre, post, cuts[post]) for kind, pre in enumerate(cuts) for post in cuts
+    ]
+    rate, weight = graph.noise
+    if rate:
+        for label, cut in cuts.items():
+            n = cut.stop - cut.start
+            train = {"rate": np.full(n, rate), "start": np.zeros(n), "duration": np.full(n, 1e10)}
+            populations[f"noise_{label}"] = Population(f"noise_{label}", n, "SpikeSourcePoisson", train)
+            each = np.arange(n, dtype=np.uint16)
+            projections.append(
+                Projection(
+                    f"noise_{label}",
+                    f"noise_{label}",
+                    label,
+                    "excitatory",
+                    each,
+                    each,
+                    np.broadcast_to(weight, n),
+                    np.broadcast_to(graph.delay, n),
+                )
+            )
+    return Network(populations, tuple(projections), {}, measure.STEP_MS)
+
+
+def _projection(graph: Graph, kind: int, pre: str, post: str, targets: slice) -> Projection:
+    sources = graph.sources[kind][targets]
+
+    def each(own: tuple[Values, Values] | None, common: float) -> Values:
+        return np.broadcast_to(common, sources.size) if own is None else own[kind][targets].reshape(-1)
+
+    return Projection(
+        f"{pre}_{post}", pre, post, ("excitatory", "inhibitory")[kind],
+        sources.reshape(-1), np.repeat(np.arange(len(sources), dtype=np.uint16), sources.shape[1]),
+        each(graph.own_weights, graph.weight[kind]), each(graph.own_delays, graph.delay),
+    )  # fmt: skip
+
+
+def table_bytes(brain: Brain) -> int:
+    """Return the size of the tables of synapses."""
+    names = (
+        "row_first", "segment_start", "segment_length", "segment_gap", "segment_table", "segment_last",
+        "targets", "weights",
+    )  # fmt: skip
+    grid = getattr(brain, "_grid", None)
+    return sum(getattr(grid, name).nbytes for name in names) if grid is not None else 0
+
+
+def main() -> None:
+    chosen = measure.arguments()
+    graph = measure.graph_of(chosen)
+    network, n, size = network_of(graph), graph.n, graph.size
+    del graph
+    backend = brains().load("event")
+    grid = {"resolution": f"{measure.STEP_MS} ms", "poisson": "grid"}
+    options = backend.options.model_validate(grid if chosen.mode == "grid" else {})
+    began = time.process_time()
+    with backend.open(network, seed=1, options=options) as brain:
+        build_s = time.process_time() - began
+        recorder = brain.add_sink(SpikeRecorder(), np.arange(n), name="all")
+        brain.run_until(from_milliseconds(chosen.warm_up))
+        spikes = recorder.spikes()
+
+        def run() -> None:
+            brain.run_until(brain.now_ns + from_milliseconds(chosen.duration))
+
+        costs = measure.chunks(run, chosen.chunks, chosen.duration)
+        rate = (len(recorder.spikes()) - len(spikes)) / n / (chosen.duration * chosen.chunks * 1e-3)
+        measure.report(
+            build_s=build_s, costs=costs, rate_hz=rate, bytes_per_synapse=table_bytes(brain) / size,
+            digest=measure.digest(spikes.neurons, spikes.times_ms), synapses=size,
+        )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,14 @@
+"""Bodies to build experiments with: a two-wheeler, a six-legged walker, a camera head.
+
+========================  ============================================================================
+``pioneer.sdf``           two driven wheels, a caster and a laser scanner
+``hexapod.sdf``           six legs of four joints; made by :mod:`nrp_experiments.bodies.hexapod`
+``pan_tilt.sdf``          a camera that pans and tilts
+========================  ============================================================================
+"""
+
+from importlib.resources import files
+from pathlib import Path
+
+FOLDER = Path(str(files(__name__)))
+"""Where the files are."""

@@ -1,0 +1,206 @@
+"""Walk through the body of a function, statement by statement, and note what it does."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
+
+from nrp_core.analysis.events import Add, Event, Return, Write
+from nrp_core.analysis.expressions import Expressions, with_hidden
+from nrp_core.analysis.shapes import UNKNOWN, Shape, attribute, item_of, joined
+
+_ENDS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
+_ASKS = frozenset({"hasattr", "isinstance", "getattr", "callable"})
+"""Functions that a body asks before it does what may not be possible."""
+_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
+
+
+class Body(Expressions):
+    """What a function does.
+
+    Args:
+        names: what is known of the names that it sees.
+        statements: its body.
+
+    Attributes:
+        events: what it does, in the order in which it is written. What stands in a ``try`` or behind a
+            question such as ``hasattr`` is left out: it is meant to fail.
+    """
+
+    def __init__(self, names: Mapping[str, Shape], statements: Sequence[ast.stmt]) -> None:
+        super().__init__(names)
+        self.events: list[Event] = []
+        self._guards = 0
+        self._inner = 0
+        self._walk(statements)
+
+    def saw(self, event: Event) -> None:
+        if not self._guards and not (self._inner and isinstance(event, Return)):
+            self.events.append(event)
+
+    def bind(self, target: ast.expr, shape: Shape) -> None:
+        match target:
+            case ast.Attribute(value, name):
+                owner = self.shape(value)
+                self.saw(Write(target, owner, name, attribute(owner, name) is not None, shape))
+            case ast.Subscript(value, index):
+                self.shape(value)
+                self.shape(index)
+            case _:
+                super().bind(target, shape)
+
+    def _compare(self, node: ast.Compare) -> Shape:
+        sides = [self.shape(side) for side in (node.left, *node.comparators)]
+        for left, right in pairwise(sides):
+            self.saw(Add(node, left, right))
+        return UNKNOWN
+
+    # -- statements
+
+    def _walk(self, statements: Iterable[ast.stmt]) -> None:
+        for statement in statements:
+            work = getattr(self, f"_do_{type(statement).__name__.lower()}", self._do_parts)
+            work(statement)
+
+    def _do_parts(self, statement: ast.stmt) -> None:
+        for child in ast.iter_child_nodes(statement):
+            if isinstance(child, ast.expr):
+                self.shape(child)
+
+    def _do_assign(self, node: ast.Assign) -> None:
+        for target in node.targets:
+            if isinstance(target, (ast.Tuple, ast.List)) and isinstance(node.value, (ast.Tuple, ast.List)):
+                found: Shape = self._row(node.value.elts, list)
+            else:
+                found = self.shape(node.value)
+            self.bind(target, found)
+
+    def _do_annassign(self, node: ast.AnnAssign) -> None:
+        if node.value is not None:
+            self.bind(node.target, self.shape(node.value))
+
+    def _do_augassign(self, node: ast.AugAssign) -> None:
+        together = ast.BinOp(_loaded(node.target), node.op, node.value)
+        self.bind(node.target, self.shape(ast.copy_location(together, node)))
+
+    def _do_return(self, node: ast.Return) -> None:
+        is_none = node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None)
+        found = self.shape(node.value)
+        self.saw(Return(node, None if is_none else found))
+
+    def _do_if(self, node: ast.If) -> None:
+        self.shape(node.test)
+        asks = any(isinstance(one, ast.Name) and one.id in _ASKS for one in ast.walk(node.test))
+        self._guards += asks
+        before = dict(self.names)
+        self._walk(node.body)
+        after, self.names = self.names, before
+        self._walk(node.orelse)
+        if not _ends(node.body):
+            self.names = _merged(after, self.names) if not _ends(node.orelse) else after
+        self._guards -= asks
+
+    def _do_for(self, node: ast.For | ast.AsyncFor) -> None:
+        items = self.shape(node.iter)
+        self._loop(node, lambda: self.bind(node.target, item_of(items)))
+
+    _do_asyncfor = _do_for
+
+    def _do_while(self, node: ast.While) -> None:
+        self._loop(node, lambda: self.shape(node.test))
+
+    def _loop(self, node: ast.For | ast.AsyncFor | ast.While, begin: Callable[[], object]) -> None:
+        """Walk through a loop, of which a later round begins with what an earlier one left."""
+        changed = dict.fromkeys(assigned(node.body), UNKNOWN)
+        self.names.update(changed)
+        begin()
+        self._walk(node.body)
+        self.names.update(changed)
+        self._walk(node.orelse)
+
+    def _do_with(self, node: ast.With | ast.AsyncWith) -> None:
+        for item in node.items:
+            self.shape(item.context_expr)
+            if item.optional_vars is not None:
+                self.bind(item.optional_vars, UNKNOWN)
+        self._walk(node.body)
+
+    _do_asyncwith = _do_with
+
+    def _do_try(self, node: ast.Try) -> None:
+        self._guards += bool(node.handlers)
+        self._walk(node.body)
+        self.names.update(dict.fromkeys(assigned(node.body), UNKNOWN))
+        self._guards -= bool(node.handlers)
+        for handler in node.handlers:
+            if handler.name:
+                self.names[handler.name] = UNKNOWN
+            before = dict(self.names)
+            self._walk(handler.body)
+            self.names = _merged(before, self.names)
+        self._walk([*node.orelse, *node.finalbody])
+
+    _do_trystar = _do_try
+
+    def _do_match(self, node: ast.Match) -> None:
+        self.shape(node.subject)
+        self.names.update(dict.fromkeys(assigned([node]), UNKNOWN))
+        for case in node.cases:
+            before = dict(self.names)
+            self._walk(case.body)
+            self.names = _merged(before, self.names)
+
+    def _do_functiondef(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> None:
+        arguments = [one.arg for one in ast.walk(node.args) if isinstance(one, ast.arg)]
+        self.names[node.name] = UNKNOWN
+        self._inner += 1
+        with_hidden(self, [*arguments, *assigned(node.body)], lambda: self._walk(node.body))
+        self._inner -= 1
+
+    _do_asyncfunctiondef = _do_functiondef
+
+    def _do_import(self, node: ast.Import | ast.ImportFrom) -> None:
+        for alias in node.names:
+            self.names[alias.asname or alias.name.partition(".")[0]] = UNKNOWN
+
+    _do_importfrom = _do_import
+
+    def _do_classdef(self, node: ast.ClassDef) -> None:
+        self.names[node.name] = UNKNOWN
+
+
+def _loaded(target: ast.expr) -> ast.expr:
+    """Return the expression that reads what a target sets."""
+    match target:
+        case ast.Name(name):
+            return ast.copy_location(ast.Name(name, ast.Load()), target)
+        case ast.Attribute(value, name):
+            return ast.copy_location(ast.Attribute(value, name, ast.Load()), target)
+        case ast.Subscript(value, index):
+            return ast.copy_location(ast.Subscript(value, index, ast.Load()), target)
+    return target
+
+
+def _ends(statements: Sequence[ast.stmt]) -> bool:
+    return bool(statements) and isinstance(statements[-1], _ENDS)
+
+
+def _merged(first: Mapping[str, Shape], second: Mapping[str, Shape]) -> dict[str, Shape]:
+    names = {*first, *second}
+    return {name: joined(first.get(name, UNKNOWN), second.get(name, UNKNOWN)) for name in names}
+
+
+def assigned(statements: Iterable[ast.stmt]) -> set[str]:
+    """Return the names that statements set, but those inside of functions."""
+    found: set[str] = set()
+    waiting: list[ast.AST] = list(statements)
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            found.add(node.id)
+        if isinstance(node, (ast.MatchAs, ast.MatchStar)) and node.name:
+            found.add(node.name)
+        if not isinstance(node, _SCOPES):
+            waiting += ast.iter_child_nodes(node)
+    return found

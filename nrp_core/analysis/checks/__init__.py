@@ -1,0 +1,25 @@
+"""The checks, one module for each family; importing this registers them in the order of their codes."""
+
+from nrp_core.analysis.checks import (
+    attributes,
+    calls,
+    capabilities,
+    messages,
+    names,
+    numbers,
+    parameters,
+    times,
+    writers,
+)
+
+__all__ = [
+    "attributes",
+    "calls",
+    "capabilities",
+    "messages",
+    "names",
+    "numbers",
+    "parameters",
+    "times",
+    "writers",
+]

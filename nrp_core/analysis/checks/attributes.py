@@ -1,0 +1,108 @@
+"""What bodies read and set of devices, topics, variables and modules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import ModuleType
+
+from nrp_core.analysis.events import Read, Write, missing_name
+from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.shapes import Instance, Known, Row, can_set, names_of
+from nrp_core.analysis.study import Examined
+from nrp_core.dsl.binding import Adapter
+from nrp_core.dsl.devices import Device
+from nrp_core.dsl.groups import DeviceGroup
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.topics import PublishedTopic, SubscribedTopic
+from nrp_core.dsl.variables import Variable
+from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.base import type_name
+
+
+@checks_function(Code.NRP223)
+def adapters_have_the_attribute(function: Examined) -> Iterator[Finding]:
+    """Look for attributes that what a parameter stands for does not have."""
+    for event in function.events:
+        if isinstance(event, (Read, Write)) and not event.exists and _adapter(event) is not None:
+            hint = did_you_mean(event.name, names_of(event.owner))
+            message = f"{_told(function, event)} has no attribute '{event.name}'{hint}"
+            yield function.declared.finding(Code.NRP223, event.node, message)
+
+
+@checks_function(Code.NRP226)
+def messages_have_the_field(function: Examined) -> Iterator[Finding]:
+    """Look for fields that a message does not have."""
+    for event in function.events:
+        if isinstance(event, (Read, Write)) and not event.exists and isinstance(event.owner, Instance):
+            hint = did_you_mean(event.name, names_of(event.owner))
+            message = f"{type_name(event.owner.cls)} has no field '{event.name}'{hint}"
+            yield function.declared.finding(Code.NRP226, event.node, message)
+
+
+@checks_function(Code.NRP241)
+def modules_have_the_name(function: Examined) -> Iterator[Finding]:
+    """Look for names that a module does not have."""
+    for event in function.events:
+        match event:
+            case Read(node, Known(ModuleType()), _, False):
+                yield function.declared.finding(Code.NRP241, node, missing_name(event))
+
+
+@checks_function(Code.NRP224)
+def what_is_set_can_be_set(function: Examined) -> Iterator[Finding]:
+    """Look for readings that are set."""
+    for event in function.events:
+        adapter = _adapter(event) if isinstance(event, Write) and event.exists else None
+        if adapter is not None and isinstance(event, Write) and not can_set(adapter, event.name):
+            level = Level.WARNING if isinstance(adapter, SubscribedTopic) else Level.ERROR
+            message = f"{_told(function, event)}: '{event.name}' can only be read"
+            yield function.declared.finding(Code.NRP224, event.node, message, level)
+
+
+@checks_function(Code.NRP225)
+def settings_are_in_range(function: Examined) -> Iterator[Finding]:
+    """Try constants on a device that nothing listens to."""
+    for event in function.events:
+        match event:
+            case Write(node, Known(Device() | DeviceGroup() as device), name, True, Known(value)):
+                pass
+            case Write(node, Known(Device() | DeviceGroup() as device), name, True, Row(items)) if all(
+                isinstance(item, Known) for item in items
+            ):
+                value = [item.value for item in items if isinstance(item, Known)]
+            case _:
+                continue
+        if not can_set(device, name):
+            continue
+        before = getattr(device, name)
+        try:
+            setattr(device, name, value)
+            setattr(device, name, before)
+        except (ValueError, TypeError) as error:
+            yield function.declared.finding(Code.NRP225, node, str(error))
+
+
+def _adapter(event: Read | Write) -> Adapter | None:
+    owner = event.owner.value if isinstance(event.owner, Known) else None
+    return owner if isinstance(owner, Adapter) else None
+
+
+def _told(function: Examined, event: Read | Write) -> str:
+    """Return what a parameter is, in a few words."""
+    adapter = _adapter(event)
+    name = function.parameter_of(event.owner)
+    mapping = function.function.mappings.get(name or "")
+    if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
+        side = "source" if mapping.drives else "sink"
+        group = "group of " if isinstance(adapter, DeviceGroup) else ""
+        return f"'{name}', a {group}{mapping.kind} ({side}),"
+    kinds = {
+        SubscribedTopic: "a subscribed topic",
+        PublishedTopic: "a published topic",
+        Variable: "a variable",
+    }
+    told = next((text for kind, text in kinds.items() if isinstance(adapter, kind)), "")
+    if name is None:
+        return told or f"a {type(adapter).__name__}"
+    return f"'{name}', {told}," if told else f"'{name}'"

@@ -1,0 +1,129 @@
+"""Messages: how they are made, and where they are sent."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Iterator
+from types import MethodType
+from typing import Any, cast
+
+from nrp_core.analysis.events import Call, Return, Write
+from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.shapes import Instance, Items, Known, Number, Row, Shape, hints
+from nrp_core.analysis.study import Examined
+from nrp_core.dsl.topics import PublishedTopic
+from nrp_core.errors import TopicError
+from nrp_core.findings import Code, Finding
+from nrp_core.world.messages.base import type_name
+from nrp_core.world.topics import TopicInfo, check_message
+
+_PLAIN: dict[Any, tuple[str, tuple[type, ...]]] = {
+    float: ("a number", (int, float)),
+    int: ("a whole number", (int,)),
+    bool: ("true or false", (bool, int)),
+    str: ("a text", (str,)),
+}
+
+
+@checks_function(Code.NRP227)
+def constructors_get_what_they_take(function: Examined) -> Iterator[Finding]:
+    """Compare the arguments of messages with their fields."""
+    for event in function.events:
+        match event:
+            case Call(node, Known(type() as cls), given, named, True) if _is_message(cls):
+                try:
+                    bound = inspect.signature(cls).bind(*given, **named)
+                except TypeError as error:
+                    fields = ", ".join(field.name for field in dataclasses.fields(cls))
+                    message = f"{type_name(cls)}({fields}): {error}"
+                    yield function.declared.finding(Code.NRP227, node, message)
+                    continue
+                for name, shape in bound.arguments.items():
+                    wrong = _misfit(shape, hints(cls).get(name))
+                    if wrong:
+                        message = f"{name} of {type_name(cls)} must be {wrong}"
+                        yield function.declared.finding(Code.NRP227, node, message)
+
+
+@checks_function(Code.NRP227)
+def fields_get_what_they_take(function: Examined) -> Iterator[Finding]:
+    """Compare what is assigned to fields of messages with their types."""
+    for event in function.events:
+        match event:
+            case Write(node, Instance(cls), name, True, value) if _is_message(cls):
+                wrong = _misfit(value, hints(cls).get(name))
+                if wrong:
+                    message = f"{name} of {type_name(cls)} must be {wrong}"
+                    yield function.declared.finding(Code.NRP227, node, message)
+
+
+@checks_function(Code.NRP228)
+def topics_get_what_they_carry(function: Examined) -> Iterator[Finding]:
+    """Compare what is returned or sent with the type of the topic."""
+    for event in function.events:
+        match event:
+            case Return(node, value) if value is not None and function.returns_to is not None:
+                info = function.returns_to
+            case Call(node, Known(MethodType() as method), (value,), named, True) if (
+                _sends(method) and not named
+            ):
+                info = cast(PublishedTopic, method.__self__).info
+            case _:
+                continue
+        wrong = _refused(info, value)
+        if wrong:
+            yield function.declared.finding(Code.NRP228, node, wrong)
+
+
+def _refused(info: TopicInfo, value: Shape) -> str:
+    """Return why a topic would refuse something, empty where it is not known to."""
+    if not dataclasses.is_dataclass(info.type):
+        return ""
+    kind: Any = info.type
+    fields = dataclasses.fields(kind)
+    match value:
+        case Instance(cls) if type_name(cls) != type_name(info.type):
+            return f"{info.name} carries {type_name(info.type)}, not {type_name(cls)}"
+        case Number() | Items() | Row() if isinstance(value, (Items, Row)) or len(fields) != 1:
+            what = "a number" if isinstance(value, Number) else "a list"
+            return f"{info.name} carries {type_name(info.type)}, not {what}"
+        case Known(bool() | int() | float() | str() as plain):
+            try:
+                check_message(info, kind(plain) if len(fields) == 1 else plain)
+            except TopicError as error:
+                return error.message
+    return ""
+
+
+def _misfit(shape: Shape, hint: Any) -> str:
+    """Return what a field must be if a value cannot be that, else nothing."""
+    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+        told = f"a {type_name(hint)}"
+        match shape:
+            case Instance(cls) if type_name(cls) != type_name(hint):
+                return f"{told}, not a {type_name(cls)}"
+            case Number():
+                return f"{told}, not a number"
+            case Known(int() | float() | str() as value):
+                return f"{told}, not {value!r:.40}"
+        return ""
+    told, accepted = _PLAIN.get(hint, ("", (object,)))
+    match shape:
+        case Known(bool() | int() | float() | str() | None as plain) if not isinstance(plain, accepted):
+            return f"{told}, not {plain!r:.40}"
+        case Instance(cls) if told:
+            return f"{told}, not a {type_name(cls)}"
+        case Items() | Row() if told:
+            return f"{told}, not a list"
+        case Number() if hint is str:
+            return f"{told}, not a number"
+    return ""
+
+
+def _is_message(cls: type) -> bool:
+    return dataclasses.is_dataclass(cls) and hasattr(cls, "__msgtype__")
+
+
+def _sends(method: MethodType) -> bool:
+    return isinstance(method.__self__, PublishedTopic) and method.__name__ == "send_message"

@@ -1,0 +1,64 @@
+"""Names that nothing defines, and values that nothing uses: what pyflakes finds in a file."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+from pyflakes import messages
+from pyflakes.checker import Checker
+
+from nrp_core.analysis.declared import found_in
+from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.study import Study
+from nrp_core.dsl.listing import Listing
+from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code, Finding, Level
+
+_CODES = {
+    messages.UndefinedName: (Code.NRP246, Level.ERROR),
+    messages.UndefinedLocal: (Code.NRP246, Level.ERROR),
+    messages.UnusedVariable: (Code.NRP242, Level.WARNING),
+}
+
+
+@checks_experiment(Code.NRP246, Code.NRP242)
+def names_are_defined_and_used(study: Study) -> Iterator[Finding]:
+    """Look for names that nothing defines and for local values that nothing uses."""
+    for listing in study.listings:
+        yield from _names_of(listing)
+
+
+def _names_of(listing: Listing) -> Iterator[Finding]:
+    known = set(listing.names)
+    for source in listing.sources:
+        checker = Checker(source.tree, str(source.path), builtins=known)
+        for found in checker.messages:
+            code, level = _CODES.get(type(found), (None, Level.NOTE))
+            if code is not None:
+                yield found_in(source, code, _at(found), _told(found, source.tree, known), level)
+        known |= set(checker.scopeStack[0] if checker.scopeStack else checker.deadScopes[-1])
+
+
+def _at(found: messages.Message) -> ast.AST:
+    return ast.Constant(None, lineno=found.lineno, col_offset=found.col)
+
+
+def _told(found: messages.Message, tree: ast.Module, known: set[str]) -> str:
+    name = str(found.message_args[0])
+    if isinstance(found, messages.UnusedVariable):
+        return f"the value of '{name}' is never used"
+    if isinstance(found, messages.UndefinedLocal):
+        return f"'{name}' is used before it has a value"
+    near = next(
+        (
+            node
+            for node in ast.walk(tree)
+            if isinstance(node, ast.FunctionDef) and node.lineno <= found.lineno <= (node.end_lineno or 0)
+        ),
+        None,
+    )
+    local = {one.arg for one in ast.walk(near) if isinstance(one, ast.arg)} if near else set()
+    local |= {one.id for one in ast.walk(tree) if isinstance(one, ast.Name)} - {name}
+    hint = did_you_mean(name, local | known)
+    return f"nothing defines the name '{name}'{hint if 'did you mean' in hint else ''}"

@@ -1,0 +1,46 @@
+"""Numbers: divisions, and the units of what devices read and take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from nrp_core.analysis.events import Add, Divide, Write
+from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.shapes import UNITS, Known, Number, Shape, item_of
+from nrp_core.analysis.study import Examined
+from nrp_core.dsl.devices import Device
+from nrp_core.dsl.groups import DeviceGroup
+from nrp_core.findings import Code, Finding, Level
+
+
+@checks_function(Code.NRP232)
+def nothing_is_divided_by_zero(function: Examined) -> Iterator[Finding]:
+    """Look for divisors that are a constant zero."""
+    for event in function.events:
+        match event:
+            case Divide(node, left, Known(int() | float() as divisor)) if divisor == 0:
+                if not (isinstance(left, Known) and isinstance(left.value, str)):
+                    yield function.declared.finding(Code.NRP232, node, "this divides by zero")
+
+
+@checks_function(Code.NRP233)
+def units_agree(function: Examined) -> Iterator[Finding]:
+    """Look for quantities of one unit that are used as one of another."""
+    for event in function.events:
+        match event:
+            case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:
+                unit = _unit(value)
+                if unit and unit != UNITS[name]:
+                    message = (
+                        f"'{name}' is in {UNITS[name]} and is set from a quantity in {unit}: "
+                        f"the factor between them is in {UNITS[name]}/{unit}"
+                    )
+                    yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
+            case Add(node, Number(first), Number(second)) if first != second:
+                message = f"a quantity in {first} meets one in {second}"
+                yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
+
+
+def _unit(shape: Shape) -> str | None:
+    found = shape if isinstance(shape, Number) else item_of(shape)
+    return found.unit if isinstance(found, Number) else None

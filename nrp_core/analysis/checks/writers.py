@@ -1,0 +1,75 @@
+"""How transfer functions meet: names, topics and neurons that two of them claim."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from nrp_core.analysis.declared import Declared
+from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.study import Study
+from nrp_core.dsl.binding import Adapter
+from nrp_core.dsl.devices import Device
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.groups import DeviceGroup
+from nrp_core.dsl.mappings import MapSpikeSource
+from nrp_core.findings import Code, Finding, Level
+
+
+@checks_experiment(Code.NRP235)
+def names_are_used_once(study: Study) -> Iterator[Finding]:
+    """Look for two functions of one name."""
+    first: dict[str, Declared] = {}
+    for declared in study.declared:
+        name = declared.function.name
+        if name in first:
+            other = first[name]
+            place = f"{other.source.path}:{other.node.lineno}"
+            message = f"there is a transfer function '{name}' already, at {place}; rename one"
+            yield declared.finding(Code.NRP235, declared.node, message)
+        first.setdefault(name, declared)
+
+
+@checks_experiment(Code.NRP229)
+def topics_have_one_writer(study: Study) -> Iterator[Finding]:
+    """Look for topics that two functions publish on."""
+    first: dict[str, TransferFunction] = {}
+    for examined in study.examined:
+        function = examined.function
+        written = {(topic.name, "") for topic in [function.topic] if topic is not None}
+        written |= {
+            (mapping.writes.name, name) for name, mapping in function.mappings.items() if mapping.writes
+        }
+        if not function.active:
+            continue
+        for topic, parameter in sorted(written):
+            if first.setdefault(topic, function) is not function:
+                message = f"'{function.name}' publishes on '{topic}', as '{first[topic].name}' does"
+                node = examined.declared.nodes.get(parameter)
+                yield examined.declared.finding(Code.NRP229, node, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP230)
+def neurons_have_one_source_of_a_kind(study: Study) -> Iterator[Finding]:
+    """Look for sources of one kind that drive the same neurons."""
+    sources = [
+        (examined.declared, name, mapping, _neurons(examined.adapters[name]))
+        for examined in study.examined
+        for name, mapping in examined.function.mappings.items()
+        if isinstance(mapping, MapSpikeSource) and name in examined.adapters and examined.function.active
+    ]
+    for (owner, first, one, ids), (declared, second, other, others) in combinations(sources, 2):
+        both = np.intersect1d(ids, others)
+        if one.kind is other.kind and both.size:
+            where = f"'{first}'" + ("" if owner is declared else f" of '{owner.function.name}'")
+            message = f"'{second}' drives neurons that {where} drives too: {other.selector!r}"
+            node = declared.nodes.get(second)
+            yield declared.finding(Code.NRP230, node, message, Level.WARNING)
+
+
+def _neurons(adapter: Adapter) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    devices = list(adapter) if isinstance(adapter, DeviceGroup) else [adapter]
+    ids = [device.selection.ids for device in devices if isinstance(device, Device)]
+    return np.concatenate([np.empty(0, dtype=np.int64), *ids])

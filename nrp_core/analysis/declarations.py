@@ -1,0 +1,288 @@
+"""The transfer functions that a file declares, read from it and not executed."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from nrp_core.analysis.bodies import assigned
+from nrp_core.analysis.declared import Declared, Function, Unread, found_in, stub_of
+from nrp_core.analysis.evaluation import Evaluation
+from nrp_core.analysis.events import Call, Event, Read, missing_name
+from nrp_core.analysis.imports import Imports
+from nrp_core.analysis.shapes import UNKNOWN, Known, Shape
+from nrp_core.dsl.binding import Mapping
+from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
+from nrp_core.dsl.function import TIME, TransferFunction
+from nrp_core.dsl.kinds import DeviceKind
+from nrp_core.dsl.listing import Listing
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, MapVariable
+from nrp_core.dsl.topics import PreprocessedTopic
+from nrp_core.errors import CapabilityError, ExperimentError, NrpError, TopicError
+from nrp_core.findings import Code, Finding, Level
+
+_FUNCTION_DECORATORS = (Neuron2Robot, Robot2Neuron)
+_FAILURES = (
+    NrpError, TypeError, ValueError, LookupError, AttributeError, ArithmeticError, RecursionError,
+)  # fmt: skip
+"""What our own constructors raise when they are given what cannot be."""
+_NO_TOPIC = (MapSpikeSink, MapSpikeSource, MapVariable)
+
+
+class Declarations(Evaluation):
+    """Reads a listing.
+
+    Args:
+        listing: the listing.
+
+    Attributes:
+        functions: the transfer functions that it declares.
+        findings: what is wrong with their declarations.
+        is_complete: whether there are none that it cannot read.
+    """
+
+    def __init__(self, listing: Listing) -> None:
+        framework = listing.names.get("nrp")
+        ours = [value for value in vars(framework).values() if callable(value)] if framework else []
+        ours += [listing.names[name] for name in ("Topic",) if name in listing.names]
+        super().__init__({name: Known(value) for name, value in listing.names.items()}, ours, Path())
+        self.functions: list[Declared] = []
+        self.findings: list[Finding] = []
+        self.is_complete = True
+        self._is_wrong = False
+        self._is_read = True
+        self._imports = Imports(listing)
+        for self._source in listing.sources:
+            self.path = self._source.path
+            for statement in self._source.tree.body:
+                self._statement(statement)
+        hidden = [name for source in listing.sources for name in _changed(source.tree)]
+        for function in self.functions:
+            function.names = {**self.names, **dict.fromkeys(hidden, UNKNOWN)}
+
+    # -- statements of the file
+
+    def _statement(self, node: ast.stmt) -> None:
+        match node:
+            case ast.Import() | ast.ImportFrom():
+                self._import(node)
+            case ast.FunctionDef() | ast.AsyncFunctionDef():
+                made = self._function(node) if node.decorator_list else None
+                self.names[node.name] = UNKNOWN if made is None else Known(made.function)
+                self.functions += [] if made is None else [made]
+            case ast.Assign(targets=targets, value=value):
+                found = self._quietly(value)
+                for target in targets:
+                    self.bind(target, found)
+            case ast.AnnAssign(target=target, value=ast.expr() as value):
+                self.bind(target, self._quietly(value))
+            case ast.ClassDef(name=name):
+                self.names[name] = UNKNOWN
+            case _:
+                self._skip(node)
+
+    def bind(self, target: ast.expr, shape: Shape) -> None:
+        match target, shape:
+            case ast.Attribute(value, ("priority" | "active") as name), Known(given):
+                owner = self.shape(value)
+                if isinstance(owner, Known) and isinstance(owner.value, TransferFunction):
+                    setattr(owner.value, name, given)
+            case _:
+                super().bind(target, shape)
+
+    def _import(self, node: ast.Import | ast.ImportFrom) -> None:
+        for imported in self._imports.of(node, self.path):
+            self.names[imported.name] = imported.shape
+            if imported.wrong:
+                self.findings.append(found_in(self._source, Code.NRP218, node, imported.wrong))
+
+    def _skip(self, node: ast.stmt) -> None:
+        """Pass over a statement whose effect is known only when it is executed."""
+        for one in ast.walk(node):
+            if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                self.names[one.name] = UNKNOWN
+                if any(self._is_declaration(decorator) for decorator in one.decorator_list):
+                    self._note(one, f"'{one.name}' is declared only when the file is executed")
+            if isinstance(one, (ast.Import, ast.ImportFrom)):
+                names = [alias.asname or alias.name.partition(".")[0] for alias in one.names]
+                self.names.update(dict.fromkeys(names, UNKNOWN))
+        self.names.update(dict.fromkeys(assigned([node]), UNKNOWN))
+
+    def _is_declaration(self, decorator: ast.expr) -> bool:
+        found = self._quietly(decorator.func if isinstance(decorator, ast.Call) else decorator)
+        return isinstance(found, Known) and self.is_ours(found.value)
+
+    def _quietly(self, node: ast.expr) -> Shape:
+        try:
+            return self.shape(node)
+        except _FAILURES:
+            return UNKNOWN
+
+    def _note(self, node: ast.AST, message: str) -> None:
+        self.is_complete = False
+        if not self._is_wrong:
+            self.findings.append(found_in(self._source, Code.NRP239, node, message, Level.NOTE))
+
+    # -- declarations
+
+    def _function(self, node: Function) -> Declared | None:
+        before = len(self.findings)
+        self._is_read = True
+        decorators = [(one, self._decorator(one)) for one in node.decorator_list]
+        made = [(one, value) for one, value in decorators if value is not None]
+        if not made:
+            if len(self.findings) > before:
+                self.is_complete = False
+            return None
+        if [argument.arg for argument in node.args.args][:1] != [TIME]:
+            first = node.args.args[0] if node.args.args else node
+            message = f"the first parameter of transfer function '{node.name}' must be the time, '{TIME}'"
+            self.findings.append(found_in(self._source, Code.NRP221, first, message))
+            self.is_complete = False
+            return None
+        declared = Declared(stub_of(node, self.path), node, self._source, {}, {})
+        declared.is_read = self._is_read and len(made) == len(decorators)
+        for one, value in reversed(made):
+            if not self._apply(declared, one, value):
+                self.is_complete = False
+                return None
+        if not any(found.code is Code.NRP219 for found in self.findings[before:]):
+            self.findings += _unmapped(declared)
+        return declared
+
+    def saw(self, event: Event) -> None:
+        match event:
+            case Read(node, Known(ModuleType()), _, False):
+                self._is_wrong = True
+                self.findings.append(found_in(self._source, Code.NRP241, node, missing_name(event)))
+
+    def _decorator(self, node: ast.expr) -> Any:
+        """Return what a decorator is, None where that is not known or it is none of ours."""
+        self._is_wrong = False
+        try:
+            found = self.shape(node)
+        except ExperimentError as error:
+            self._refuse(node, error)
+            return self._substitute_of(node)
+        except CapabilityError as error:
+            self.findings.append(found_in(self._source, Code.NRP216, node, str(error)))
+            return self._substitute_of(node)
+        except _FAILURES as error:
+            message = str(error).replace("__init__()", "it")
+            self.findings.append(found_in(self._source, Code.NRP240, node, f"this cannot be: {message}"))
+            return self._substitute_of(node)
+        value = found.value if isinstance(found, Known) else None
+        if isinstance(value, (Mapping, *_FUNCTION_DECORATORS)):
+            return value
+        if isinstance(value, type) and issubclass(value, _FUNCTION_DECORATORS):
+            message = f"'@nrp.{value.__name__}' must be called: @nrp.{value.__name__}()"
+            self.findings.append(found_in(self._source, Code.NRP210, node, message))
+            return value()
+        return None
+
+    def _substitute_of(self, node: ast.expr) -> Any:
+        """Return what takes the place of a decorator that was refused, so that the rest is still checked."""
+        if not isinstance(node, ast.Call):
+            return None
+        callee = self._quietly(node.func)
+        kind = callee.value if isinstance(callee, Known) else None
+        if isinstance(kind, type) and issubclass(kind, _FUNCTION_DECORATORS):
+            return self._plain(kind)
+        first = node.args[0] if node.args else next((k.value for k in node.keywords if k.arg == "key"), None)
+        name = self._quietly(first) if first is not None else UNKNOWN
+        if isinstance(name, Known) and isinstance(name.value, str):
+            return self.at(node, Unread, name.value)
+        return None
+
+    @staticmethod
+    def _plain(kind: type[Any]) -> Any:
+        return Robot2Neuron() if issubclass(kind, Robot2Neuron) else Neuron2Robot()
+
+    def called_in_part(self, call: Call) -> Shape:
+        kind = call.callee.value if isinstance(call.callee, Known) else None
+        if not isinstance(kind, type):
+            return UNKNOWN
+        if issubclass(kind, MapVariable):
+            named = {name: shape for name, shape in call.named.items() if name != "initial_value"}
+            if len(named) < len(call.named) or len(call.given) >= 3:
+                given = [*call.given[:2], *call.given[3:]] if len(call.given) >= 3 else call.given
+                return self.called(Call(call.node, call.callee, tuple(given[:2]), named, call.is_whole))
+        if issubclass(kind, PreprocessedTopic):
+            return self._topic(call)
+        if issubclass(kind, (Mapping, *_FUNCTION_DECORATORS)):
+            was_complete = self.is_complete
+            self._note(call.node, f"what {kind.__name__} is given here is known only when it runs")
+            if issubclass(kind, _NO_TOPIC):
+                self.is_complete = was_complete
+            self._is_read &= not issubclass(kind, _FUNCTION_DECORATORS)
+            found = self._substitute_of(call.node)
+            return UNKNOWN if found is None else Known(found)
+        return UNKNOWN
+
+    def _topic(self, call: Call) -> Shape:
+        """Return a topic of which all is known but what becomes of its messages."""
+        given, named = list(call.given), dict(call.named)
+        if len(given) > 2:
+            given[2] = Known(_processed)
+        elif "pre_processing" in named:
+            named["pre_processing"] = Known(_processed)
+        if UNKNOWN in (*given, *named.values()):
+            return UNKNOWN
+        return self.called(Call(call.node, call.callee, tuple(given), named, call.is_whole))
+
+    def _refuse(self, node: ast.expr, error: ExperimentError) -> None:
+        code = Code.NRP212 if isinstance(error, TopicError) else self._code_of(node)
+        self.findings.append(found_in(self._source, code, node, error.message))
+
+    def _code_of(self, node: ast.expr) -> Code:
+        """Return what kind of mistake there is in a mapping to a device."""
+        if not isinstance(node, ast.Call):
+            return Code.NRP210
+        callee = self._quietly(node.func)
+        kinds = [found.value for found in map(self._quietly, [*node.args, *(k.value for k in node.keywords)])
+                 if isinstance(found, Known) and isinstance(found.value, DeviceKind)]  # fmt: skip
+        mapping = callee.value if isinstance(callee, Known) else None
+        if not kinds or not isinstance(mapping, type):
+            return Code.NRP210
+        for side in (MapSpikeSink, MapSpikeSource):
+            if issubclass(mapping, side):
+                return Code.NRP225 if kinds[0].drives is side.drives else Code.NRP222
+        return Code.NRP210
+
+    def _apply(self, declared: Declared, node: ast.expr, decorator: Any) -> bool:
+        """Let a decorator act on a function; return whether there still is one."""
+        try:
+            declared.function = self.at(declared.node, decorator, declared.function)
+        except ExperimentError as error:
+            is_mapping = isinstance(decorator, Mapping)
+            code = Code.NRP219 if is_mapping else Code.NRP210
+            if not is_mapping and "triggered" in error.message:
+                code = Code.NRP245
+            self.findings.append(found_in(self._source, code, node, error.message))
+            return is_mapping and isinstance(declared.function, TransferFunction)
+        name = decorator.parameter if isinstance(decorator, Mapping) else ""
+        declared.nodes[name] = node
+        return True
+
+
+def _processed(message: Any) -> Any:
+    """Stand for a function of the user's."""
+    return message
+
+
+def _unmapped(declared: Declared) -> Iterator[Finding]:
+    if not declared.is_read:
+        return
+    function = declared.function
+    for name in function.parameters:
+        if name not in function.mappings:
+            message = f"nothing is mapped to the parameter '{name}' of transfer function '{function.name}'"
+            yield declared.finding(Code.NRP219, declared.parameter(name), message)
+
+
+def _changed(tree: ast.Module) -> Sequence[str]:
+    """Return the names of a module that functions in it change."""
+    return [name for node in ast.walk(tree) if isinstance(node, ast.Global) for name in node.names]

@@ -1,0 +1,102 @@
+"""A transfer function as it is written."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from nrp_core.analysis.shapes import Shape
+from nrp_core.dsl.binding import Adapter, Binding, Mapping
+from nrp_core.dsl.decorators import Robot2Neuron
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.listing import Source
+from nrp_core.findings import Code, Finding, Level
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+class Unread(Mapping):
+    """A mapping of which only the parameter is known."""
+
+    def __call__(self, function: Any) -> TransferFunction:
+        """Return the transfer function with the mapping added."""
+        made = function if isinstance(function, TransferFunction) else Robot2Neuron()(function)
+        made.add(self)
+        return made
+
+    def _do_bind(self, binding: Binding) -> Adapter:
+        return Adapter()
+
+    def __str__(self) -> str:
+        return "known only when it runs"
+
+
+@dataclass(slots=True)
+class Declared:
+    """A transfer function as it is written.
+
+    Args:
+        function: the same with an empty body.
+        node: what is written.
+        source: where.
+        names: what is known of the names that its body sees, parameters aside.
+        nodes: the decorator of each mapping, and under an empty name that of the function.
+        is_read: whether all of its decorators are understood.
+        adapters: what its parameters stand for, once it is bound.
+    """
+
+    function: TransferFunction
+    node: Function
+    source: Source
+    names: dict[str, Shape]
+    nodes: dict[str, ast.expr]
+    is_read: bool = True
+    adapters: dict[str, Adapter] = field(default_factory=dict)
+
+    def finding(self, code: Code, node: ast.AST | None, message: str, level: Level = Level.ERROR) -> Finding:
+        """Return a finding about something in it."""
+        return found_in(self.source, code, node or self.node, message, level)
+
+    def parameter(self, name: str) -> ast.arg:
+        """Return where a parameter is written."""
+        return next(one for one in self.node.args.args if one.arg == name)
+
+
+def found_in(source: Source, code: Code, node: ast.AST, message: str, level: Level = Level.ERROR) -> Finding:
+    """Return a finding about a node of a source."""
+    line, column = getattr(node, "lineno", None), getattr(node, "col_offset", 0) + 1
+    return Finding(code, message, level, source.path, line, column if source.has_columns else None)
+
+
+def stub_of(node: Function, path: Path) -> Any:
+    """Return a function with the parameters of one that is written, and nothing in it."""
+    yields = any(isinstance(one, (ast.Yield, ast.YieldFrom)) for one in _own(node))
+    body = ast.Expr(ast.Yield(None)) if yields else ast.Pass()
+    parameters = ast.arguments(
+        posonlyargs=[ast.arg(one.arg) for one in node.args.posonlyargs],
+        args=[ast.arg(one.arg) for one in node.args.args],
+        vararg=ast.arg(node.args.vararg.arg) if node.args.vararg else None,
+        kwonlyargs=[ast.arg(one.arg) for one in node.args.kwonlyargs],
+        kw_defaults=[None for _ in node.args.kwonlyargs],
+        kwarg=ast.arg(node.args.kwarg.arg) if node.args.kwarg else None,
+        defaults=[],
+    )
+    stub = type(node)(node.name, parameters, [body], [])
+    for part in ast.walk(stub):
+        ast.copy_location(part, node)
+    names: dict[str, Any] = {"__builtins__": {}}
+    exec(compile(ast.Module([stub], []), str(path), "exec"), names)
+    return names[node.name]
+
+
+def _own(node: Function) -> Iterator[ast.AST]:
+    """Yield all nodes of a function but those of functions in it."""
+    waiting: list[ast.AST] = list(node.body)
+    while waiting:
+        one = waiting.pop()
+        yield one
+        if not isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
+            waiting += ast.iter_child_nodes(one)

@@ -1,0 +1,147 @@
+"""Evaluate what decorators say: our own constructors, constants, selectors, and nothing of the user's."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterable, Mapping
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from nrp_core.analysis.events import Call
+from nrp_core.analysis.expressions import Expressions
+from nrp_core.analysis.shapes import NEURONS, UNKNOWN, Known, Row, Shape
+from nrp_core.errors import NrpError
+
+_PLAIN: tuple[Any, ...] = (slice, range, int, float, str, bool, list, tuple, len, min, max, abs, round)
+_LIMIT = 100_000
+"""How many items a range, list or map may have that is evaluated here."""
+
+
+class UnreadableError(NrpError):
+    """Something depends on what is known only when the file is executed."""
+
+
+class Evaluation(Expressions):
+    """Evaluates expressions whose parts are ours or constant.
+
+    Args:
+        names: what each name is.
+        ours: what may be called.
+        path: the file, which is to be blamed for what is wrong.
+    """
+
+    def __init__(self, names: Mapping[str, Shape], ours: Iterable[Any], path: Path) -> None:
+        super().__init__(names)
+        self._ours = {id(one): one for one in (*ours, *_PLAIN)}
+        self.path = path
+
+    def is_ours(self, value: Any) -> bool:
+        """Whether something may be called."""
+        if isinstance(getattr(value, "__self__", None), NEURONS):
+            return True
+        return id(value) in self._ours or (isinstance(value, type) and hasattr(value, "__msgtype__"))
+
+    def called(self, call: Call) -> Shape:
+        """Call what is ours, as if the file did it.
+
+        Raises:
+            NrpError, TypeError, ValueError: what it raises.
+        """
+        if not (isinstance(call.callee, Known) and self.is_ours(call.callee.value)):
+            return UNKNOWN
+        try:
+            given = [value_of(shape) for shape in call.given]
+            named = {name: value_of(shape) for name, shape in call.named.items()}
+        except UnreadableError:
+            return self.called_in_part(call)
+        return Known(self.at(call.node, call.callee.value, *given, **named)) if call.is_whole else UNKNOWN
+
+    def called_in_part(self, call: Call) -> Shape:
+        """Return what a call gives of which not all arguments are known."""
+        return UNKNOWN
+
+    def at(self, node: ast.expr | ast.stmt, function: Callable[..., Any], *given: Any, **named: Any) -> Any:
+        """Call something, from the line of a node of the file."""
+        call = ast.Call(
+            ast.Name("function", ast.Load()),
+            [ast.Starred(ast.Name("given", ast.Load()), ast.Load())],
+            [ast.keyword(None, ast.Name("named", ast.Load()))],
+        )
+        for part in ast.walk(call):
+            ast.copy_location(part, node)
+        code = compile(ast.Expression(call), str(self.path), "eval")
+        return eval(code, {"function": function, "given": given, "named": named, "__builtins__": {}})
+
+    # -- what has a value here that a body only has a shape of
+
+    def _dict(self, node: ast.Dict) -> Shape:
+        keys, values = map(self.shape, node.keys), [self.shape(value) for value in node.values]
+        try:
+            return Known({value_of(key): value_of(one) for key, one in zip(keys, values, strict=True)})
+        except (UnreadableError, TypeError):
+            return UNKNOWN
+
+    def _lambda(self, node: ast.Lambda) -> Shape:
+        names = [argument.arg for argument in node.args.args]
+        outer = dict(self.names)
+        rounds = count(1)
+
+        def function(*given: Any) -> Any:
+            if next(rounds) > _LIMIT:
+                raise UnreadableError(f"it chooses more than {_LIMIT} times")
+            inner = type(self).__new__(type(self))
+            vars(inner).update(vars(self))
+            inner.names = {**outer, **{n: Known(value) for n, value in zip(names, given, strict=False)}}
+            return value_of(inner.shape(node.body))
+
+        function.__name__ = "lambda"
+        # its signature is that of the lambda: some selectors ask how many arguments it takes
+        function.__signature__ = _signature(names)  # type: ignore[attr-defined]
+        return Known(function)
+
+    def _items(self, node: ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp) -> Shape:
+        if isinstance(node, ast.DictComp) or len(node.generators) != 1 or node.generators[0].ifs:
+            return self._comprehension(node)
+        part, kept = node.generators[0], dict(self.names)
+        items = self.shape(part.iter)
+        if isinstance(items, Known) and isinstance(items.value, (range, list, tuple)):
+            items = Row(tuple(map(Known, _few(items.value))))
+        if not isinstance(items, Row):
+            return UNKNOWN
+        found: list[Shape] = []
+        for item in items.items:
+            self.bind(part.target, item)
+            found.append(self.shape(node.elt))
+        self.names = kept
+        return Row(tuple(found))
+
+    _listcomp = _generatorexp = _items
+
+
+def value_of(shape: Shape) -> Any:
+    """Return the value of which a shape is known.
+
+    Raises:
+        UnreadableError: it is not.
+    """
+    match shape:
+        case Known(range() as value):
+            return _few(value)
+        case Known(value):
+            return value
+        case Row(items):
+            return [value_of(item) for item in items]
+    raise UnreadableError("it is known only when the file is executed")
+
+
+def _few(values: Any) -> Any:
+    if len(values) > _LIMIT:
+        raise UnreadableError(f"it has more than {_LIMIT} items")
+    return values
+
+
+def _signature(names: list[str]) -> Any:
+    from inspect import Parameter, Signature
+
+    return Signature([Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names])

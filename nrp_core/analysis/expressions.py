@@ -1,0 +1,257 @@
+"""Work out what expressions are, as far as that can be known without running them."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from nrp_core.analysis.events import Add, Call, Divide, Event, Read
+from nrp_core.analysis.shapes import (
+    NEURONS,
+    UNKNOWN,
+    Items,
+    Known,
+    Number,
+    Row,
+    Shape,
+    attribute,
+    hints,
+    instance_of,
+    item_of,
+    joined,
+    of_hint,
+)
+
+_OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod,
+}  # fmt: skip
+_DIVISIONS = (ast.Div, ast.FloorDiv, ast.Mod)
+_SAME_UNIT: tuple[Any, ...] = (min, max, abs, float, round, sum)
+"""Functions whose result has the unit of their arguments."""
+
+
+class Expressions:
+    """Knows names, and works out expressions of them.
+
+    Args:
+        names: what each name is.
+    """
+
+    def __init__(self, names: Mapping[str, Shape]) -> None:
+        self.names = dict(names)
+
+    def saw(self, event: Event) -> None:
+        """Hear of something that an expression does."""
+
+    def shape(self, node: ast.expr | None) -> Shape:
+        """Return what is known of an expression."""
+        known = None if node is None else getattr(self, f"_{type(node).__name__.lower()}", None)
+        if known is not None:
+            found: Shape = known(node)
+            return found
+        for child in ast.iter_child_nodes(node) if node is not None else ():
+            if isinstance(child, ast.expr):
+                self.shape(child)
+        return UNKNOWN
+
+    # -- the kinds of expressions
+
+    def _constant(self, node: ast.Constant) -> Shape:
+        return Known(node.value)
+
+    def _name(self, node: ast.Name) -> Shape:
+        if node.id in self.names:
+            return self.names[node.id]
+        return Known(getattr(builtins, node.id)) if hasattr(builtins, node.id) else UNKNOWN
+
+    def _attribute(self, node: ast.Attribute) -> Shape:
+        owner = self.shape(node.value)
+        found = attribute(owner, node.attr)
+        self.saw(Read(node, owner, node.attr, found is not None))
+        return UNKNOWN if found is None else found
+
+    def _subscript(self, node: ast.Subscript) -> Shape:
+        owner, index = self.shape(node.value), self.shape(node.slice)
+        if isinstance(owner, Known) and isinstance(owner.value, NEURONS):
+            neurons: Any = owner.value
+            return Known(neurons[index.value]) if isinstance(index, Known) else UNKNOWN
+        if isinstance(node.slice, ast.Slice):
+            return owner if isinstance(owner, Items) else UNKNOWN
+        if isinstance(index, Known) and isinstance(index.value, int):
+            found = _item_at(owner, index.value)
+            if found is not None:
+                return found
+        return item_of(owner)
+
+    def _slice(self, node: ast.Slice) -> Shape:
+        parts = [None if part is None else self.shape(part) for part in (node.lower, node.upper, node.step)]
+        if all(part is None or isinstance(part, Known) for part in parts):
+            return Known(slice(*(None if part is None else part.value for part in parts)))  # type: ignore[union-attr]
+        return UNKNOWN
+
+    def _tuple(self, node: ast.Tuple) -> Shape:
+        return self._row(node.elts, tuple)
+
+    def _list(self, node: ast.List) -> Shape:
+        return self._row(node.elts, list)
+
+    def _row(self, nodes: list[ast.expr], made: type) -> Shape:
+        items = tuple(map(self.shape, nodes))
+        if any(isinstance(node, ast.Starred) for node in nodes):
+            return UNKNOWN
+        if made is tuple and all(isinstance(item, Known) for item in items):
+            return Known(tuple(item.value for item in items if isinstance(item, Known)))
+        return Row(items)
+
+    def _binop(self, node: ast.BinOp) -> Shape:
+        left, right = self.shape(node.left), self.shape(node.right)
+        if isinstance(node.op, _DIVISIONS):
+            self.saw(Divide(node, left, right))
+        if isinstance(node.op, (ast.Add, ast.Sub)):
+            self.saw(Add(node, left, right))
+        match left, right:
+            case Known(a), Known(b):
+                return _folded(node.op, a, b)
+            case (Number() as number, Known(int() | float())) if not isinstance(node.op, ast.Pow):
+                return number
+            case (Known(int() | float()), Number() as number) if not isinstance(
+                node.op, (ast.Pow, *_DIVISIONS)
+            ):
+                return number
+            case Number(a), Number(b) if a == b and isinstance(node.op, (ast.Add, ast.Sub)):
+                return Number(a)
+        return UNKNOWN
+
+    def _unaryop(self, node: ast.UnaryOp) -> Shape:
+        operand = self.shape(node.operand)
+        match node.op, operand:
+            case ast.USub(), Known(int() | float() as value):
+                return Known(-value)
+            case ((ast.USub() | ast.UAdd()), (Number() | Known(int() | float()))):
+                return operand
+        return UNKNOWN
+
+    def _ifexp(self, node: ast.IfExp) -> Shape:
+        self.shape(node.test)
+        return joined(self.shape(node.body), self.shape(node.orelse))
+
+    def _namedexpr(self, node: ast.NamedExpr) -> Shape:
+        found = self.shape(node.value)
+        self.names[node.target.id] = found
+        return found
+
+    def _joinedstr(self, node: ast.JoinedStr) -> Shape:
+        parts = [
+            self.shape(part.value if isinstance(part, ast.FormattedValue) else part) for part in node.values
+        ]
+        plain = not any(isinstance(part, ast.FormattedValue) and part.format_spec for part in node.values)
+        if plain and all(isinstance(part, Known) for part in parts):
+            return Known("".join(str(part.value) for part in parts if isinstance(part, Known)))
+        return UNKNOWN
+
+    def _lambda(self, node: ast.Lambda) -> Shape:
+        hidden = [argument.arg for argument in ast.walk(node.args) if isinstance(argument, ast.arg)]
+        with_hidden(self, hidden, lambda: self.shape(node.body))
+        return UNKNOWN
+
+    def _comprehension(self, node: ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp) -> Shape:
+        kept = dict(self.names)
+        found: Shape = UNKNOWN
+        for part in node.generators:
+            items = self.shape(part.iter)
+            self.bind(part.target, item_of(items))
+            for condition in part.ifs:
+                self.shape(condition)
+        for element in (node.key, node.value) if isinstance(node, ast.DictComp) else (node.elt,):
+            found = self.shape(element)
+        self.names = kept
+        return UNKNOWN if isinstance(node, ast.DictComp) else Items(found)
+
+    _listcomp = _setcomp = _generatorexp = _dictcomp = _comprehension
+
+    def _call(self, node: ast.Call) -> Shape:
+        callee = self.shape(node.func)
+        given = [self.shape(argument) for argument in node.args]
+        named = {keyword.arg: self.shape(keyword.value) for keyword in node.keywords}
+        whole = None not in named and not any(isinstance(argument, ast.Starred) for argument in node.args)
+        by_name = {name: shape for name, shape in named.items() if name is not None}
+        call = Call(node, callee, tuple(given), by_name, whole)
+        self.saw(call)
+        return self.called(call)
+
+    def called(self, call: Call) -> Shape:
+        """Return what is known of what a call gives."""
+        if not isinstance(call.callee, Known):
+            return UNKNOWN
+        callee = call.callee.value
+        if isinstance(callee, type):
+            made = instance_of(callee)
+            if made != UNKNOWN:
+                return made
+        if any(callee is one for one in _SAME_UNIT):
+            return _common_unit(call.given)
+        if str(getattr(callee, "__module__", "")).startswith("nrp_core."):
+            return of_hint(hints(callee).get("return"))
+        return UNKNOWN
+
+    def bind(self, target: ast.expr, shape: Shape) -> None:
+        """Let a target of an assignment be something."""
+        match target:
+            case ast.Name(name):
+                self.names[name] = shape
+            case ast.Tuple(targets) | ast.List(targets):
+                items = _unpacked(shape, len(targets))
+                for one, item in zip(targets, items, strict=True):
+                    self.bind(one, item)
+            case ast.Starred(value):
+                self.bind(value, UNKNOWN)
+
+
+def with_hidden(expressions: Expressions, hidden: list[str], work: Callable[[], object]) -> None:
+    """Do some work while some names mean something that is not known."""
+    kept = dict(expressions.names)
+    expressions.names.update(dict.fromkeys(hidden, UNKNOWN))
+    work()
+    expressions.names = kept
+
+
+def _unpacked(shape: Shape, count: int) -> list[Shape]:
+    match shape:
+        case Row(items) if len(items) == count:
+            return list(items)
+        case Known(tuple() as values) if len(values) == count:
+            return [Known(value) for value in values]
+    return [item_of(shape)] * count
+
+
+def _item_at(owner: Shape, index: int) -> Shape | None:
+    match owner:
+        case Row(items) if -len(items) <= index < len(items):
+            return items[index]
+        case Known(tuple() as values) if -len(values) <= index < len(values):
+            return Known(values[index])
+    return None
+
+
+def _folded(operation: ast.operator, left: Any, right: Any) -> Shape:
+    """Return the result of an operation on values of ours, or on two numbers or texts."""
+    work = _OPERATIONS.get(type(operation))
+    plain = isinstance(left, (int, float)) and isinstance(right, (int, float))
+    texts = isinstance(left, str) and isinstance(right, str) and isinstance(operation, ast.Add)
+    if work is None or not (plain or texts or isinstance(left, NEURONS) or isinstance(right, NEURONS)):
+        return UNKNOWN
+    try:
+        return Known(work(left, right))
+    except (ArithmeticError, TypeError, ValueError):
+        return UNKNOWN
+
+
+def _common_unit(given: tuple[Shape, ...]) -> Shape:
+    shapes = [item_of(shape) if isinstance(shape, (Items, Row)) else shape for shape in given]
+    units = {shape.unit for shape in shapes if isinstance(shape, Number)}
+    plain = all(isinstance(shape, (Number, Known)) for shape in shapes)
+    return Number(*units) if plain and len(units) == 1 else UNKNOWN

@@ -1,0 +1,146 @@
+"""What imports give, without executing what is imported."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+
+from nrp_core.analysis.shapes import MODULES, UNKNOWN, Known, Shape
+from nrp_core.dsl.listing import Listing
+from nrp_core.dsl.messages import message_packages
+from nrp_core.errors import did_you_mean
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """A name that an import binds.
+
+    Args:
+        name: the name.
+        shape: what it is.
+        wrong: why the import finds nothing; empty if it does.
+    """
+
+    name: str
+    shape: Shape = UNKNOWN
+    wrong: str = ""
+
+
+class Imports:
+    """The imports of one listing.
+
+    Args:
+        listing: what imports.
+    """
+
+    def __init__(self, listing: Listing) -> None:
+        self._scope, self._folders = listing.imports, listing.folders
+
+    def of(self, node: ast.Import | ast.ImportFrom, path: Path) -> Iterator[Imported]:
+        """Yield what a statement in a file imports."""
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                found, wrong = self._module(alias.name, path)
+                root = alias.name.partition(".")[0]
+                if alias.asname is None and root != alias.name:
+                    found = self._module(root, path)[0]
+                yield Imported(alias.asname or root, found, wrong)
+        elif node.level or not node.module:
+            yield from (Imported(alias.asname or alias.name) for alias in node.names)
+        else:
+            yield from self._from(node.module, node.names, path)
+
+    def _from(self, name: str, aliases: list[ast.alias], path: Path) -> Iterator[Imported]:
+        module, wrong = self._module(name, path)
+        names = self._names(name, module, path)
+        for alias in aliases:
+            if alias.name == "*":
+                yield from (
+                    Imported(one, _member(module, one)) for one in names or () if not one.startswith("_")
+                )
+                if wrong:
+                    yield Imported("*", wrong=wrong)
+                continue
+            found = _member(module, alias.name)
+            missing = names is not None and alias.name not in names and found == UNKNOWN
+            hint = did_you_mean(alias.name, names or ()) if missing else ""
+            reason = wrong or (f"'{name}' has no '{alias.name}'{hint}" if missing else "")
+            yield Imported(alias.asname or alias.name, found, reason)
+
+    def _module(self, name: str, path: Path) -> tuple[Shape, str]:
+        """Return a module, and what is wrong with its name."""
+        root = name.partition(".")[0]
+        if (ours := self._scope.substitute(name)) is not None:
+            return Known(ours), ""
+        if root in MODULES:
+            try:
+                return Known(importlib.import_module(name)), ""
+            except ImportError as error:
+                return UNKNOWN, str(error)
+        if (parent := self._scope.substitute(root)) is not None:
+            known = [one for one in dir(parent) if not one.startswith("_")]
+            child = name.partition(".")[2]
+            if _member(Known(parent), child.partition(".")[0]) == UNKNOWN and not _exists(root):
+                return UNKNOWN, f"there is no module '{name}'{did_you_mean(child, known) if known else ''}"
+            return UNKNOWN, ""
+        if root in sys.stdlib_module_names or self._neighbour(root, path) or _exists(root):
+            return UNKNOWN, ""
+        known = [*(found.stem for found in path.parent.glob("*.py")), *message_packages(), *_COMMON]
+        hint = did_you_mean(root, known)
+        return UNKNOWN, f"there is no module '{name}'{hint if 'did you mean' in hint else ''}"
+
+    def _neighbour(self, name: str, path: Path) -> Path | None:
+        files = (folder / f"{name}.py" for folder in (path.parent, *self._folders))
+        return next((file for file in files if file.is_file()), None)
+
+    def _names(self, name: str, module: Shape, path: Path) -> list[str] | None:
+        """Return the names in a module, None where they are not known."""
+        if isinstance(module, Known) and isinstance(module.value, ModuleType):
+            return [one for one in dir(module.value) if not one.startswith("__")]
+        file = self._neighbour(name, path)
+        return None if file is None else _defined(file)
+
+
+_COMMON = ("numpy", "math", "hbp_nrp_client")
+
+
+def _exists(root: str) -> bool:
+    try:
+        return find_spec(root) is not None
+    except (ImportError, ValueError):
+        return False
+
+
+def _member(module: Shape, name: str) -> Shape:
+    if isinstance(module, Known) and isinstance(module.value, ModuleType):
+        try:
+            return Known(getattr(module.value, name))
+        except (AttributeError, ImportError):
+            return UNKNOWN
+    return UNKNOWN
+
+
+def _defined(file: Path) -> list[str] | None:
+    """Return the names that a file defines, None where they cannot be told."""
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (SyntaxError, ValueError):
+        return None
+    names: list[str] = []
+    for node in ast.walk(tree):
+        match node:
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                names.append(name)
+            case ast.Name(id=name, ctx=ast.Store()):
+                names.append(name)
+            case ast.Import(aliases) | ast.ImportFrom(names=aliases):
+                if any(alias.name == "*" for alias in aliases):
+                    return None
+                names += [alias.asname or alias.name.partition(".")[0] for alias in aliases]
+    return names

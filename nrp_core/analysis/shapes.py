@@ -1,0 +1,216 @@
+"""What is known of a value before anything runs."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cache
+from types import FunctionType, MethodType, ModuleType
+from typing import Any, TypeAlias, get_args, get_origin, get_type_hints
+
+from nrp_core.dsl.binding import Adapter
+from nrp_core.dsl.devices import Device, Reading, Setting
+from nrp_core.dsl.groups import DeviceGroup
+from nrp_core.dsl.selection import BrainRoot, Selection
+from nrp_core.dsl.selectors import Selector
+from nrp_core.dsl.topics import SubscribedTopic
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """Nothing is known."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """The value itself: a constant, a module, a class, or what a parameter is bound to."""
+
+    value: Any
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Known) and (
+            self.value is other.value
+            or (isinstance(self.value, (int, float, str)) and self.value == other.value)
+        )
+
+    def __hash__(self) -> int:
+        return id(self.value)
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """Some object of a class."""
+
+    cls: type
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """Some number, in a unit."""
+
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Items:
+    """A sequence of things of one shape."""
+
+    item: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A tuple or list of which each item is known by itself."""
+
+    items: tuple[Shape, ...]
+
+
+Shape: TypeAlias = Unknown | Known | Instance | Number | Items | Row
+
+UNKNOWN = Unknown()
+
+NEURONS = (Selector, BrainRoot, Selection)
+"""What stands for neurons before a run; attributes, indices and sums of it are the same again."""
+
+UNITS = {
+    "voltage": "mV", "rate": "Hz", "frequency": "Hz", "amplitude": "nA", "offset": "nA", "mean": "nA",
+    "stdev": "nA", "phase": "deg",
+}  # fmt: skip
+"""Units of the attributes of devices."""
+MODULES = ("math", "numpy")
+"""Modules of others whose names are looked up."""
+
+
+def joined(first: Shape, second: Shape) -> Shape:
+    """Return what is known of a value that has one of two shapes."""
+    return first if first == second else UNKNOWN
+
+
+def item_of(shape: Shape) -> Shape:
+    """Return what is known of any item of a sequence."""
+    match shape:
+        case Items(item):
+            return item
+        case Row(items) if items:
+            first = items[0]
+            return first if all(item == first for item in items) else UNKNOWN
+        case Known(DeviceGroup() as group):
+            return Known(group[0])
+    return UNKNOWN
+
+
+def attribute(shape: Shape, name: str) -> Shape | None:
+    """Return what is known of an attribute; None: there is no such attribute."""
+    match shape:
+        case Known(DeviceGroup() as group):
+            own = getattr(type(group), name, None)
+            return UNKNOWN if own is not None else _of_all(group[0], name)
+        case Known(Adapter() as adapter):
+            return _of_adapter(adapter, name)
+        case Known(ModuleType() as module):
+            return _of_module(module, name)
+        case Known(value) if isinstance(value, NEURONS) and not name.startswith("_"):
+            return Known(getattr(value, name))
+        case Known(type() as cls) if dataclasses.is_dataclass(cls):
+            return Known(getattr(cls, name)) if hasattr(cls, name) else None
+        case Instance(cls):
+            return _of_instance(cls, name)
+    return UNKNOWN
+
+
+def _of_all(device: Device, name: str) -> Shape | None:
+    found = _of_adapter(device, name)
+    return None if found is None else Items(found)
+
+
+def _of_adapter(adapter: Adapter, name: str) -> Shape | None:
+    if not hasattr(type(adapter), name):
+        return None
+    if isinstance(adapter, SubscribedTopic) and name == "value":
+        return instance_of(adapter.info.type)
+    if isinstance(getattr(type(adapter), name), Reading) and name in UNITS:
+        return Number(UNITS[name])
+    if isinstance(getattr(type(adapter), name), FunctionType):
+        return Known(getattr(adapter, name))
+    return UNKNOWN
+
+
+def _of_module(module: ModuleType, name: str) -> Shape | None:
+    if name in vars(module):
+        return Known(vars(module)[name])
+    if "__getattr__" in vars(module) or module.__name__ in MODULES:
+        try:
+            return Known(getattr(module, name))
+        except (AttributeError, ImportError):
+            return None
+    return None
+
+
+def _of_instance(cls: type, name: str) -> Shape | None:
+    if name in hints(cls):
+        return of_hint(hints(cls)[name])
+    if not hasattr(cls, name):
+        return UNKNOWN if hasattr(cls, "__getattr__") else None
+    found = getattr(cls, name)
+    if isinstance(found, property) and found.fget is not None:
+        return of_hint(hints(found.fget).get("return"))
+    return UNKNOWN
+
+
+def instance_of(cls: Any) -> Shape:
+    """Return the shape of the instances of a class of which something can be said."""
+    return Instance(cls) if isinstance(cls, type) and dataclasses.is_dataclass(cls) else UNKNOWN
+
+
+def of_hint(hint: Any) -> Shape:
+    """Return the shape of a value by its declared type."""
+    if get_origin(hint) is list and get_args(hint):
+        return Items(of_hint(get_args(hint)[0]))
+    return instance_of(hint)
+
+
+@cache
+def hints(owner: Any) -> dict[str, Any]:
+    """Return the declared types of a class or function; none where they cannot be told."""
+    try:
+        return get_type_hints(owner)
+    except (NameError, TypeError):
+        return {}
+
+
+def names_of(shape: Shape) -> list[str]:
+    """Return the attributes that users know of something."""
+    match shape:
+        case Known(DeviceGroup() as group):
+            return names_of(Known(group[0]))
+        case Known(Device() as device):
+            return [*device.attributes(), *_methods(type(device))]
+        case Known(ModuleType() as module):
+            return [name for name in dir(module) if not name.startswith("_")]
+        case Known(Adapter() as adapter):
+            own = set(dir(type(adapter))) - set(dir(Adapter))
+            return sorted(name for name in own if not name.startswith("_"))
+        case Instance(cls):
+            fields = [field.name for field in dataclasses.fields(cls)]
+            properties = [name for name in dir(cls) if isinstance(getattr(cls, name), property)]
+            return [*fields, *properties]
+    return []
+
+
+def _methods(kind: type[Device]) -> list[str]:
+    """Return the methods of a kind of device that are its own."""
+    own = set(dir(kind)) - set(dir(Device)) - set(kind.attributes())
+    return sorted(name for name in own if not name.startswith("_") and callable(getattr(kind, name)))
+
+
+def can_set(adapter: Adapter, name: str) -> bool:
+    """Whether a function can set an attribute that there is."""
+    owner = adapter[0] if isinstance(adapter, DeviceGroup) else adapter
+    found = getattr(type(owner), name)
+    if isinstance(found, Reading):
+        return isinstance(found, Setting)
+    if isinstance(found, property):
+        return found.fset is not None
+    if isinstance(owner, SubscribedTopic):
+        return False
+    return not isinstance(found, (FunctionType, MethodType))

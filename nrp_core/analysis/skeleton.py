@@ -1,0 +1,65 @@
+"""A network without its synapses and numbers: enough to know which neurons and models there are."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray, IntArray, Network, Population, Projection
+
+_NO_INDEX = np.empty(0, dtype=np.int32)
+_NO_VALUE = np.empty(0)
+
+
+def described(network: Network) -> dict[str, Any]:
+    """Return a network's skeleton as plain data; :func:`skeleton_of` makes a network of it again."""
+    synapses = {
+        projection.synapse_type: (projection.label, projection.pre, projection.post, projection.receptor)
+        for projection in reversed(network.projections)
+    }
+    return {
+        "populations": [
+            [p.label, p.size, p.cell_type, _text(p.positions_um)] for p in network.populations.values()
+        ],
+        "synapses": synapses,
+        "views": {name: _short(ids) for name, ids in network.views.items()},
+        "timestep_ms": network.timestep_ms,
+    }
+
+
+def skeleton_of(described: dict[str, Any]) -> Network:
+    """Return a network that has the populations, views and kinds of synapses of another one."""
+    populations = {
+        label: Population(label, size, cell_type, {}, positions_um=_array(positions, size))
+        for label, size, cell_type, positions in described["populations"]
+    }
+    projections = [
+        Projection(label, pre, post, receptor, _NO_INDEX, _NO_INDEX, _NO_VALUE, _NO_VALUE, synapse_type=kind)
+        for kind, (label, pre, post, receptor) in described["synapses"].items()
+    ]
+    views = {name: _long(ids) for name, ids in described["views"].items()}
+    return Network(populations, tuple(projections), views, timestep_ms=described["timestep_ms"])
+
+
+def _text(positions_um: FloatArray | None) -> str | None:
+    return None if positions_um is None else base64.b64encode(positions_um.astype(float).tobytes()).decode()
+
+
+def _array(positions_um: str | None, size: int) -> FloatArray | None:
+    if positions_um is None:
+        return None
+    return np.frombuffer(base64.b64decode(positions_um)).reshape(size, 3)
+
+
+def _short(ids: IntArray) -> list[int] | dict[str, int]:
+    if ids.size > 2 and (np.diff(ids) == 1).all():
+        return {"first": int(ids[0]), "size": int(ids.size)}
+    return [int(neuron) for neuron in ids]
+
+
+def _long(ids: list[int] | dict[str, int]) -> IntArray:
+    if isinstance(ids, dict):
+        return np.arange(ids["first"], ids["first"] + ids["size"])
+    return np.array(ids, dtype=np.int64)

@@ -1,0 +1,255 @@
+"""All that can be known of an experiment without starting a simulator or executing a transfer function."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from nrp_core.analysis.bodies import Body
+from nrp_core.analysis.declarations import Declarations
+from nrp_core.analysis.declared import Declared
+from nrp_core.analysis.evaluation import UnreadableError
+from nrp_core.analysis.events import Event
+from nrp_core.analysis.network import ChildBuilder
+from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
+from nrp_core.brain.interface import Brain, BrainBackend
+from nrp_core.brain.network import Network
+from nrp_core.cle.wiring import declare_topics
+from nrp_core.dsl.binding import Adapter, Binding, Mapping
+from nrp_core.dsl.function import TIME, TransferFunction
+from nrp_core.dsl.listing import Listing
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.mocks import MockBrain
+from nrp_core.dsl.topics import PreprocessedTopic, Topic
+from nrp_core.errors import (
+    BackendError,
+    CapabilityError,
+    ExperimentError,
+    NeuronSelectionError,
+    NrpError,
+    TopicError,
+)
+from nrp_core.experiment.backends import load_backend
+from nrp_core.experiment.collector import Collector
+from nrp_core.experiment.making import Maker
+from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.prepare import Examination, Say
+from nrp_core.experiment.watch import furnish
+from nrp_core.findings import Code, Finding, Level, has_errors
+from nrp_core.registry import brains
+from nrp_core.world.interface import World
+from nrp_core.world.topics import TopicInfo
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """A transfer function and what its body does.
+
+    Args:
+        declared: how it is written.
+        adapters: what each parameter stands for; without those that could not be found.
+        events: what its body does.
+        experiment: whose function it is.
+        world: has the topics.
+    """
+
+    declared: Declared
+    adapters: dict[str, Adapter]
+    events: list[Event]
+    experiment: Experiment
+    world: World
+
+    @property
+    def function(self) -> TransferFunction:
+        """The function, with an empty body."""
+        return self.declared.function
+
+    @property
+    def returns_to(self) -> TopicInfo | None:
+        """The topic that its value goes to, if there is one."""
+        topic = self.function.topic
+        return None if topic is None or _is_changed(topic) else self.world.topics.get(topic.name)
+
+    def parameter_of(self, shape: Shape) -> str | None:
+        """Return the parameter that stands for something, if one does."""
+        found = shape.value if isinstance(shape, Known) else None
+        return next((name for name, adapter in self.adapters.items() if adapter is found), None)
+
+
+class _Reading(Maker):
+    """Makes the parts of an experiment by reading them only.
+
+    Args:
+        maker: makes them for a run.
+        build: makes networks.
+    """
+
+    def __init__(self, maker: Maker, build: ChildBuilder) -> None:
+        self._maker, self._build = maker, build
+        self.read: list[Listing] = []
+        self.declared: list[Declared] = []
+        self.is_complete = True
+
+    def room(self, experiment: Experiment) -> Any:
+        return self._maker.room(experiment)
+
+    def robot(self, experiment: Experiment, name: str) -> Any:
+        return self._maker.robot(experiment, name)
+
+    def network(self, experiment: Experiment, build: Any = None) -> Network:
+        return self._maker.network(experiment, self._build)
+
+    def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
+        level = Level.ERROR if experiment.strict else Level.WARNING
+        before = len(collector.findings)
+        for listing in self._maker.listings(experiment, collector):
+            declarations = Declarations(listing)
+            self.read.append(listing)
+            collector.findings += (at_most(finding, level) for finding in declarations.findings)
+            self.declared += declarations.functions
+            self.is_complete &= declarations.is_complete
+            yield from (declared.function for declared in declarations.functions)
+        # a file that could not be read declares functions that nobody knows
+        self.is_complete &= not has_errors(collector.findings[before:])
+
+    def furnish(self, world: World, functions: Any) -> None:
+        self._maker.furnish(world, functions)
+
+
+class Study(Examination):
+    """One look at an experiment that starts and executes nothing.
+
+    Args:
+        experiment: the experiment.
+        say: told what is being done.
+
+    Attributes:
+        examined: its transfer functions, in the order in which they run.
+    """
+
+    def __init__(self, experiment: Experiment, say: Say) -> None:
+        self.examined: list[Examined] = []
+        self._build = ChildBuilder(*_brain_of(experiment))
+        self._reading = _Reading(experiment.maker, self._build)
+        super().__init__(experiment.with_maker(self._reading), say)
+
+    @property
+    def experiment(self) -> Experiment:
+        """The experiment."""
+        return self._experiment
+
+    @property
+    def declared(self) -> list[Declared]:
+        """Its transfer functions, in the order of the files."""
+        return self._reading.declared
+
+    @property
+    def listings(self) -> list[Listing]:
+        """The files of its transfer functions."""
+        return self._reading.read
+
+    def _brain_fits(self) -> bool:
+        if self.brain is None or self.network is None:
+            return False
+        before = len(self.collector.findings)
+        with self.collector.during(Code.NRP216, "brain", "backend"):
+            self.brain.capabilities.require(self.network, self._experiment.brain.backend)
+            with self.collector.during(Code.NRP208, "brain", "model"):
+                if self._build.refusal is not None:
+                    raise self._build.refusal
+        for warning in self._build.warnings:
+            self.collector.add(Code.NRP217, warning, "brain", "model", level=Level.WARNING)
+        return not has_errors(self.collector.findings[before:])
+
+    def _check_functions(self, network: Network, world: World) -> None:
+        fits = self.brain is not None and self._fits
+        brain = MockBrain(network, capabilities=self.brain.capabilities if fits and self.brain else None)
+        for topic in furnish(self._experiment, world, self.functions):
+            message = f"nobody serves the topic '{topic}': it is silent unless a function publishes on it"
+            self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)
+        ordered = sorted(self._reading.declared, key=lambda declared: -declared.function.priority)
+        declare_topics([declared.function for declared in ordered], world)
+        variables: dict[str, Any] = {}
+        for declared in ordered:
+            adapters = self._bound(declared, brain, world, variables)
+            events = _events(declared, adapters)
+            self.examined.append(Examined(declared, adapters, events, self._experiment, world))
+
+    def _bound(
+        self, declared: Declared, brain: Brain, world: World, variables: dict[str, Any]
+    ) -> dict[str, Adapter]:
+        """Return what the parameters of a function stand for; what stands for nothing is a finding."""
+        function = declared.function
+        try:
+            bound = function.bind(brain, world, variables=variables).adapters
+            return {name: bound[name] for name in function.mappings}
+        except (NrpError, ValueError, TypeError) as error:
+            whole = error
+        before = len(self.collector.findings)
+        binding, adapters = Binding(function.name, brain, world, variables), {}
+        for name, mapping in function.mappings.items():
+            try:
+                adapters[name] = mapping.bind(binding)
+            except (NrpError, ValueError, TypeError) as error:
+                self._refuse(declared, name, error)
+        is_mapped = all(name in function.mappings for name in function.parameters)
+        if is_mapped and len(self.collector.findings) == before:
+            self._refuse(declared, "", whole)
+        return adapters
+
+    def _refuse(self, declared: Declared, name: str, error: Exception) -> None:
+        """Add what keeps a parameter, or without a name the function, from being bound."""
+        node = declared.nodes.get(name, declared.node)
+        if isinstance(error, UnreadableError):
+            message = f"what '{name or declared.function.name}' stands for is known only when it runs"
+            finding = declared.finding(Code.NRP239, node, message, Level.NOTE)
+        else:
+            level = self._lapse
+            if isinstance(error, TopicError) and not self._reading.is_complete:
+                level = Level.WARNING  # what could not be read may serve it
+            code = _code_of(error, declared.function.mappings.get(name))
+            finding = declared.finding(code, node, getattr(error, "message", str(error)), level)
+        self.collector.findings.append(finding)
+
+
+def _code_of(error: Exception, mapping: Mapping | None) -> Code:
+    kinds = {NeuronSelectionError: Code.NRP211, TopicError: Code.NRP212, CapabilityError: Code.NRP216}
+    for kind, code in kinds.items():
+        if isinstance(error, kind):
+            return code
+    if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
+        return Code.NRP225
+    return Code.NRP245 if "triggered" in str(error) else Code.NRP210
+
+
+def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:
+    """Return what the body of a function does."""
+    names: dict[str, Shape] = {**declared.names, TIME: Number("s")}
+    names |= dict.fromkeys(declared.function.parameters, UNKNOWN)
+    names |= {
+        name: Known(adapter)
+        for name, adapter in adapters.items()
+        if type(adapter) is not Adapter and not _is_changed(declared.function.mappings[name].reads)
+    }
+    return Body(names, declared.node.body).events
+
+
+def _is_changed(topic: Topic | None) -> bool:
+    """Whether the messages of a topic become something else on their way."""
+    return isinstance(topic, PreprocessedTopic)
+
+
+def _brain_of(experiment: Experiment) -> tuple[BrainBackend | None, Any]:
+    """Return the brain backend of an experiment and its options, if there is one."""
+    section = experiment.brain
+    try:
+        return load_backend(brains(), "brain", section.backend, section.options, experiment.source)
+    except (BackendError, ExperimentError):  # reported where it is needed
+        return None, None
+
+
+def at_most(finding: Finding, level: Level) -> Finding:
+    """Return a finding that is not worse than a level."""
+    is_worse = finding.level is Level.ERROR and level is not Level.ERROR
+    return replace(finding, level=level) if is_worse else finding

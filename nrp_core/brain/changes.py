@@ -1,0 +1,117 @@
+"""Changes of a network while it runs, checked: parameters of cells, weights of synapses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.brain.limits import check_spike_times, check_synapses, check_values
+from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
+from nrp_core.errors import NetworkError, did_you_mean
+
+PARAMETERS: Final = "parameters"
+WEIGHTS: Final = "weights"
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterChange:
+    """New parameters of some cells of one population.
+
+    Args:
+        label: of the population.
+        index: cells within it, shape ``(n,)``.
+        values: by PyNN's name, PyNN's units, each of shape ``(n,)``.
+    """
+
+    label: str
+    index: IntArray
+    values: Mapping[str, FloatArray]
+
+
+def parameter_changes(
+    network: Network, neurons: IntArray, values: Mapping[str, npt.ArrayLike]
+) -> list[ParameterChange]:
+    """Return new values of cells, population by population.
+
+    Args:
+        network: whose cells they are.
+        neurons: global ids.
+        values: by PyNN's name: one number for all, or one for each neuron.
+
+    Raises:
+        NetworkError: a population has no such parameter, or a value is impossible.
+    """
+    each = {name: _each(name, value, len(neurons)) for name, value in values.items()}
+    changes = []
+    for label, population in network.populations.items():
+        first = network.offsets[label]
+        chosen = (neurons >= first) & (neurons < first + population.size)
+        if not chosen.any():
+            continue
+        for name in each:
+            if name not in population.parameters:
+                hint = did_you_mean(name, population.parameters)
+                raise NetworkError(f"population '{label}' ({population.cell_type}) has no '{name}'{hint}")
+        change = ParameterChange(label, neurons[chosen] - first, {n: v[chosen] for n, v in each.items()})
+        check_values(f"population '{label}'", change.values, lambda i, c=change: f"cell {c.index[i]}")  # type: ignore[misc]
+        changes.append(change)
+    return changes
+
+
+def spike_trains(
+    network: Network, label: str, trains: Sequence[npt.ArrayLike], cells: npt.ArrayLike | None
+) -> tuple[IntArray, list[FloatArray]]:
+    """Return which cells of a population get new spike trains (ms), by default all, and the trains.
+
+    Raises:
+        NetworkError: these are not cells with given spikes, or times do not ascend from 0.
+    """
+    population = network.populations.get(label)
+    if population is None or population.cell_type != "SpikeSourceArray":
+        raise NetworkError(f"'{label}' is no population of SpikeSourceArray cells")
+    index = np.arange(population.size)
+    index = index if cells is None else index[np.atleast_1d(np.asarray(cells, dtype=np.int64))]
+    if len(trains) != len(index):
+        raise NetworkError(f"population '{label}': {len(trains)} spike trains for {len(index)} cells")
+    arrays = [np.asarray(train, dtype=float) for train in trains]
+    check_spike_times(f"population '{label}'", arrays)
+    return index, arrays
+
+
+def projection_of(network: Network, label: str) -> Projection:
+    """Return the projection of a label.
+
+    Raises:
+        NetworkError: there is none.
+    """
+    labels = [projection.label for projection in network.projections]
+    if label not in labels:
+        raise NetworkError(f"the network has no projection '{label}'{did_you_mean(label, labels)}")
+    return network.projections[labels.index(label)]
+
+
+def new_weights(network: Network, label: str, weights: npt.ArrayLike) -> FloatArray:
+    """Return new weights of a projection, one for each synapse.
+
+    Raises:
+        NetworkError: there is no such projection, or a weight is impossible.
+    """
+    projection = projection_of(network, label)
+    each = _each("weight", weights, projection.size)
+    conductance_based = network.populations[projection.post].is_conductance_based
+    check_synapses(
+        f"projection '{label}'", projection.pre_index, projection.post_index, {"weight": each},
+        receptor=projection.receptor, conductance_based=conductance_based, signed=conductance_based,
+    )  # fmt: skip
+    return each
+
+
+def _each(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
+    array = np.asarray(value, dtype=float)
+    if array.ndim and array.shape != (n,):
+        raise NetworkError(f"{name} takes one value or {n}, not {array.size}")
+    return np.broadcast_to(array, (n,)).copy()

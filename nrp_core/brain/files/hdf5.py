@@ -1,0 +1,119 @@
+"""HDF5 files, opened so that whatever is wrong with one is a single error that names it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nrp_core.brain.memory import require_memory
+from nrp_core.errors import ExperimentError, NetworkError, NrpError, did_you_mean
+
+if TYPE_CHECKING:
+    import h5py
+
+INSTALL = "pip install h5py"
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+def library() -> Any:
+    """Return the module ``h5py``, which only networks in files need.
+
+    Raises:
+        NetworkError: it is not installed.
+    """
+    try:
+        import h5py
+    except ImportError as error:
+        raise NetworkError(f"networks in HDF5 files need h5py ({error}); try: {INSTALL}") from error
+    return h5py
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[h5py.File]:
+    """Open a file for the block; errors of HDF5 and about the network in it name the file.
+
+    Raises:
+        NetworkError: it is missing, cut short, damaged, or no HDF5.
+    """
+    _require_signature(path)
+    try:
+        with library().File(path, "r") as file:
+            yield file
+    except NrpError as error:
+        if isinstance(error, ExperimentError):
+            error.path = error.path or path
+        raise
+    except (OSError, RuntimeError, KeyError) as error:  # h5py raises all three for what is damaged
+        reason = error.args[0] if error.args else error
+        raise NetworkError(
+            f"the file is cut short or damaged; make or copy it again ({reason})", path=path
+        ) from error
+
+
+def _require_signature(path: Path) -> None:
+    """Check the first bytes; opened by Python, the file is also among those that a recording keeps."""
+    try:
+        with path.open("rb") as file:
+            begins = file.read(len(_SIGNATURE))
+    except FileNotFoundError:
+        raise NetworkError("there is no such file", path=path) from None
+    except OSError as error:
+        raise NetworkError(f"cannot be read: {error.strerror}", path=path) from error
+    if begins != _SIGNATURE:
+        raise NetworkError("is no HDF5 file", path=path)
+
+
+def group(parent: Any, name: str) -> h5py.Group:
+    """Return a group in a group.
+
+    Raises:
+        NetworkError: there is none; it names the nearest.
+    """
+    return _member(parent, name, library().Group, "group")
+
+
+def _member(parent: Any, name: str, kind: type, what: str) -> Any:
+    if name not in parent or not isinstance(found := parent[name], kind):  # its get() hides damage
+        raise NetworkError(f"the group '{parent.name}' has no {what} '{name}'{did_you_mean(name, parent)}")
+    return found
+
+
+def array(parent: Any, name: str, dtype: type | None = None) -> np.ndarray[Any, Any]:
+    """Return a dataset in a group, all of it.
+
+    Raises:
+        NetworkError: there is none, it does not fit into memory, or its values are of another kind.
+    """
+    found = _member(parent, name, library().Dataset, "dataset")
+    require_memory(f"the dataset '{found.name}'", 8 * found.size, f"its {found.size} values")
+    values = np.asarray(found[()])
+    if dtype is None:
+        return values
+    if values.dtype.kind not in "iuf" or (dtype is not float and values.dtype.kind == "f"):
+        raise NetworkError(
+            f"the dataset '{found.name}' holds {values.dtype}, not numbers of kind {dtype.__name__}"
+        )
+    return values.astype(dtype, copy=False)
+
+
+def attribute(parent: Any, name: str, kind: type) -> Any:
+    """Return an attribute of a group, as ``int``, ``float`` or ``str``.
+
+    Raises:
+        NetworkError: there is none, or it is of another kind.
+    """
+    value = parent.attrs.get(name)
+    if isinstance(value, bytes):
+        value = value.decode("utf-8", "replace")
+    try:
+        if value is None or (kind is not str and isinstance(value, str)):
+            raise ValueError
+        return kind(value)
+    except (TypeError, ValueError):
+        raise NetworkError(
+            f"the group '{parent.name}' has no attribute '{name}' of kind {kind.__name__}"
+        ) from None

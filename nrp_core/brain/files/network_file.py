@@ -1,0 +1,249 @@
+"""A whole network in one file: HDF5, versioned, checked when it is read.
+
+HDF5 because any language reads it, and will; every dataset carries a checksum, and the file the network's
+digest, so that what was read is what was written. The layout::
+
+    attributes    format, version, digest, timestep_ms (if any)
+    populations/0, 1, ...    attributes label, size, cell_type
+        parameters/*, initial_values/*    one value a cell
+        spike_times_ms, spike_counts, positions_um    if any
+    projections/0, 1, ...    attributes label, pre, post, receptor, synapse_type; plasticity, origin as JSON
+        pre_index, post_index    one a synapse
+        weight, delay_ms, synapse_parameters/*    one a synapse, or one that all share
+    views/0, 1, ...    attribute name
+        neurons    global ids
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any, TypeVar
+
+import numpy as np
+
+from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
+from nrp_core.brain.limits import distinct
+from nrp_core.brain.network import FloatArray, Network, Origin, Population, Projection
+from nrp_core.brain.picking import Selection, with_views
+from nrp_core.errors import NetworkError
+
+SUFFIX = ".nrpnet"
+FORMAT = "nrp-network"
+VERSION = 1
+
+_CHECKED = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
+
+_TEXTS = ("label", "pre", "post", "receptor", "synapse_type")
+"""Of a projection."""
+_LAYOUT = ("v110", "v110")
+"""Of HDF5 1.10 (2016), the first whose own structures carry checksums as well."""
+
+T = TypeVar("T")
+
+
+def save_network(network: Network, path: Path | str) -> None:
+    """Write a network to a file; one that is there already is replaced once the new one is complete.
+
+    Args:
+        network: the network.
+        path: the file; by custom its name ends in ``.nrpnet``.
+
+    Raises:
+        NetworkError: it cannot be written.
+    """
+    path, h5 = Path(path), library()
+    try:
+        with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}-", delete=False) as kept:
+            unfinished = Path(kept.name)
+        try:
+            with h5.File(unfinished, "w", libver=_LAYOUT) as file:
+                _write(file, network)
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+    except OSError as error:
+        raise NetworkError(f"the network cannot be written: {error}", path=path) from error
+
+
+def read_network(
+    path: Path | str,
+    *,
+    populations: Mapping[str, Selection] | None = None,
+    seed: int = 0,  # noqa: ARG001  readers of all kinds of files take it
+) -> Network:
+    """Read a network from a file.
+
+    Args:
+        path: the file.
+        populations: more names for neurons of its circuit.
+        seed: has no effect: everything random was drawn before the network was written.
+
+    Raises:
+        NetworkError: the file is missing, cut short or damaged, is of another kind or a newer version, or
+            what it holds contradicts itself.
+        NeuronSelectionError: ``populations`` reaches outside the circuit.
+    """
+    with reading(Path(path)) as file:
+        _require_format(file)
+        cells = {cell.label: cell for cell in _parts(group(file, "populations"), _read_population)}
+        projections = _parts(group(file, "projections"), _read_projection)
+        views = dict(_parts(group(file, "views"), _read_view))
+        timestep_ms = attribute(file, "timestep_ms", float) if "timestep_ms" in file.attrs else None
+        network = Network(cells, tuple(projections), views, timestep_ms)
+        if attribute(file, "digest", str) != network.digest:
+            raise NetworkError("the file is damaged: what it holds has another digest than what was written")
+        return with_views(network, populations or {})
+
+
+def _require_format(file: Any) -> None:
+    if "format" not in file.attrs or attribute(file, "format", str) != FORMAT:
+        raise NetworkError(f"is HDF5, but holds no network (its attribute 'format' is not '{FORMAT}')")
+    version = attribute(file, "version", int)
+    if not 1 <= version <= VERSION:
+        raise NetworkError(
+            f"is a network file of version {version}; this nrp-core reads versions up to {VERSION}: "
+            "pip install --upgrade nrp-core"
+        )
+
+
+def _parts(parent: Any, read: Callable[[Any], T]) -> list[T]:
+    """Return what the groups ``0``, ``1``, ... hold."""
+    return [read(group(parent, str(index))) for index in range(len(parent))]
+
+
+def _write(file: Any, network: Network) -> None:
+    _describe(file, format=FORMAT, version=VERSION, digest=network.digest)
+    if network.timestep_ms is not None:
+        file.attrs["timestep_ms"] = network.timestep_ms
+    for index, population in enumerate(network.populations.values()):
+        _write_population(file.create_group(f"populations/{index}"), population)
+    for index, projection in enumerate(network.projections):
+        _write_projection(file.create_group(f"projections/{index}"), projection)
+    for index, (name, ids) in enumerate(network.views.items()):
+        part = file.create_group(f"views/{index}")
+        _describe(part, name=name)
+        _put(part, "neurons", ids)
+    for name in ("populations", "projections", "views"):
+        file.require_group(name)
+
+
+# -- populations
+
+
+def _write_population(part: Any, population: Population) -> None:
+    _describe(part, label=population.label, size=population.size, cell_type=population.cell_type)
+    _put_all(part, "parameters", population.parameters)
+    _put_all(part, "initial_values", population.initial_values)
+    if population.spike_times_ms:
+        _put(part, "spike_times_ms", np.concatenate([np.empty(0), *population.spike_times_ms]))
+        _put(part, "spike_counts", np.array([len(train) for train in population.spike_times_ms]))
+    if population.positions_um is not None:
+        _put(part, "positions_um", population.positions_um)
+
+
+def _read_population(part: Any) -> Population:
+    trains: tuple[FloatArray, ...] = ()
+    if "spike_times_ms" in part:
+        bounds = np.cumsum(array(part, "spike_counts", int))[:-1]
+        trains = tuple(np.split(array(part, "spike_times_ms", float), bounds))
+    return Population(
+        label=attribute(part, "label", str),
+        size=attribute(part, "size", int),
+        cell_type=attribute(part, "cell_type", str),
+        parameters=_get_all(part, "parameters"),
+        initial_values=_get_all(part, "initial_values"),
+        spike_times_ms=trains,
+        positions_um=array(part, "positions_um", float) if "positions_um" in part else None,
+    )
+
+
+# -- projections and views
+
+
+def _write_projection(part: Any, projection: Projection) -> None:
+    _describe(
+        part,
+        **{name: getattr(projection, name) for name in _TEXTS},
+        plasticity=json.dumps(dict(projection.plasticity)),
+        origin=json.dumps(asdict(projection.origin)),
+    )
+    _put(part, "pre_index", projection.pre_index)
+    _put(part, "post_index", projection.post_index)
+    _put(part, "weight", distinct(projection.weight))
+    _put(part, "delay_ms", distinct(projection.delay_ms))
+    parameters = projection.synapse_parameters
+    _put_all(part, "synapse_parameters", {name: distinct(values) for name, values in parameters.items()})
+
+
+def _read_projection(part: Any) -> Projection:
+    pre_index, post_index = array(part, "pre_index", np.int32), array(part, "post_index", np.int32)
+    size = len(pre_index)
+    parameters = _get_all(part, "synapse_parameters")
+    return Projection(
+        **{name: attribute(part, name, str) for name in _TEXTS},
+        pre_index=pre_index,
+        post_index=post_index,
+        weight=_spread(array(part, "weight", float), size),
+        delay_ms=_spread(array(part, "delay_ms", float), size),
+        synapse_parameters={name: _spread(values, size) for name, values in parameters.items()},
+        plasticity=_json(part, "plasticity"),
+        origin=_origin(part),
+    )
+
+
+def _origin(part: Any) -> Origin:
+    try:
+        return Origin(**_json(part, "origin"))
+    except TypeError as error:
+        raise NetworkError(f"the attribute 'origin' of '{part.name}' is none: {error}") from error
+
+
+def _json(part: Any, name: str) -> dict[str, Any]:
+    try:
+        found = json.loads(attribute(part, name, str))
+    except json.JSONDecodeError as error:
+        raise NetworkError(f"the attribute '{name}' of '{part.name}' is not JSON: {error}") from error
+    if not isinstance(found, dict):
+        raise NetworkError(f"the attribute '{name}' of '{part.name}' is no JSON object")
+    return found
+
+
+def _read_view(part: Any) -> tuple[str, Any]:
+    return attribute(part, "name", str), array(part, "neurons", np.int64)
+
+
+# -- arrays
+
+
+def _describe(part: Any, **values: str | int) -> None:
+    """Write attributes; texts at fixed length, which HDF5 keeps where its checksums are."""
+    for name, value in values.items():
+        if isinstance(value, str):
+            text = value.encode()
+            part.attrs[name] = np.array(text, dtype=f"S{max(1, len(text))}")
+        else:
+            part.attrs[name] = value
+
+
+def _put(part: Any, name: str, values: np.ndarray[Any, Any]) -> None:
+    part.create_dataset(name, data=values, **(_CHECKED if values.size > 1 else {}))
+
+
+def _put_all(part: Any, name: str, arrays: Mapping[str, FloatArray]) -> None:
+    within = part.create_group(name)
+    for key, values in arrays.items():
+        _put(within, key, values)
+
+
+def _get_all(part: Any, name: str) -> dict[str, FloatArray]:
+    within = group(part, name)
+    return {key: array(within, key, float) for key in within}
+
+
+def _spread(values: FloatArray, size: int) -> FloatArray:
+    """Return one value as that many; other arrays as they are."""
+    return np.broadcast_to(values[0], (size,)) if values.shape == (1,) and size > 1 else values

@@ -1,0 +1,76 @@
+"""Names and kinds of arguments, checked where a script writes them, with what it may have meant."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from pyNN import errors
+from pyNN.parameters import LazyArray, ParameterSpace
+
+from nrp_core.brain.pynn.invalid import InvalidValueError
+from nrp_core.errors import NetworkError, did_you_mean
+
+
+class UnknownParameterError(NetworkError, errors.NonExistentParameterError):
+    """A parameter that something does not have."""
+
+    def __init__(self, message: str, **place: Any) -> None:
+        NetworkError.__init__(self, message, **place)
+
+    __str__ = NetworkError.__str__
+
+
+def require_names(owner: str, given: Iterable[str], valid: Iterable[str]) -> None:
+    """Check that all parameters exist.
+
+    Args:
+        owner: whose they are, for the message.
+        given: names.
+        valid: all that there are.
+
+    Raises:
+        UnknownParameterError: one does not.
+    """
+    known = list(valid)
+    for name in given:
+        if name not in known:
+            raise UnknownParameterError(f"{owner} has no parameter '{name}'{did_you_mean(name, known)}")
+
+
+def require_arguments(owner: str, function: Callable[..., Any], given: Iterable[str]) -> None:
+    """Check that a function takes all these keyword arguments, as :func:`require_names` does."""
+    parameters = inspect.signature(function).parameters.values()
+    if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
+        require_names(owner, given, (parameter.name for parameter in parameters if parameter.name != "self"))
+
+
+def require_values(owner: str, given: Mapping[str, Any]) -> None:
+    """Check that values of parameters are no texts and not None.
+
+    Raises:
+        InvalidValueError: one is.
+    """
+    for name, value in given.items():
+        if value is None or isinstance(value, str):
+            raise InvalidValueError(
+                f"{owner}: {name} is {value!r}; it must be a number, one number for each, a "
+                "RandomDistribution or a function of the index"
+            )
+
+
+def require_shape(owner: str, space: ParameterSpace, shape: tuple[int, ...]) -> None:
+    """Check that parameters given as arrays have one value for each cell or pair of cells.
+
+    Raises:
+        InvalidValueError: one has another number of values.
+    """
+    for name, value in space.items():
+        base = value.base_value if isinstance(value, LazyArray) else value
+        if isinstance(base, np.ndarray) and base.dtype != object and base.shape not in ((), shape):
+            sizes = [" x ".join(map(str, numbers)) for numbers in (base.shape, shape)]
+            raise InvalidValueError(f"{owner}: {name} has {sizes[0]} values where there are {sizes[1]}")

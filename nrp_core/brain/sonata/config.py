@@ -1,0 +1,122 @@
+"""The configuration of a SONATA circuit: which files it consists of."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nrp_core.errors import NetworkError
+
+
+@dataclass(frozen=True, slots=True)
+class Files:
+    """The nodes or edges of one or more populations: an HDF5 file and the table of their types, if any."""
+
+    data: Path
+    types: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """A circuit.
+
+    Args:
+        nodes, edges: its files.
+        point_neuron_models, synaptic_models: folders with parameters of types.
+        spikes: the spikes of virtual nodes, one file for each input.
+    """
+
+    nodes: tuple[Files, ...]
+    edges: tuple[Files, ...]
+    point_neuron_models: Path
+    synaptic_models: Path
+    spikes: tuple[Path, ...] = ()
+
+
+def read_config(path: Path) -> Config:
+    """Read the configuration of a circuit, or of a simulation that names a circuit.
+
+    Raises:
+        NetworkError: it is none, or it names what does not exist.
+    """
+    given = _resolved(path)
+    circuit = given
+    if isinstance(given.get("network"), str):
+        circuit = _resolved(path.parent / given["network"])
+    networks, components = _section(path, circuit, "networks"), circuit.get("components") or {}
+    if not networks.get("nodes"):
+        raise NetworkError("the configuration has no 'networks' with 'nodes'", path=path)
+    inputs = (given.get("inputs") or {}).values()
+    return Config(
+        nodes=tuple(_files(path, entry, "node") for entry in networks["nodes"]),
+        edges=tuple(_files(path, entry, "edge") for entry in networks.get("edges") or ()),
+        point_neuron_models=Path(components.get("point_neuron_models_dir", path.parent)),
+        synaptic_models=Path(components.get("synaptic_models_dir", path.parent)),
+        spikes=tuple(
+            Path(entry["input_file"])
+            for entry in inputs
+            if entry.get("input_type") == "spikes" and "input_file" in entry
+        ),
+    )
+
+
+def _resolved(path: Path) -> dict[str, Any]:
+    """Return a configuration with the variables of its manifest put in and its paths made absolute."""
+    try:
+        given = json.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise NetworkError(f"the configuration cannot be read: {error.strerror}", path=path) from error
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        line = getattr(error, "lineno", None)
+        raise NetworkError(f"the configuration is not JSON: {error}", path=path, line=line) from error
+    if not isinstance(given, dict):
+        raise NetworkError("the configuration is not a JSON object", path=path)
+    variables = {str(name): str(value) for name, value in _section(path, given, "manifest").items()}
+    for _ in variables:  # one may be made of others
+        variables = {name: _put_in(value, variables) for name, value in variables.items()}
+    found = _walked({key: value for key, value in given.items() if key != "manifest"}, variables, path.parent)
+    assert isinstance(found, dict)
+    return found
+
+
+def _section(path: Path, config: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    found = config.get(name) or {}
+    if not isinstance(found, Mapping):
+        raise NetworkError(f"'{name}' of the configuration is not a JSON object", path=path)
+    return found
+
+
+def _walked(value: Any, variables: Mapping[str, str], folder: Path) -> Any:
+    if isinstance(value, Mapping):
+        return {
+            key: _as_path(item, variables, folder)
+            if _is_path(key, item)
+            else _walked(item, variables, folder)
+            for key, item in value.items()
+        }
+    return [_walked(item, variables, folder) for item in value] if isinstance(value, list) else value
+
+
+def _is_path(key: str, value: object) -> bool:
+    return isinstance(value, str) and (key.endswith(("_file", "_dir")) or key == "network")
+
+
+def _as_path(value: str, variables: Mapping[str, str], folder: Path) -> str:
+    return str((folder / _put_in(value, variables)).resolve())
+
+
+def _put_in(text: str, variables: Mapping[str, str]) -> str:
+    """Return a text with variables in place of their names, the longest names first."""
+    for name in sorted(variables, key=len, reverse=True):
+        text = text.replace("${" + name.lstrip("$") + "}", variables[name]).replace(name, variables[name])
+    return text
+
+
+def _files(path: Path, entry: Any, kind: str) -> Files:
+    if not isinstance(entry, Mapping) or not isinstance(entry.get(f"{kind}s_file"), str):
+        raise NetworkError(f"an entry of '{kind}s' names no '{kind}s_file': {entry!r:.80}", path=path)
+    types = entry.get(f"{kind}_types_file")
+    return Files(Path(entry[f"{kind}s_file"]), Path(types) if isinstance(types, str) else None)

@@ -1,0 +1,145 @@
+"""What the models that SONATA files name are in a network: cell type, parameters, units of weights.
+
+Schemas are ``pynn:`` (PyNN's standard cells, its units) and ``nest:`` (NEST's point neurons: pF, nS, pA, with
+NEST's own defaults, as its documentation lists them).
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from nrp_core.brain.pynn.models import CELLS
+from nrp_core.errors import CapabilityError
+
+_KILO = 1e-3
+"""pF to nF, pA to nA, nS to uS."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """Where a parameter comes from.
+
+    Args:
+        name: in the file.
+        scale: from its unit to PyNN's.
+        default: in the file's unit.
+    """
+
+    name: str
+    scale: float
+    default: float
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A model of a cell.
+
+    Args:
+        cell_type: PyNN's.
+        parameters: by PyNN's name; those left out are called and default as in PyNN.
+        weight_scale: from the file's unit to PyNN's.
+        rests: whether the membrane starts at rest, as in NEST, and not where PyNN lets it.
+    """
+
+    cell_type: str
+    parameters: Mapping[str, Parameter]
+    weight_scale: float = 1.0
+    rests: bool = False
+
+
+def _lif(e_l: float = -70.0, v_reset: float = -70.0) -> dict[str, Parameter]:
+    return {
+        "cm": Parameter("C_m", _KILO, 250.0),
+        "tau_m": Parameter("tau_m", 1.0, 10.0),
+        "tau_refrac": Parameter("t_ref", 1.0, 2.0),
+        "v_rest": Parameter("E_L", 1.0, e_l),
+        "v_reset": Parameter("V_reset", 1.0, v_reset),
+        "v_thresh": Parameter("V_th", 1.0, -55.0),
+        "i_offset": Parameter("I_e", _KILO, 0.0),
+    }
+
+
+def _synapses(excitatory: float, inhibitory: float) -> dict[str, Parameter]:
+    return {
+        "tau_syn_E": Parameter("tau_syn_ex", 1.0, excitatory),
+        "tau_syn_I": Parameter("tau_syn_in", 1.0, inhibitory),
+    }
+
+
+_REVERSAL = {"e_rev_E": Parameter("E_ex", 1.0, 0.0), "e_rev_I": Parameter("E_in", 1.0, -85.0)}
+_CONDUCTANCE = {**_lif(v_reset=-60.0), **_synapses(0.2, 2.0), **_REVERSAL}
+_ADAPTIVE = {
+    **_CONDUCTANCE,
+    "cm": Parameter("C_m", _KILO, 281.0),
+    "tau_refrac": Parameter("t_ref", 1.0, 0.0),
+    "v_rest": Parameter("E_L", 1.0, -70.6),
+    "v_thresh": Parameter("V_th", 1.0, -50.4),
+    "a": Parameter("a", 1.0, 4.0),
+    "b": Parameter("b", _KILO, 80.5),
+    "delta_T": Parameter("Delta_T", 1.0, 2.0),
+    "tau_w": Parameter("tau_w", 1.0, 144.0),
+    "v_spike": Parameter("V_peak", 1.0, 0.0),
+}
+LEAK_NS = {"iaf_cond_exp": 16.6667, "iaf_cond_alpha": 16.6667, "aeif_cond_exp": 30.0, "aeif_cond_alpha": 30.0}
+"""Default leak conductance of models that have one in place of a membrane time constant."""
+
+_NEST = {
+    "iaf_psc_exp": Model("IF_curr_exp", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
+    "iaf_psc_alpha": Model("IF_curr_alpha", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
+    "iaf_psc_delta": Model("IF_curr_delta", _lif(), rests=True),
+    "iaf_cond_exp": Model("IF_cond_exp", _CONDUCTANCE, _KILO, rests=True),
+    "iaf_cond_alpha": Model("IF_cond_alpha", _CONDUCTANCE, _KILO, rests=True),
+    "aeif_cond_exp": Model("EIF_cond_exp_isfa_ista", _ADAPTIVE, _KILO, rests=True),
+    "aeif_cond_alpha": Model("EIF_cond_alpha_isfa_ista", _ADAPTIVE, _KILO, rests=True),
+}
+_PYNN = {name: Model(name, {}) for name in CELLS}
+_SCHEMAS = {"pynn": _PYNN, "nest": _NEST}
+STATIC_SYNAPSES = ("", "static_synapse", "StaticSynapse")
+
+
+def model_of(owner: str, model_type: str, template: str) -> Model:
+    """Return what a type of point neurons is.
+
+    Args:
+        owner: whose it is, for the message.
+        model_type: SONATA's.
+        template: ``schema:resource``.
+
+    Raises:
+        CapabilityError: networks have no such cells; it names the nearest that they have.
+    """
+    schema, _, resource = template.partition(":")
+    if model_type not in ("point_neuron", "point_process"):
+        raise CapabilityError(
+            f"{owner} is of model_type '{model_type}'; networks hold point_neuron and virtual, and "
+            "the nearest cell with channels is pynn:HH_cond_exp"
+        )
+    models = _SCHEMAS.get(schema.lower())
+    if models is None:
+        choices = [f"{known}:{name}" for known, names in _SCHEMAS.items() for name in names]
+        nearest = difflib.get_close_matches(template, choices, 1, 0.0)[0]
+        raise CapabilityError(
+            f"{owner} is of model '{template}', which is not supported; the nearest: {nearest}"
+        )
+    if resource not in models:
+        nearest = difflib.get_close_matches(resource, list(models), 1, 0.0)[0]
+        raise CapabilityError(
+            f"{owner} is of model '{template}', which is not supported; the nearest that is: "
+            f"{schema}:{nearest}"
+        )
+    return models[resource]
+
+
+def require_static(owner: str, template: str) -> None:
+    """Check that a type of synapses is one that only has a weight and a delay.
+
+    Raises:
+        CapabilityError: it is another.
+    """
+    resource = template.rpartition(":")[2]
+    if resource not in STATIC_SYNAPSES:
+        raise CapabilityError(
+            f"{owner} is of model '{template}', which is not read; the nearest that is: static_synapse"
+        )

@@ -1,0 +1,67 @@
+"""What takes time to make is made once for each content, and kept in the user's cache folder."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory, mkdtemp
+
+from platformdirs import user_cache_path
+
+Fill = Callable[[Path], None]
+Check = Callable[[Path], bool]
+
+
+def _is_there(folder: Path) -> bool:
+    return folder.is_dir()
+
+
+def kept_folder(kind: str, key: str, fill: Fill, is_whole: Check = _is_there) -> Path:
+    """Return the folder that ``fill`` has filled, now or in an earlier process.
+
+    Where the cache cannot be written, the folder lasts as long as the process.
+
+    Args:
+        kind: what is kept; a folder of the cache.
+        key: a digest of everything that the contents depend on.
+        fill: is given an empty folder; where it raises, nothing is kept.
+        is_whole: tells whether a kept folder can be used; programs that clean up may have been in it.
+    """
+    kept = user_cache_path("nrp-core") / kind / key
+    if is_whole(kept):
+        return kept
+    shutil.rmtree(kept, ignore_errors=True)
+    try:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        work = Path(mkdtemp(prefix=f".{key}-", dir=kept.parent))
+    except OSError:
+        return _for_this_process(kind, key, fill)
+    try:
+        fill(work)
+        if not kept.is_dir():
+            work.rename(kept)
+    except OSError:
+        if not kept.is_dir():  # another process was not faster: it is the disk that does not take it
+            return _for_this_process(kind, key, fill)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return kept
+
+
+def _for_this_process(kind: str, key: str, fill: Fill) -> Path:
+    folder = Path(_temporary().name) / kind / key
+    if not folder.is_dir():
+        folder.mkdir(parents=True)
+        try:
+            fill(folder)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+    return folder
+
+
+@cache
+def _temporary() -> TemporaryDirectory[str]:
+    return TemporaryDirectory(prefix="nrp-core-")

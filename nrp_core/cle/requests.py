@@ -1,0 +1,53 @@
+"""Calls that other threads want made between two steps of a loop."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+class Requests:
+    """While a thread runs the loop, it makes the calls of the others; else everybody makes their own."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()  # a call may make another one
+        self._waiting: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
+        self._runner: int | None = None
+
+    def make(self, call: Callable[[], T]) -> T:
+        """Return what a call returns that is made between two steps; what it raises is raised here."""
+        if self._runner == threading.get_ident():
+            return call()
+        with self._lock:
+            if self._runner is None:
+                return call()
+            future: Future[T] = Future()
+            self._waiting.append((call, future))
+        return future.result()
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Be the thread that runs the loop; nobody is left waiting in the end."""
+        with self._lock:
+            self._runner = threading.get_ident()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self.serve()
+                self._runner = None
+
+    def serve(self) -> None:
+        """Make the calls that wait."""
+        while self._waiting:
+            call, future = self._waiting.popleft()
+            try:
+                future.set_result(call())
+            except BaseException as error:  # noqa: BLE001 - it belongs to whoever waits for the result
+                future.set_exception(error)

@@ -1,0 +1,40 @@
+"""``nrp explain``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from nrp_core.cli.options import Json
+from nrp_core.cli.output import document
+
+
+def explain(
+    code: Annotated[
+        str | None, typer.Argument(metavar="CODE", help="A code such as NRP203; without one, all of them.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say what a code of `nrp validate` means, why it matters and what to do."""
+    from nrp_core.errors import did_you_mean
+    from nrp_core.findings import Code
+
+    names = [one.name for one in Code]
+    wanted = None if code is None else code.strip().upper()
+    if wanted is not None and wanted not in names:
+        hint = did_you_mean(wanted, names)
+        hint = hint if "did you mean" in hint else "; nrp explain lists all"
+        raise typer.BadParameter(f"there is no code '{code}'{hint}", param_hint="CODE")
+    told = [
+        {"code": one.name, "summary": one.summary, "why": one.why, "suggestion": one.suggestion}
+        for one in Code
+        if wanted in (None, one.name)
+    ]
+    if json:
+        document({"codes": told} if wanted is None else told[0])
+    elif wanted is None:
+        for one in told:
+            typer.echo(f"{one['code']}  {one['summary']}")
+    else:
+        typer.echo("{code}: {summary}\n\n  why: {why}\n  fix: {suggestion}".format(**told[0]))

@@ -1,0 +1,161 @@
+"""What a metric is. Others add their own by an entry point in the group ``nrp_core.metrics``.
+
+::
+
+    class Stops(ScalarMetric):
+        name, title = "stops", "Stops"
+
+        def values(self, run):
+            return {robot: float(...) for robot in run.robots}
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from nrp_core.comparison.signals import RunSignals
+from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
+from nrp_core.registry import plugins
+
+GROUP = "nrp_core.metrics"
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """How large a difference does not matter.
+
+    Args:
+        amount: the difference.
+        in_sd: whether it counts in standard deviations of the spread from seed to seed, else in the
+            metric's own unit.
+        at_most: never more than this, in the metric's own unit.
+    """
+
+    amount: float = 1.0
+    in_sd: bool = True
+    at_most: float | None = None
+
+    def within(self, sd: float) -> float:
+        """Return it in the metric's unit, for a spread in that unit."""
+        margin = self.amount * sd if self.in_sd else self.amount
+        return margin if self.at_most is None else min(margin, self.at_most)
+
+    @classmethod
+    def parse(cls, text: str) -> Margin:
+        """Read ``0.5`` or ``2sd``.
+
+        Raises:
+            ValueError: it is neither, or not above 0.
+        """
+        number = text.strip().lower().removesuffix("sd")
+        try:
+            amount = float(number)
+        except ValueError:
+            amount = 0.0
+        if not 0 < amount < float("inf"):
+            raise ValueError(f"a margin is a number above 0, as 0.5 or 2sd, not '{text}'")
+        return cls(amount, in_sd=number != text.strip().lower())
+
+
+class Metric(ABC):
+    """Something that can be measured of a run; of its parts (robots, events, ...) each by itself.
+
+    Attributes:
+        name: what it is called on the command line.
+        title: what it is called in a report.
+        unit: of its values.
+        is_finding: whether it is what an experiment is made for, not a detail of how it came about.
+        is_pooled: whether its parts are measured by one spread, that of all of them together.
+        margin: how large a difference does not matter, unless somebody says otherwise.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    unit: ClassVar[str] = ""
+    is_finding: ClassVar[bool] = False
+    is_pooled: ClassVar[bool] = False
+    margin: ClassVar[Margin] = Margin()
+
+    def resolution(self, run: RunSignals) -> float:
+        """Return what the metric cannot tell apart, in its unit; no margin is smaller."""
+        return 0.0
+
+
+class ScalarMetric(Metric):
+    """A number for each part of a run.
+
+    Attributes:
+        is_share: whether it is only ever 0 or 1.
+    """
+
+    is_share: ClassVar[bool] = False
+
+    @abstractmethod
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        """Return the value of every part; None where it has none in this run."""
+
+
+class DistanceMetric(Metric):
+    """A distance between two runs, for each part."""
+
+    @abstractmethod
+    def features(self, run: RunSignals) -> Mapping[str, Any]:
+        """Return what the distance is taken of, for every part; made once a run."""
+
+    @abstractmethod
+    def distance(self, one: Any, other: Any) -> float:
+        """Return the distance between the features of one part of two runs."""
+
+
+def all_metrics() -> list[Metric]:
+    """Return the metrics of all installed packages; what a finding is made of comes first.
+
+    Raises:
+        BackendError: one cannot be used.
+    """
+    registry = plugins(GROUP, "metric")
+    found = [_made(name, registry.load(name)) for name in registry.names()]
+    return sorted(found, key=lambda metric: (not metric.is_finding, metric.name))
+
+
+def _made(name: str, kind: Any) -> Metric:
+    if not (isinstance(kind, type) and issubclass(kind, (ScalarMetric, DistanceMetric))):
+        raise BackendLoadError(f"metric '{name}' is no subclass of ScalarMetric or DistanceMetric")
+    metric: Metric = kind()
+    if getattr(metric, "name", None) != name:
+        raise BackendLoadError(f"metric '{name}' calls itself '{getattr(metric, 'name', None)}'")
+    return metric
+
+
+def margins_of(texts: Iterable[str], metrics: Iterable[Metric]) -> dict[str, Margin]:
+    """Read ``metric=value`` and ``metric/part=value``.
+
+    Raises:
+        ValueError: one is written otherwise, or names no metric.
+    """
+    names = [metric.name for metric in metrics]
+    margins: dict[str, Margin] = {}
+    for text in texts:
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise ValueError(f"a margin is written METRIC=VALUE, not '{text}'")
+        name = key.partition("/")[0]
+        if name not in names:
+            raise ValueError(f"no metric is called '{name}'{did_you_mean(name, names)}")
+        margins[key] = Margin.parse(value)
+    return margins
+
+
+def require_parts(margins: Iterable[str], parts: Iterable[str]) -> None:
+    """Refuse a margin of a part that no run has.
+
+    Raises:
+        ExperimentError: there is one.
+    """
+    known = list(parts)
+    for key in margins:
+        if "/" in key and key not in known:
+            raise ExperimentError(f"no run has '{key}' to set a margin for{did_you_mean(key, known)}")

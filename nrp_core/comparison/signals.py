@@ -1,0 +1,130 @@
+"""What was recorded of one run as arrays on the steps of the loop, so that runs can be laid side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.clock import seconds
+from nrp_core.recording.export.numbers import Numbers, Series, groups_of
+from nrp_core.recording.layout import Role
+from nrp_core.recording.read import Recording
+from nrp_core.world.parts.model_states import MODEL_STATES
+
+
+class RunSignals:
+    """One recorded run.
+
+    Args:
+        recording: of it.
+
+    Attributes:
+        run: what ``run.json`` says.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        self.run: dict[str, Any] = recording.run
+
+    @property
+    def label(self) -> str:
+        """Backends and seed, for people."""
+        return f"{self.brain} × {self.world}, seed {self.run.get('seed', '?')}"
+
+    @property
+    def brain(self) -> str:
+        """Name of the brain backend."""
+        return str((self.run.get("brain") or {}).get("backend", "?"))
+
+    @property
+    def world(self) -> str:
+        """Name of the world backend."""
+        return str((self.run.get("world") or {}).get("backend", "?"))
+
+    @property
+    def result(self) -> Mapping[str, Any]:
+        """What came of the run; empty if it was cut."""
+        return self.run.get("result") or {}
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """The experiment as plain data."""
+        return self.run.get("settings") or {}
+
+    @property
+    def step_s(self) -> float:
+        """Period of the loop, s."""
+        return seconds(int(self.settings.get("timestep") or 20_000_000))
+
+    @cached_property
+    def numbers(self) -> Numbers:
+        """All numbers as they were recorded."""
+        return Numbers.of(self.recording)
+
+    @property
+    def end_s(self) -> float:
+        """Simulated time of the end, s."""
+        return self.numbers.end_s
+
+    @cached_property
+    def times_s(self) -> FloatArray:
+        """The ends of all steps, s, from 0 on."""
+        return np.arange(round(self.end_s / self.step_s) + 1) * self.step_s
+
+    def on_steps(self, series: Series) -> FloatArray:
+        """Return values that hold until the next, at every step; NaN before the first.
+
+        Returns:
+            shape ``(n_steps, columns)``.
+        """
+        index = np.searchsorted(series.times_s, self.times_s + self.step_s * 1e-3, side="right") - 1
+        return np.where(index[:, None] >= 0, series.values[np.maximum(index, 0)], np.nan)
+
+    # -- the body
+
+    @cached_property
+    def robots(self) -> list[str]:
+        """Names of the robots; of a foreign recording those of all models that move."""
+        moving = [name.removeprefix(f"{MODEL_STATES}/") for name in self._models]
+        named = list((self.settings.get("world") or {}).get("robots") or {})
+        return [name for name in moving if name in named] or moving
+
+    def motion(self, robot: str) -> Series:
+        """Return where a robot was and how it moved."""
+        return self._models[f"{MODEL_STATES}/{robot}"]
+
+    @property
+    def _models(self) -> dict[str, Series]:
+        return {one.name: one for one in self.numbers.with_role(Role.MODELS)}
+
+    # -- the brain
+
+    @cached_property
+    def groups(self) -> dict[str, tuple[str, IntArray]]:
+        """Populations and named groups of neurons: population, and ids in it."""
+        found = {label: (label, np.arange(self.numbers.size_of(label))) for label in self.numbers.spikes}
+        for name, members in groups_of(self.run).items():
+            for label, ids in members.items():
+                if label in self.numbers.spikes:
+                    found[name if len(members) == 1 else f"{name}/{label}"] = label, np.array(ids)
+        return found
+
+    def trains_s(self, group: str) -> list[FloatArray]:
+        """Return the spike times of each neuron of a group, s."""
+        label, ids = self.groups[group]
+        by_neuron = self._trains[label]
+        return [by_neuron[i] for i in ids]
+
+    @cached_property
+    def _trains(self) -> dict[str, list[FloatArray]]:
+        """All spike trains by population."""
+        trains = {}
+        for label, (ids, times_ms) in self.numbers.spikes.items():
+            order = np.lexsort((times_ms, ids))
+            cuts = np.searchsorted(ids[order], np.arange(1, self.numbers.size_of(label)))
+            trains[label] = np.split(times_ms[order] * 1e-3, cuts)
+        return trains

@@ -1,0 +1,134 @@
+"""Capability: joints follow, pushes push, models come and go; what is not declared is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+from nrp_core.conformance.world.kit import GRAVITY, WorldKit, states
+from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, thing
+from nrp_core.errors import CapabilityError
+from nrp_core.world.interface import World
+from nrp_core.world.messages.base import Duration
+from nrp_core.world.messages.gazebo_msgs import ModelState
+from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3, Wrench
+from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.parts.base import Wrench as Push
+from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
+from nrp_core.world.scene.pose import Pose as ScenePose
+
+ARM_KG, ARM_M = 2.0, 0.5
+INERTIA = 0.02 + ARM_KG * ARM_M**2
+
+
+def arm(kind: str = "position") -> Model:
+    """Return a bob that a controlled joint along y holds to the world at height 2, its mass ahead of it."""
+    inertial = Inertial(ARM_KG, ScenePose((ARM_M, 0.0, 0.0)), (0.02, 0.02, 0.02, 0.0, 0.0, 0.0))
+    joint = Joint("joint", "revolute", "world", "bob", ScenePose(), (0, 1, 0), -2.0, 2.0)
+    control = JointController("joint", kind, "/arm/cmd", Pid(200.0, 0.0, 20.0))  # type: ignore[arg-type]
+    return Model("arm", (Link("bob", inertial=inertial),), (joint,), pose=at(0, 0, 2), controllers=(control,))
+
+
+class ChangingTests(WorldKit):
+    """What may be done to a world while it runs."""
+
+    level = "capability"
+
+    def test_a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses(self) -> None:
+        world = self.open(arm())
+        command = world.advertise("/arm/cmd")
+        if not self.capabilities.joint_control:
+            with pytest.raises(CapabilityError):
+                command.publish(Float64(-0.4))
+            return
+        command.publish(Float64(-0.4))
+        self.run(world, 3.0)
+        angle = float(world.joint_states("arm").positions[0])
+        assert angle == pytest.approx(-0.4 + ARM_KG * GRAVITY * ARM_M / 200.0, abs=0.01)
+
+    def test_an_effort_accelerates_a_joint(self) -> None:
+        self.require("joint_control")
+        world = self.open(arm("effort"), gravity=(0.0, 0.0, 0.0))
+        world.advertise("/arm/cmd").publish(Float64(-0.5))
+        self.run(world, 0.5)
+        assert world.joint_states("arm").velocities[0] == pytest.approx(-0.25 / INERTIA, rel=0.02)
+
+    def test_a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused(self) -> None:
+        world = self.open(thing("ball", Sphere(0.1), at(0, 0, 5), mass=2.0), gravity=(0.0, 0.0, 0.0))
+        if not self.capabilities.joint_control:
+            with pytest.raises(CapabilityError):
+                world.set_wrench("ball", "link", Push((1.0, 0.0, 0.0)))
+            return
+        asked = {"wrench": Wrench(Vector3(0.0, 3.0)), "duration": Duration(0, 400_000_000)}
+        world.call("/gazebo/apply_body_wrench", "ball::link", **asked)
+        self.run(world, 1.0)
+        assert world.model_motion("ball").linear == pytest.approx((0.0, 0.6, 0.0), abs=0.02)
+
+    def test_models_are_put_where_they_are_wanted_or_that_is_refused(self) -> None:
+        world = self.open(floor(), robot(), thing("ball", Sphere(0.1), at(0, 2, 5), mass=1.0))
+        state = ModelState("ball", Pose(Point(1.0, 2.0, 3.0)), Twist(Vector3(0.5)))
+        answer = world.call("/gazebo/set_model_state", state)
+        assert answer.success == self.capabilities.changes
+        if answer.success:
+            self.run(world, 0.1)
+            motion = world.model_motion("ball")
+            assert motion.pose.position == pytest.approx((1.05, 2.0, 3.0 - GRAVITY * 0.005), abs=0.02)
+            assert world.model_motion("robot").pose.position[:2] == pytest.approx((0, 0), abs=0.01)
+
+    def test_models_come_and_go_and_leave_the_others_as_they_are_or_that_is_refused(self) -> None:
+        world = self.open(floor(), robot(), pendulum())
+        self.drive(world, 0.5, 0.2, 0.5)
+        before = states(world)
+        ball = thing("ball", Sphere(0.2), at(0, 3, 1), mass=1.0)
+        if not self.capabilities.changes:
+            with pytest.raises(CapabilityError):
+                world.spawn(ball)
+            return
+        angle = float(world.joint_states("pendulum").positions[0])
+        world.spawn(ball)
+        now = states(world)
+        for name, motion in before.items():
+            assert now[name].pose.position == pytest.approx(motion.pose.position, abs=1e-6)
+            assert now[name].linear == pytest.approx(motion.linear, abs=1e-6)
+        assert world.joint_states("pendulum").positions[0] == pytest.approx(angle, abs=1e-6)
+        self.run(world, world.now_ns * 1e-9 + 2.0)
+        assert world.model_motion("ball").pose.position == pytest.approx((0, 3, 0.2), abs=0.03)
+        world.delete("ball")
+        assert "ball" not in states(world)
+        assert "/ball/link/visual/color" not in world.topics
+
+    def test_a_spawned_robot_drives_and_sees(self) -> None:
+        self.require("changes")
+        world = self.open(floor())
+        world.spawn(robot("late"))
+        self.drive(world, 0.5, 0.0, 1.0, robot="late")
+        assert world.model_motion("late").pose.position[0] == pytest.approx(0.5, rel=0.1)
+        if self.capabilities.renderers:
+            assert self.look(world, "late").any()
+
+    def test_a_reset_brings_back_the_first_scene(self) -> None:
+        self.require("changes")
+        self.require_repeatable()
+        models = floor(), robot(), thing("box", Box((0.3, 0.3, 0.3)), at(1, 1, 0.2), mass=1.0)
+        world, fresh = self.open(*models), self.open(*models)
+        world.delete("box")
+        world.spawn(thing("ball", Sphere(0.2), at(0, 3, 1), mass=1.0))
+        self.run(world, 0.2)
+        world.reset()
+        assert self._later(world) == self._later(fresh)
+
+    def test_a_snapshot_keeps_what_was_spawned(self) -> None:
+        self.require("changes")
+        self.require_snapshot()
+        self.require_repeatable()
+        world, fresh = self.open(floor(), robot()), self.open(floor(), robot())
+        world.spawn(thing("ball", Sphere(0.2), at(0, 3, 1), mass=1.0))
+        self.run(world, 0.2)
+        snapshot = world.snapshot()
+        expected = self._later(world)
+        fresh.restore(snapshot)
+        assert self._later(fresh) == expected
+
+    def _later(self, world: World) -> object:
+        self.run(world, world.now_ns * 1e-9 + 0.3)
+        return states(world)

@@ -1,0 +1,77 @@
+"""What a brain backend has to say about the network of an experiment that does not run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nrp_core.brain.interface import BrainBackend
+from nrp_core.brain.report import Report
+from nrp_core.errors import CapabilityError
+from nrp_core.experiment.backends import named
+from nrp_core.experiment.collector import Collector
+from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.prepare import Say, network_of, quietly, side_of
+from nrp_core.findings import Code
+from nrp_core.registry import brains
+
+
+@dataclass(frozen=True, slots=True)
+class Account:
+    """The reports of one backend about one experiment.
+
+    Args:
+        experiment: its name.
+        brain: the backend's name.
+        neurons, synapses: the size of the network.
+        digest: of the network.
+        reports: what the backend says.
+    """
+
+    experiment: str
+    brain: str
+    neurons: int
+    synapses: int
+    digest: str
+    reports: tuple[Report, ...]
+
+
+def account_of(experiment: Experiment, say: Say = quietly) -> Account:
+    """Build the network of an experiment and return what its brain backend reports about it.
+
+    Raises:
+        BackendError: the backend is missing or broken.
+        CapabilityError: it reports nothing, or does not take the network.
+        InvalidExperimentError: anything else about the brain is wrong.
+    """
+    collector, name = Collector(experiment), experiment.brain.backend
+    side = side_of(collector, brains(), "brain", experiment.brain)
+    collector.raise_errors()
+    assert side is not None
+    if type(side.backend).reports is BrainBackend.reports:
+        others = ", ".join(reporting()) or "none that is installed"
+        raise CapabilityError(
+            f"the brain backend '{name}' reports nothing about networks; these do: {others}"
+        )
+    say("building the network")
+    network = network_of(collector)
+    collector.raise_errors()
+    assert network is not None
+    side.capabilities.require(network, name)
+    say("looking at the network")
+    with collector.during(Code.NRP208, "brain", "model"), named(name, "report about the network"):
+        reports = side.backend.reports(network, side.options)
+    collector.raise_errors()
+    synapses = sum(projection.size for projection in network.projections)
+    return Account(experiment.name, name, network.size, synapses, network.digest, tuple(reports))
+
+
+def reporting() -> list[str]:
+    """Return the names of the installed brain backends that report about networks."""
+    return [name for name in brains().names() if _reports(name)]
+
+
+def _reports(name: str) -> bool:
+    try:
+        return type(brains().load(name)).reports is not BrainBackend.reports
+    except Exception:  # noqa: BLE001  one that is broken hides no other
+        return False

@@ -1,0 +1,62 @@
+"""Recordings in the formats that others open: NWB and SONATA for neuroscientists, CSV for everybody."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+
+from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.recording.read import Recording
+
+
+class Format(StrEnum):
+    """What a recording is written as."""
+
+    NWB = "nwb"
+    """Neurodata Without Borders, one file: spikes, devices, poses, commands and pictures."""
+    SONATA = "sonata"
+    """A folder with the spikes, the devices as a report, and the named groups of neurons."""
+    CSV = "csv"
+    """A folder with a table of the spikes and one for each topic that carries numbers."""
+
+
+def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
+    """Write a recording in another format.
+
+    Args:
+        recording: of which run; of one that is damaged, what is whole is written.
+        kind: the format.
+        target: a new file, or a new folder for the formats that take several files.
+
+    Returns:
+        the files.
+
+    Raises:
+        ExperimentError: there is something already, the folder it shall be in is missing, or it cannot be
+            written.
+        CapabilityError: the packages that the format needs are not installed.
+    """
+    if kind is Format.NWB and target.suffix != ".nwb":
+        raise ExperimentError(f"an NWB file is called .nwb, not '{target.name}'")
+    if target.exists():
+        raise ExperimentError("there is something already", path=target)
+    if not target.absolute().parent.is_dir():
+        raise ExperimentError("there is no such folder", path=target.absolute().parent)
+    try:
+        if kind is Format.CSV:
+            from nrp_core.recording.export.csv_tables import write_csv
+
+            return write_csv(recording, target)
+        if kind is Format.NWB:
+            from nrp_core.recording.export.nwb import write_nwb
+
+            return write_nwb(recording, target)
+        from nrp_core.recording.export.sonata import write_sonata
+
+        return write_sonata(recording, target)
+    except ModuleNotFoundError as error:
+        raise CapabilityError(
+            f"{kind} needs the package {error.name}: pip install 'nrp-core[export]'"
+        ) from error
+    except OSError as error:
+        raise ExperimentError(f"cannot be written: {error.strerror or error}", path=target) from error

@@ -1,0 +1,145 @@
+"""All numbers of a recording as arrays, topic by topic."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.clock import seconds
+from nrp_core.recording.layout import Role
+from nrp_core.recording.plot.story import numbers_in
+from nrp_core.recording.read import Recording, Topic
+
+_MODEL_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
+
+
+@dataclass
+class Series:
+    """Numbers that belong together over time.
+
+    Args:
+        name: a topic, or of moving models one for each.
+        role: what the topic is.
+        columns: names of the numbers.
+        about: what the recording says of the topic.
+    """
+
+    name: str
+    role: str
+    columns: tuple[str, ...]
+    about: dict[str, str]
+    _times_s: list[float] = field(default_factory=list)
+    _values: list[Any] = field(default_factory=list)
+
+    def add(self, t_s: float, values: Any) -> None:
+        """Take in the numbers of one message."""
+        self._times_s.append(t_s)
+        self._values.append(values)
+
+    @property
+    def times_s(self) -> FloatArray:
+        """Times, s, shape ``(n,)``."""
+        return np.array(self._times_s)
+
+    @property
+    def values(self) -> FloatArray:
+        """Values, shape ``(n, columns)``."""
+        return np.array([np.broadcast_to(one, len(self.columns)) for one in self._values], float)
+
+    @property
+    def unit(self) -> str:
+        """The unit of all columns, or the empty string where they have several or it is not known."""
+        return self.about.get("unit", "")
+
+
+@dataclass
+class Numbers:
+    """What a recording holds but for pictures.
+
+    Args:
+        run: what ``run.json`` says.
+        end_s: simulated time of the last message, s.
+        spikes: ids within the population and times in ms, by population.
+        series: all else, by name.
+    """
+
+    run: dict[str, Any]
+    end_s: float = 0.0
+    spikes: dict[str, tuple[IntArray, FloatArray]] = field(default_factory=dict)
+    series: dict[str, Series] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, recording: Recording) -> Numbers:
+        """Read a recording."""
+        numbers, topics = cls(recording.run), recording.topics
+        roles = (Role.MODELS, Role.SENSOR, Role.PUBLISHED, Role.SPIKES, Role.SINK, Role.SOURCE)
+        spikes: dict[str, list[Any]] = {label: [] for label in _populations(recording.run)}
+        for one in recording.messages({topic.name for topic in recording.with_role(*roles)}):
+            topic, t_s = topics[one.topic], seconds(one.t_ns)
+            numbers.end_s = max(numbers.end_s, t_s)
+            if topic.role == Role.SPIKES:
+                spikes.setdefault(one.message.population, []).append(one.message)
+            else:
+                numbers._take(topic, t_s, one.message)
+        for label, messages in spikes.items():
+            ids = np.concatenate([np.empty(0, np.int64), *(m.ids.astype(np.int64) for m in messages)])
+            times_ms = np.concatenate([np.empty(0), *(m.times_ms for m in messages)])
+            numbers.spikes[label] = ids, times_ms
+        return numbers
+
+    def size_of(self, population: str) -> int:
+        """Return how many neurons a population has, as far as is known."""
+        ids, _ = self.spikes[population]
+        return max(int(_populations(self.run).get(population, 0)), int(ids.max(initial=-1)) + 1)
+
+    def with_role(self, *roles: Role) -> list[Series]:
+        """Return the series of these roles."""
+        return [series for series in self.series.values() if series.role in roles]
+
+    def _take(self, topic: Topic, t_s: float, message: Any) -> None:
+        if topic.role == Role.MODELS:
+            for name, pose, twist in zip(message.name, message.pose, message.twist, strict=True):
+                p, q, v, w = pose.position, pose.orientation, twist.linear, twist.angular
+                motion = (p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z)
+                self._series(f"{topic.name}/{name}", topic, _MODEL_COLUMNS).add(t_s, motion)
+            return
+        values = getattr(message, "data", None)
+        if isinstance(values, np.ndarray) and topic.role == Role.SOURCE:
+            series = self._series(topic.name, topic, ())
+            if len(values) > len(series.columns):
+                series.columns = tuple(map(str, range(len(values)))) if len(values) > 1 else ("value",)
+            series.add(t_s, values)
+            return
+        found = dict(numbers_in(message))
+        if found:
+            series = self._series(topic.name, topic, tuple(found))
+            series.add(t_s, [found.get(column, np.nan) for column in series.columns])
+
+    def _series(self, name: str, topic: Topic, columns: tuple[str, ...]) -> Series:
+        if name not in self.series:
+            self.series[name] = Series(name, topic.role, columns, dict(topic.about))
+        return self.series[name]
+
+
+def _populations(run: dict[str, Any]) -> dict[str, int]:
+    populations = dict((run.get("brain") or {}).get("populations") or {})
+    return {label: int(one["size"]) for label, one in populations.items()}
+
+
+def groups_of(run: dict[str, Any]) -> dict[str, dict[str, list[int]]]:
+    """Return the named groups of neurons: the ids by population."""
+    views = dict((run.get("brain") or {}).get("views") or {})
+    return {
+        name: {
+            label: [i for first, last in ranges for i in range(first, last)] for label, ranges in ids.items()
+        }
+        for name, ids in views.items()
+    }
+
+
+def file_name(topic: str) -> str:
+    """Return the name of a topic as that of a file or of an object in one."""
+    return topic.strip("/").replace("/", ".")

@@ -1,0 +1,161 @@
+"""A recording in Neurodata Without Borders 2 (Rübel et al. 2022, eLife 11:e78362)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from importlib.metadata import version
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pynwb import NWBHDF5IO, H5DataIO, NWBFile, TimeSeries
+from pynwb.behavior import Position, SpatialSeries
+from pynwb.image import ImageSeries
+
+from nrp_core.clock import seconds
+from nrp_core.recording.export.numbers import Numbers, Series, file_name, groups_of
+from nrp_core.recording.layout import STEPS, Role
+from nrp_core.recording.pictures import values_of
+from nrp_core.recording.read import Recording
+
+_FRAME = "the world's: x, y and z in m, z up"
+_UNKNOWN = "n/a"
+
+
+def write_nwb(recording: Recording, path: Path) -> list[Path]:
+    """Write one file and return it."""
+    numbers = Numbers.of(recording)
+    file = _file(recording, numbers)
+    _add_units(file, numbers)
+    for series in numbers.with_role(Role.SINK, Role.SENSOR):
+        file.add_acquisition(_series(series))
+    for series in numbers.with_role(Role.SOURCE):
+        file.add_stimulus(_series(series))
+    commands = numbers.with_role(Role.PUBLISHED)
+    if commands:
+        module = file.create_processing_module("commands", "what was published to the robot and the room")
+        for series in commands:
+            module.add(_series(series))
+    _add_motion(file, numbers.with_role(Role.MODELS))
+    for topic in recording.with_role(Role.CAMERA):
+        _add_pictures(file, recording, topic.name)
+    with NWBHDF5IO(path, "w") as writer:
+        writer.write(file)
+    return [path]
+
+
+def _file(recording: Recording, numbers: Numbers) -> Any:
+    run = numbers.run
+    begun = str(run.get("recorded") or datetime.fromtimestamp(0, UTC).isoformat())
+    settings = dict(run.get("settings") or {})
+    kept = {key: run.get(key) for key in ("seed", "brain", "world", "machine", "result") if key in run}
+    return NWBFile(
+        session_description=str(run.get("experiment") or "a recording of nrp-core"),
+        experiment_description=str(settings.get("description") or "") or None,
+        identifier=_last_hash(recording),
+        session_start_time=datetime.fromisoformat(begun),
+        notes=json.dumps(kept),
+        was_generated_by=[["nrp-core", version("nrp-core")]],
+    )
+
+
+def _last_hash(recording: Recording) -> str:
+    """Return the end of the chain of hashes, which names the run and no other."""
+    last = ""
+    for one in recording.messages({STEPS}):
+        last = one.message.chain
+    return last or recording.file.name
+
+
+def _add_units(file: Any, numbers: Numbers) -> None:
+    """Write every neuron with its spikes, the silent ones too."""
+    groups = groups_of(numbers.run)
+    neurons = [(label, i) for label in numbers.spikes for i in range(numbers.size_of(label))]
+    if not neurons:
+        return
+    file.add_unit_column("population", "the population that the neuron belongs to")
+    file.add_unit_column("neuron", "its place in the population, from 0")
+    file.add_unit_column("groups", "names of the groups that it belongs to, separated by spaces")
+    members = {name: {label: set(ids) for label, ids in parts.items()} for name, parts in groups.items()}
+    trains = {label: _trains(*numbers.spikes[label], numbers.size_of(label)) for label in numbers.spikes}
+    for label, neuron in neurons:
+        own = [name for name, parts in members.items() if neuron in parts.get(label, ())]
+        file.add_unit(
+            spike_times=trains[label][neuron], obs_intervals=[[0.0, numbers.end_s]], population=label,
+            neuron=neuron, groups=" ".join(own),
+        )  # fmt: skip
+
+
+def _trains(ids: Any, times_ms: Any, size: int) -> list[Any]:
+    """Return the spike times in s of each neuron."""
+    order = np.lexsort((times_ms, ids))
+    cuts = np.searchsorted(ids[order], np.arange(1, size))
+    return np.split(times_ms[order] * 1e-3, cuts)
+
+
+def _series(series: Series) -> Any:
+    values = series.values
+    columns = ", ".join(series.columns)
+    return TimeSeries(
+        name=file_name(series.name),
+        data=values[:, 0] if values.shape[1] == 1 else values,
+        timestamps=series.times_s,
+        unit=series.unit or _UNKNOWN,
+        description=f"{series.about.get('device', series.name)}: {columns}",
+        continuity="step",
+    )
+
+
+def _add_motion(file: Any, models: list[Series]) -> None:
+    if not models:
+        return
+    module = file.create_processing_module("behavior", "how the robots and all that moves have moved")
+    places = Position(name="Position")
+    for series in models:
+        name = series.name.rsplit("/", 1)[-1]
+        values, times = series.values, series.times_s
+        places.add_spatial_series(
+            SpatialSeries(
+                name=name, data=values[:, :3], timestamps=times, reference_frame=_FRAME, unit="meters"
+            )
+        )
+        for what, columns, unit in (
+            ("orientation", slice(3, 7), _UNKNOWN), ("velocity", slice(7, 10), "m/s"),
+            ("angular_velocity", slice(10, 13), "rad/s"),
+        ):  # fmt: skip
+            described = f"{what} of {name} in the world's frame: {', '.join(series.columns[columns])}"
+            module.add(
+                TimeSeries(
+                    name=f"{name}_{what}", data=values[:, columns], timestamps=times, unit=unit,
+                    description=described,
+                )
+            )  # fmt: skip
+    module.add(places)
+
+
+def _add_pictures(file: Any, recording: Recording, topic: str) -> None:
+    """Write the pictures of a camera one by one, so that never more than one is in memory."""
+    times_s = [seconds(message.log_time) for _, message in recording.raw({topic})]
+    frames = _frames(recording, topic)
+    first = next(frames, None)
+    if first is None:
+        return
+    from hdmf.data_utils import DataChunkIterator
+
+    data = DataChunkIterator(
+        data=chain([first], frames), maxshape=(len(times_s), *first.shape), dtype=first.dtype
+    )
+    file.add_acquisition(
+        ImageSeries(
+            name=file_name(topic), data=H5DataIO(data, compression="gzip", chunks=(1, *first.shape)),
+            timestamps=times_s, unit=_UNKNOWN, format="raw", description="row, column, RGB or one value",
+        )
+    )  # fmt: skip
+
+
+def _frames(recording: Recording, topic: str) -> Iterator[Any]:
+    for one in recording.messages({topic}):
+        yield values_of(one.message)

@@ -1,0 +1,134 @@
+"""A recorded body behind the interface of a world: it senses what it sensed then, whatever it is told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from nrp_core.errors import CapabilityError, TopicError
+from nrp_core.experiment.prepare import Plan, Side
+from nrp_core.recording.layout import Role
+from nrp_core.recording.pictures import as_it_was, pixels_of
+from nrp_core.recording.playback import Playback
+from nrp_core.recording.read import Recording
+from nrp_core.simulation import Determinism
+from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, ModelMotion, Part, Wrench
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.scene.pose import Pose
+
+_COMPRESSED = "/compressed"
+
+
+class RecordedWorldBackend(WorldBackend):
+    """Opens the world of a recording.
+
+    Args:
+        recording: of which run.
+        capabilities: those of the world that was recorded.
+    """
+
+    def __init__(self, recording: Recording, capabilities: WorldCapabilities) -> None:
+        self._recording = recording
+        self._capabilities = replace(capabilities, determinism=Determinism.BITWISE, snapshot=False)
+
+    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
+        return self._capabilities
+
+    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+        return RecordedWorld(self._recording, scene, seed, self._capabilities)
+
+
+class RecordedWorld(World):
+    """A scene in which everything happens as it did."""
+
+    def __init__(
+        self, recording: Recording, scene: Scene, seed: int, capabilities: WorldCapabilities
+    ) -> None:
+        super().__init__(scene, seed=seed, capabilities=capabilities, identity="recorded")
+        sensed = [topic.name for topic in recording.with_role(Role.SENSOR, Role.CAMERA)]
+        self._playback = Playback(recording, {MODEL_STATES, *sensed})
+        self._playback.until(0)
+        for name in sensed:
+            served = name.removesuffix(_COMPRESSED)
+            if served in self._parts:
+                self._parts[served] = _Sensed(self._playback, name, recorded_at=self._is_rated(served))
+
+    def _is_rated(self, topic: str) -> bool:
+        return self._topics[topic].rate_hz is not None
+
+    def _do_advance(self, steps: int) -> None:
+        self._playback.until(self._at_ns + steps * self.capabilities.step_ns)
+
+    def _do_reset(self, seed: int) -> None:
+        self._playback.reset()
+        self._playback.until(0)
+
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        recorded = self._playback.latest.get(MODEL_STATES)
+        if recorded is None or model not in recorded.message.name:
+            return ModelMotion(self.scene.model(model).pose)
+        index = recorded.message.name.index(model)
+        pose, twist = recorded.message.pose[index], recorded.message.twist[index]
+        p, q, v, w = pose.position, pose.orientation, twist.linear, twist.angular
+        return ModelMotion(Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)), (v.x, v.y, v.z), (w.x, w.y, w.z))
+
+    def _do_render(self, model: str, link: str, camera: str) -> Any:
+        raise CapabilityError(
+            f"the recording has no pictures of {model}/{link}/{camera}: it was made with --pictures off, or "
+            "nobody looked at them"
+        )
+
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        """What it is told changes nothing."""
+
+    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
+        """Nor does what the room is told."""
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Nor do joints."""
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        """Nor do efforts."""
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        """Nor do pushes."""
+
+    def _do_close(self) -> None: ...
+
+
+class _Sensed(Part):
+    """Serves one topic as it was recorded.
+
+    Args:
+        playback: what was recorded.
+        topic: where that is.
+        recorded_at: whether there must be a message of just this time.
+    """
+
+    def __init__(self, playback: Playback, topic: str, *, recorded_at: bool) -> None:
+        self._playback, self._topic, self._recorded_at = playback, topic, recorded_at
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        recorded = self._playback.latest.get(self._topic)
+        if recorded is None or (self._recorded_at and recorded.t_ns != now_ns):
+            raise TopicError(f"the recording has nothing on {topic} at {now_ns * 1e-9:g} s")
+        if isinstance(recorded.message, CompressedImage):
+            return _picture(recorded.message)
+        if isinstance(recorded.message, Image):
+            return as_it_was(recorded.message)
+        return recorded.message
+
+
+def _picture(small: CompressedImage) -> Image:
+    pixels = pixels_of(small)
+    height, width, channels = pixels.shape
+    return Image(small.header, height, width, "rgb8", 0, width * channels, pixels)
+
+
+def with_recorded_world(plan: Plan, recording: Recording) -> Plan:
+    """Return a plan whose world is a recorded one."""
+    backend = RecordedWorldBackend(recording, plan.world.capabilities)
+    return replace(plan, world=Side(backend, None, backend.capabilities(WorldOptions())))

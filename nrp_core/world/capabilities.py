@@ -1,0 +1,36 @@
+"""What a world backend has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nrp_core.simulation import Determinism
+
+
+@dataclass(frozen=True, slots=True)
+class WorldCapabilities:
+    """What a world backend has, asked as questions.
+
+    Args:
+        step_ns: what is its physics step?
+        determinism: how far do two runs agree?
+        renderers: which camera renderers are there, the preferred one first? None: no cameras.
+        snapshot: can its state be saved and restored?
+        releases_gil: can it step while Python code runs in another thread?
+        links: does it tell where every link is? Lasers, inertial sensors and poses of links need it.
+        contacts: does it tell what touches what?
+        joint_control: can single joints be driven, and bodies pushed by forces?
+        joint_wrenches: does it tell the force and torque that a joint carries?
+        changes: can models be moved, added and deleted while it runs?
+    """
+
+    step_ns: int
+    determinism: Determinism = Determinism.MACHINE
+    renderers: tuple[str, ...] = ()
+    snapshot: bool = False
+    releases_gil: bool = False
+    links: bool = False
+    contacts: bool = False
+    joint_control: bool = False
+    joint_wrenches: bool = False
+    changes: bool = False

@@ -1,0 +1,276 @@
+"""What the parts of a scene ask of physics, in terms of the fewest operations that a backend writes."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.errors import CapabilityError
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.parts.base import (
+    BodyPath,
+    BodyVelocity,
+    DepthArray,
+    Engine,
+    ImageArray,
+    JointAim,
+    JointStates,
+    ModelMotion,
+    Touch,
+    Wrench,
+)
+from nrp_core.world.physics.bodies import Body, bodies_of, body_of
+from nrp_core.world.physics.mass import rotation_matrix
+from nrp_core.world.render.optics import Optics
+from nrp_core.world.scene.model import Camera, Rgba, Scene
+from nrp_core.world.scene.sensing import Laser
+
+if TYPE_CHECKING:
+    from nrp_core.world.physics.collisions import CollisionSpace
+
+FloatArray = npt.NDArray[np.float64]
+ReadFrames = Callable[[FloatArray], None]
+"""Writes rotation and translation to the world of some bodies, shape ``(n, 3, 4)``."""
+
+
+class PhysicsEngine(Engine):
+    """A physics engine with a scene in it.
+
+    Args:
+        scene: what is in it now.
+        capabilities: what the engine has.
+
+    Attributes:
+        image_scale: by how much pictures are smaller than the files of robots have them.
+    """
+
+    def __init__(self, scene: Scene, capabilities: WorldCapabilities) -> None:
+        self.scene = scene
+        self.capabilities = capabilities
+        self.image_scale = 1.0
+        self._bodies: dict[str, tuple[Body, ...]] = {}
+        self._space: CollisionSpace | None = None
+
+    @property
+    def step_ns(self) -> int:
+        """The physics step."""
+        return self.capabilities.step_ns
+
+    @final
+    def model_motion(self, model: str) -> ModelMotion:
+        return self._do_model_motion(model)
+
+    @final
+    def link_motion(self, model: str, link: str) -> ModelMotion:
+        return self._do_link_motion(model, link)
+
+    @final
+    def joint_states(self, model: str) -> JointStates:
+        return self._do_joint_states(model)
+
+    @final
+    def render(self, model: str, link: str, camera: str) -> ImageArray:
+        picture = self._do_render(model, link, camera)
+        picture.flags.writeable = False
+        return picture
+
+    @final
+    def picture_size(self, model: str, link: str, camera: str) -> tuple[int, int]:
+        sensors = self.scene.model(model).link(link).sensors
+        optics = Optics.of(
+            next(s for s in sensors if isinstance(s, Camera) and s.name == camera), self.image_scale
+        )
+        return optics.height, optics.width
+
+    @final
+    def depth(self, model: str, link: str, camera: str) -> DepthArray:
+        picture = self._do_depth(model, link, camera)
+        picture.flags.writeable = False
+        return picture
+
+    @final
+    def scan(self, model: str, link: str, laser: Laser) -> FloatArray:
+        return self._collisions().scan(model, link, laser)
+
+    @final
+    def touches(self) -> Sequence[tuple[Touch, tuple[str, str]]]:
+        if not (found := self._do_touches()):
+            return ()
+        space = self._collisions()
+        return [
+            (
+                touch,
+                (
+                    space.name_at(touch.bodies[0], touch.position),
+                    space.name_at(touch.bodies[1], touch.position),
+                ),
+            )
+            for touch in found
+        ]
+
+    @final
+    def joint_wrench(self, model: str, joint: str) -> Wrench:
+        return self._do_joint_wrench(model, joint)
+
+    @final
+    def set_color(self, visual: str, rgba: Rgba) -> None:
+        self._do_set_color(visual, rgba)
+
+    @final
+    def set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        self._do_set_drive(model, drive, velocity)
+
+    @final
+    def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        self._do_set_joint_aim(model, joint, aim)
+
+    @final
+    def set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        self._do_set_joint_effort(model, joint, effort)
+
+    @final
+    def set_wrench(self, model: str, link: str, wrench: Wrench) -> None:
+        """Move the wrench to the centre of mass of the body that the link is part of."""
+        bodies = self._bodies_of(model)
+        index = body_of(bodies, link)
+        body = bodies[index]
+        part = next(each for each in body.links if each.name == link)
+        if body.inertial is None:
+            return  # what is fixed cannot be pushed
+        inertial = part.inertial
+        centre = (part.pose @ inertial.pose if inertial else part.pose).position
+        lever = np.subtract(centre, body.inertial.pose.position)
+        turn = rotation_matrix((self.link_motion(model, link).pose @ part.pose.inverse()).orientation)
+        x, y, z = (np.cross(turn @ lever, wrench.force) + wrench.torque).tolist()
+        self._do_set_wrench((model, index), Wrench(wrench.force, (x, y, z)))
+
+    # -- what follows from the scene alone
+
+    def _bodies_of(self, model: str) -> tuple[Body, ...]:
+        if model not in self._bodies:
+            self._bodies[model] = bodies_of(self.scene.model(model))
+        return self._bodies[model]
+
+    def _collisions(self) -> CollisionSpace:
+        from nrp_core.world.physics.collisions import CollisionSpace  # compiled code takes time to load
+
+        if self._space is None:
+            bodies = {model.name: self._bodies_of(model.name) for model in self.scene.models}
+            self._space = CollisionSpace(bodies, self._do_frames)
+        return self._space
+
+    def _forget_scene(self) -> None:
+        """Forget what followed from the scene, because it has changed."""
+        self._bodies = {}
+        self._space = None
+
+    def _lacks(self, what: str) -> CapabilityError:
+        return CapabilityError(f"{type(self).__name__} {what}")
+
+    # -- for backends: the fewest operations that cannot be derived
+
+    @abstractmethod
+    def _do_advance(self, steps: int) -> None:
+        """Take ``steps`` physics steps."""
+
+    @abstractmethod
+    def _do_reset(self, seed: int) -> None:
+        """Return to the state right after opening; bit for bit where determinism is declared."""
+
+    @abstractmethod
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        """Return where a model's frame is and how it moves, in the frame of the world."""
+
+    @abstractmethod
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        """Let a drive aim at a velocity of the body from now on."""
+
+    @abstractmethod
+    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
+        """Colour a visual, named by its path ``model/link/visual``, from the next picture on."""
+
+    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
+        """Return what a camera sees now, shape ``(height, width, 3)``, RGB, a fresh array."""
+        raise self._lacks("has no cameras")
+
+    def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
+        """Return the depth that a camera sees now, m, shape ``(height, width)``, a fresh array."""
+        raise self._lacks("has no depth cameras")
+
+    def _do_joint_states(self, model: str) -> JointStates:
+        """Return the state of the movable joints of a model, in the order of its file."""
+        raise self._lacks("does not show joints")
+
+    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        """Return where a link is and how it moves, in the frame of the world."""
+        bodies = self._bodies_of(model)
+        body = bodies[body_of(bodies, link)]
+        first = self.scene.model(model).links[0].name
+        if all(each.name != first for each in body.links):
+            raise self._lacks(f"does not tell where links are that move against the base ({model}/{link})")
+        held = {each.name: each.pose for each in body.links}
+        base = self.scene.model(model).links[0].pose
+        return self._do_model_motion(model).at(base @ held[first].inverse() @ held[link])
+
+    def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
+        """Return what writes where these bodies are; called once."""
+        links = [(model, self._bodies_of(model)[index].links[0]) for model, index in paths]
+
+        def read(frames: FloatArray) -> None:
+            for frame, (model, link) in zip(frames, links, strict=True):
+                pose = self._do_link_motion(model, link.name).pose @ link.pose.inverse()
+                frame[:, :3], frame[:, 3] = rotation_matrix(pose.orientation), pose.position
+
+        return read
+
+    def _do_touches(self) -> Sequence[Touch]:
+        """Return all contacts of the last physics step, those within a model left out."""
+        raise self._lacks("does not tell of contacts")
+
+    def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
+        """Return what a joint's child did to its parent in the last step, at the child link's origin."""
+        raise self._lacks("does not tell the forces in joints")
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Let the servo of a joint that has a controller aim at something from now on."""
+        raise self._lacks("does not control joints")
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        """Put an effort on a joint from now on, besides what its servo does."""
+        raise self._lacks("does not control joints")
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        """Let a wrench act at a body's centre of mass from now on."""
+        raise self._lacks("takes no forces")
+
+    def _do_load(self, scene: Scene) -> None:
+        """Load another scene, at the state in which its files have it."""
+        raise self._lacks("cannot change its scene")
+
+    def _do_place(self, model: str, motion: ModelMotion) -> None:
+        """Put a model whose base floats somewhere and let it move; its joints stay as they are."""
+        raise self._lacks("cannot move models")
+
+    def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        """Put joints at positions, at rest."""
+        raise self._lacks("cannot move joints")
+
+    def _do_configuration(self, model: str) -> object:
+        """Return where a model and its joints are and how they move."""
+        raise self._lacks("cannot move models")
+
+    def _do_configure(self, model: str, configuration: object) -> None:
+        """Return a model to what :meth:`_do_configuration` gave."""
+        raise self._lacks("cannot move models")
+
+    def _do_save(self) -> object:
+        """Return the complete state as something that pickles."""
+        raise NotImplementedError
+
+    def _do_restore(self, saved: object) -> None:
+        """Return to what :meth:`_do_save` gave."""
+        raise NotImplementedError

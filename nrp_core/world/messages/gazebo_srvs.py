@@ -1,0 +1,365 @@
+"""Services of ROS package gazebo_msgs as pairs of messages, a request and a response; SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from nrp_core.world.messages.base import Duration, Time, message
+from nrp_core.world.messages.gazebo_msgs import LinkState, ModelState
+from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Wrench
+from nrp_core.world.messages.std_msgs import ColorRGBA, Header
+
+
+@message("gazebo_msgs/msg/GetModelStateRequest")
+@dataclass(slots=True)
+class GetModelStateRequest:
+    """Ask where a model is and how it moves, seen from ``relative_entity_name``."""
+
+    model_name: str = ""
+    relative_entity_name: str = "world"
+
+
+@message("gazebo_msgs/msg/GetModelStateResponse")
+@dataclass(slots=True)
+class GetModelStateResponse:
+    """The answer to :class:`GetModelStateRequest`."""
+
+    header: Header = field(default_factory=Header)
+    pose: Pose = field(default_factory=Pose)
+    twist: Twist = field(default_factory=Twist)
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/SetModelStateRequest")
+@dataclass(slots=True)
+class SetModelStateRequest:
+    """Put a model somewhere and let it move."""
+
+    model_state: ModelState = field(default_factory=ModelState)
+
+
+@message("gazebo_msgs/msg/SetModelStateResponse")
+@dataclass(slots=True)
+class SetModelStateResponse:
+    """The answer to :class:`SetModelStateRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/GetLinkStateRequest")
+@dataclass(slots=True)
+class GetLinkStateRequest:
+    """Ask where a link, ``model::link``, is and how it moves."""
+
+    link_name: str = ""
+    reference_frame: str = "world"
+
+
+@message("gazebo_msgs/msg/GetLinkStateResponse")
+@dataclass(slots=True)
+class GetLinkStateResponse:
+    """The answer to :class:`GetLinkStateRequest`."""
+
+    link_state: LinkState = field(default_factory=LinkState)
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/SetLinkStateRequest")
+@dataclass(slots=True)
+class SetLinkStateRequest:
+    """Put the base link of a model somewhere and let it move."""
+
+    link_state: LinkState = field(default_factory=LinkState)
+
+
+@message("gazebo_msgs/msg/SetLinkStateResponse")
+@dataclass(slots=True)
+class SetLinkStateResponse:
+    """The answer to :class:`SetLinkStateRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/GetModelPropertiesRequest")
+@dataclass(slots=True)
+class GetModelPropertiesRequest:
+    """Ask what a model is made of."""
+
+    model_name: str = ""
+
+
+@message("gazebo_msgs/msg/GetModelPropertiesResponse")
+@dataclass(slots=True)
+class GetModelPropertiesResponse:
+    """The answer to :class:`GetModelPropertiesRequest`."""
+
+    body_names: list[str] = field(default_factory=list)
+    geom_names: list[str] = field(default_factory=list)
+    joint_names: list[str] = field(default_factory=list)
+    is_static: bool = False
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/GetWorldPropertiesRequest")
+@dataclass(slots=True)
+class GetWorldPropertiesRequest:
+    """Ask which models there are."""
+
+
+@message("gazebo_msgs/msg/GetWorldPropertiesResponse")
+@dataclass(slots=True)
+class GetWorldPropertiesResponse:
+    """The answer to :class:`GetWorldPropertiesRequest`."""
+
+    sim_time: float = 0.0
+    model_names: list[str] = field(default_factory=list)
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/GetJointPropertiesRequest")
+@dataclass(slots=True)
+class GetJointPropertiesRequest:
+    """Ask for the state of a joint, ``model::joint``."""
+
+    joint_name: str = ""
+
+
+@message("gazebo_msgs/msg/GetJointPropertiesResponse")
+@dataclass(slots=True)
+class GetJointPropertiesResponse:
+    """The answer to :class:`GetJointPropertiesRequest`."""
+
+    position: list[float] = field(default_factory=list)
+    rate: list[float] = field(default_factory=list)
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/SetModelConfigurationRequest")
+@dataclass(slots=True)
+class SetModelConfigurationRequest:
+    """Put joints of a model at positions."""
+
+    model_name: str = ""
+    urdf_param_name: str = ""
+    joint_names: list[str] = field(default_factory=list)
+    joint_positions: list[float] = field(default_factory=list)
+
+
+@message("gazebo_msgs/msg/SetModelConfigurationResponse")
+@dataclass(slots=True)
+class SetModelConfigurationResponse:
+    """The answer to :class:`SetModelConfigurationRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/ApplyBodyWrenchRequest")
+@dataclass(slots=True)
+class ApplyBodyWrenchRequest:
+    """Push a link, ``model::link``, for some time; without end if negative."""
+
+    body_name: str = ""
+    reference_frame: str = "world"
+    reference_point: Point = field(default_factory=Point)
+    wrench: Wrench = field(default_factory=Wrench)
+    start_time: Time = field(default_factory=Time)
+    duration: Duration = field(default_factory=Duration)
+
+
+@message("gazebo_msgs/msg/ApplyBodyWrenchResponse")
+@dataclass(slots=True)
+class ApplyBodyWrenchResponse:
+    """The answer to :class:`ApplyBodyWrenchRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/BodyRequestRequest")
+@dataclass(slots=True)
+class BodyRequestRequest:
+    """Name a link, ``model::link``."""
+
+    body_name: str = ""
+
+
+@message("gazebo_msgs/msg/BodyRequestResponse")
+@dataclass(slots=True)
+class BodyRequestResponse:
+    """The answer to :class:`BodyRequestRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/ApplyJointEffortRequest")
+@dataclass(slots=True)
+class ApplyJointEffortRequest:
+    """Drive a joint, ``model::joint``, for some time; without end if negative."""
+
+    joint_name: str = ""
+    effort: float = 0.0
+    start_time: Time = field(default_factory=Time)
+    duration: Duration = field(default_factory=Duration)
+
+
+@message("gazebo_msgs/msg/ApplyJointEffortResponse")
+@dataclass(slots=True)
+class ApplyJointEffortResponse:
+    """The answer to :class:`ApplyJointEffortRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/JointRequestRequest")
+@dataclass(slots=True)
+class JointRequestRequest:
+    """Name a joint, ``model::joint``."""
+
+    joint_name: str = ""
+
+
+@message("gazebo_msgs/msg/JointRequestResponse")
+@dataclass(slots=True)
+class JointRequestResponse:
+    """The answer to :class:`JointRequestRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/SpawnModelRequest")
+@dataclass(slots=True)
+class SpawnModelRequest:
+    """Add a model whose file's text is ``model_xml``."""
+
+    model_name: str = ""
+    model_xml: str = ""
+    robot_namespace: str = ""
+    initial_pose: Pose = field(default_factory=Pose)
+    reference_frame: str = "world"
+
+
+@message("gazebo_msgs/msg/SpawnModelResponse")
+@dataclass(slots=True)
+class SpawnModelResponse:
+    """The answer to :class:`SpawnModelRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/DeleteModelRequest")
+@dataclass(slots=True)
+class DeleteModelRequest:
+    """Take a model out."""
+
+    model_name: str = ""
+
+
+@message("gazebo_msgs/msg/DeleteModelResponse")
+@dataclass(slots=True)
+class DeleteModelResponse:
+    """The answer to :class:`DeleteModelRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/SetVisualPropertiesRequest")
+@dataclass(slots=True)
+class SetVisualPropertiesRequest:
+    """Give a visual another look: ``material:script:name`` or ``material:diffuse``."""
+
+    model_name: str = ""
+    link_name: str = ""
+    visual_name: str = ""
+    property_name: str = "material:script:name"
+    property_value: str = ""
+
+
+@message("gazebo_msgs/msg/SetVisualPropertiesResponse")
+@dataclass(slots=True)
+class SetVisualPropertiesResponse:
+    """The answer to :class:`SetVisualPropertiesRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/GetLightPropertiesRequest")
+@dataclass(slots=True)
+class GetLightPropertiesRequest:
+    """Ask for a light."""
+
+    light_name: str = ""
+
+
+@message("gazebo_msgs/msg/GetLightPropertiesResponse")
+@dataclass(slots=True)
+class GetLightPropertiesResponse:
+    """The answer to :class:`GetLightPropertiesRequest`."""
+
+    diffuse: ColorRGBA = field(default_factory=ColorRGBA)
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/SetLightPropertiesRequest")
+@dataclass(slots=True)
+class SetLightPropertiesRequest:
+    """Give a light another colour."""
+
+    light_name: str = ""
+    diffuse: ColorRGBA = field(default_factory=ColorRGBA)
+
+
+@message("gazebo_msgs/msg/SetLightPropertiesResponse")
+@dataclass(slots=True)
+class SetLightPropertiesResponse:
+    """The answer to :class:`SetLightPropertiesRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/GetLightsNameRequest")
+@dataclass(slots=True)
+class GetLightsNameRequest:
+    """Ask which lights there are."""
+
+
+@message("gazebo_msgs/msg/GetLightsNameResponse")
+@dataclass(slots=True)
+class GetLightsNameResponse:
+    """The answer to :class:`GetLightsNameRequest`."""
+
+    light_names: list[str] = field(default_factory=list)
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/DeleteLightRequest")
+@dataclass(slots=True)
+class DeleteLightRequest:
+    """Take a light out."""
+
+    light_name: str = ""
+
+
+@message("gazebo_msgs/msg/DeleteLightResponse")
+@dataclass(slots=True)
+class DeleteLightResponse:
+    """The answer to :class:`DeleteLightRequest`."""
+
+    success: bool = True
+    status_message: str = ""

@@ -1,0 +1,84 @@
+"""The message types of ROS that are not written out here, made from their definitions when asked for.
+
+The definitions come with the ``rosbags`` library. What is made is like what is written out: a dataclass whose
+fields all have defaults, with NumPy arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import field, make_dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.messages.base import message, type_of
+
+PACKAGES = (
+    "actionlib_msgs", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rosgraph_msgs", "sensor_msgs",
+    "shape_msgs", "std_msgs", "stereo_msgs", "tf2_msgs", "trajectory_msgs", "visualization_msgs",
+)  # fmt: skip
+"""The packages whose definitions are known."""
+
+_PLAIN: dict[str, type] = {"bool": bool, "string": str, "wstring": str}
+
+
+def made(name: str) -> type | None:
+    """Return the class of a message type by its full name, ``package/msg/Type``; None if there is none."""
+    known = type_of(name)
+    if known is not None:
+        return known
+    definition = _store().fielddefs.get(name)
+    return None if definition is None else _class(name, *definition)
+
+
+def names(package: str) -> list[str]:
+    """Return the names of all message types of a package."""
+    return sorted(name.rpartition("/")[2] for name in _store().types if name.startswith(f"{package}/msg/"))
+
+
+@cache
+def _store() -> Any:
+    from rosbags.typesys import Stores, get_typestore  # reading the definitions takes time
+
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def _class(name: str, constants: Any, fields: Any) -> type:
+    specs = [
+        (label, *_spec(*kind)) for label, kind in fields if label != "structure_needs_at_least_one_member"
+    ]
+    text = f"ROS's message {name}, made from its definition."
+    content = {"__doc__": text, **{label: value for label, _, value in constants}}
+    kind = make_dataclass(name.rpartition("/")[2], specs, namespace=content)
+    kind.__module__ = __name__
+    return message(name)(kind)
+
+
+def _spec(node: Any, what: Any) -> tuple[Any, Any]:
+    """Return the type of a field and how it gets its default."""
+    from rosbags.interfaces import Nodetype
+
+    if node == Nodetype.BASE:
+        base = what[0]
+        plain = _PLAIN.get(base) or (float if base.startswith("float") else int)
+        return plain, field(default=plain())
+    if node == Nodetype.NAME:
+        kind = made(str(what))
+        assert kind is not None
+        return kind, field(default_factory=kind)
+    inner, length = what
+    n = length if node == Nodetype.ARRAY else 0
+    return _many(inner, n)
+
+
+def _many(inner: Any, n: int) -> tuple[Any, Any]:
+    item, _ = _spec(*inner)
+    base = inner[1][0] if isinstance(inner[1], tuple) else ""
+    if base and item is not str:
+        dtype = {"byte": "uint8", "char": "uint8"}.get(base, base)
+        return npt.NDArray[Any], field(default_factory=lambda: np.zeros(n, dtype))
+    make: Callable[[], Any] = item
+    return list, field(default_factory=lambda: [make() for _ in range(n)])

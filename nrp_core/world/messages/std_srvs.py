@@ -1,0 +1,51 @@
+"""Services of ROS package std_srvs as pairs of messages, a request and a response; SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nrp_core.world.messages.base import message
+
+
+@message("std_srvs/msg/EmptyRequest")
+@dataclass(slots=True)
+class EmptyRequest:
+    """Ask for something that needs no words."""
+
+
+@message("std_srvs/msg/EmptyResponse")
+@dataclass(slots=True)
+class EmptyResponse:
+    """The answer to :class:`EmptyRequest`."""
+
+
+@message("std_srvs/msg/TriggerRequest")
+@dataclass(slots=True)
+class TriggerRequest:
+    """Ask for something that needs no words."""
+
+
+@message("std_srvs/msg/TriggerResponse")
+@dataclass(slots=True)
+class TriggerResponse:
+    """The answer to :class:`TriggerRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("std_srvs/msg/SetBoolRequest")
+@dataclass(slots=True)
+class SetBoolRequest:
+    """Switch something on or off."""
+
+    data: bool = False
+
+
+@message("std_srvs/msg/SetBoolResponse")
+@dataclass(slots=True)
+class SetBoolResponse:
+    """The answer to :class:`SetBoolRequest`."""
+
+    success: bool = True
+    status_message: str = ""

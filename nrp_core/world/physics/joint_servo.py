@@ -1,0 +1,135 @@
+"""The servo of a single joint, the same in every engine: stiffness and damping, by backward Euler.
+
+Engines that integrate velocities implicitly do this by themselves, with ``damping + stiffness * step`` as
+damping. For those that take forces at the start of a step, :class:`ExplicitServos` find the efforts that do
+the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.parts.base import JointAim
+from nrp_core.world.physics.bodies import Body, tree_of
+from nrp_core.world.physics.mass import combined, turned
+from nrp_core.world.scene.acting import Ackermann, Pid
+from nrp_core.world.scene.model import Inertial, Model
+
+FloatArray = npt.NDArray[np.float64]
+
+STIFF_TIME_CONSTANT_S = 0.04
+"""In which joints follow their command whose files give no gains."""
+
+
+def servoed_joints(model: Model) -> tuple[str, ...]:
+    """Return the joints of a model that have a servo."""
+    controlled = [controller.joint for controller in model.controllers]
+    steered = [joint for drive in model.drives if isinstance(drive, Ackermann) for joint in drive.steering]
+    return tuple(dict.fromkeys([*controlled, *steered]))
+
+
+def joint_inertias(bodies: Sequence[Body]) -> Mapping[str, float]:
+    """Return what each movable joint has to turn (kg m^2) or push (kg), with all joints at 0."""
+    return {
+        body.joint.name: _inertia(index, bodies)
+        for index, body in enumerate(bodies)
+        if body.joint is not None
+    }
+
+
+def _inertia(index: int, bodies: Sequence[Body]) -> float:
+    body = bodies[index]
+    assert body.joint is not None
+    to_joint = body.in_model.inverse()
+    masses = [
+        Inertial(part.inertial.mass, to_joint @ part.in_model @ part.inertial.pose, part.inertial.inertia)
+        for part in (bodies[each] for each in tree_of(index, bodies))
+        if part.inertial is not None
+    ]
+    whole = combined(masses)
+    assert whole is not None  # what can move has mass
+    if body.joint.kind == "prismatic":
+        return whole.mass
+    axis = np.array(body.joint.axis)
+    lever = np.cross(axis, whole.pose.position)
+    return float(axis @ turned(whole) @ axis + whole.mass * lever @ lever)
+
+
+def stiff_gains(inertia: float, *, velocity: bool = False) -> Pid:
+    """Return gains with which a joint follows at once, whatever it has to move: critically damped."""
+    rate = inertia / STIFF_TIME_CONSTANT_S
+    return Pid(p=rate) if velocity else Pid(p=rate / STIFF_TIME_CONSTANT_S, d=2 * rate)
+
+
+class ExplicitServos:
+    """Finds the efforts to hold for one step, of all joints of a tree at once.
+
+    How fast the joints will be at the end of the step depends on what else acts on them. That is estimated
+    from what the efforts of the last step have done, so that a joint at rest gets exactly its stiffness times
+    its error. With accelerations ``a``, inertia ``M`` and loads ``l``::
+
+        efforts = wanted - step * damping * a,    M a = efforts - l,    l = last efforts - M * (last a)
+
+    Args:
+        limits: of the efforts, shape ``(n,)``.
+        step_s: the physics step.
+    """
+
+    def __init__(self, limits: Sequence[float], step_s: float) -> None:
+        self._limits, self._step_s = np.array(limits), step_s
+        self._aims = [JointAim()] * len(limits)
+        self._efforts = np.zeros(len(limits))
+        self._velocities: FloatArray | None = None
+        self._lay_out()
+
+    @property
+    def idle(self) -> bool:
+        """Whether they do nothing."""
+        return not any(aim != JointAim() for aim in self._aims)
+
+    def aim(self, number: int, aim: JointAim) -> None:
+        """Let one joint aim at something."""
+        self._aims[number] = aim
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Lay the aims out as arrays."""
+        stiffness, damping, position, velocity, effort = np.array([astuple(aim) for aim in self._aims]).T
+        self._stiffness = stiffness
+        self._damping = damping + stiffness * self._step_s  # backward Euler
+        self._constant = stiffness * position + damping * velocity + effort
+
+    def push(self, positions: FloatArray, velocities: FloatArray, inertia: FloatArray) -> FloatArray:
+        """Return the efforts of the next step, from the joints' state at its start, shape ``(n,)``.
+
+        Args:
+            positions: shape ``(n,)``.
+            velocities: shape ``(n,)``.
+            inertia: of the joints against each other, the base following freely, shape ``(n, n)``.
+        """
+        dt = self._step_s
+        load: FloatArray = np.zeros(len(positions))
+        if self._velocities is not None:
+            load = self._efforts - inertia @ (velocities - self._velocities) / dt
+        wanted = self._constant - self._stiffness * positions - self._damping * velocities
+        ahead = np.linalg.solve(inertia + np.diag(dt * self._damping), wanted - load)
+        efforts: FloatArray = (wanted - dt * self._damping * ahead).clip(-self._limits, self._limits)
+        self._efforts, self._velocities = efforts, velocities
+        return efforts
+
+    def forget(self) -> None:
+        """Forget how the joints moved, because they were put elsewhere."""
+        self._velocities = None
+
+    def save(self) -> object:
+        """Return what is kept between steps."""
+        return self._efforts, self._velocities
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+        self._efforts, self._velocities = saved

@@ -1,0 +1,79 @@
+"""Materials that models bring along: OGRE material scripts, as Gazebo's models have them.
+
+Of a material its colour is read: what glows, else the mean of its texture, else what is lit. See
+https://ogrecave.github.io/ogre/api/latest/_material-_scripts.html.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from nrp_core.world.scene.meshes.pictures import mean_color
+from nrp_core.world.scene.model import Rgba
+
+MAX_BYTES = 10_000_000
+"""Of a script; of a picture five times as much."""
+
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+_HEAD = re.compile(r"^\s*material\s+(\S+)", re.MULTILINE)
+_PROPERTY = re.compile(r"^\s*(ambient|diffuse|emissive|texture)\s+(.+?)\s*$", re.MULTILINE)
+
+
+def script_color(name: str, places: Iterable[Path]) -> Rgba | None:
+    """Return the colour of a material, None where no script has it or it has no colour.
+
+    Args:
+        name: as the script has it.
+        places: scripts, or folders of scripts and pictures.
+    """
+    folders = [place if place.is_dir() else place.parent for place in places]
+    for script in _scripts(places):
+        text = _COMMENT.sub("", _contents(script, MAX_BYTES).decode(errors="replace"))
+        heads = list(_HEAD.finditer(text))
+        ends = [*(head.start() for head in heads), len(text)][1:]
+        for head, end in zip(heads, ends, strict=False):  # where there are none, there is one end
+            if head[1] == name:
+                return _color(text[head.end() : end], [*folders, script.parent.parent / "textures"])
+    return None
+
+
+def _scripts(places: Iterable[Path]) -> Iterator[Path]:
+    for place in places:
+        if place.is_dir():
+            yield from sorted(place.glob("*.material"))
+        elif place.suffix == ".material":
+            yield place
+
+
+def _color(body: str, folders: Iterable[Path]) -> Rgba | None:
+    found: dict[str, str] = {}
+    for match in _PROPERTY.finditer(body):
+        found.setdefault(match[1], match[2])
+    emissive = _numbers(found.get("emissive", ""))
+    if emissive and any(emissive[:3]):
+        return emissive
+    if "texture" in found:
+        pictures = (folder / found["texture"].split()[0] for folder in folders)
+        picture = next((path for path in pictures if path.is_file()), None)
+        mean = mean_color(_contents(picture, 5 * MAX_BYTES)) if picture else None
+        if mean:
+            return *mean, 1.0
+    return _numbers(found.get("diffuse", "")) or _numbers(found.get("ambient", ""))
+
+
+def _numbers(text: str) -> Rgba | None:
+    """Return three or four numbers as a colour; a fifth one is another property's."""
+    with suppress(ValueError):
+        r, g, b, *alpha = (min(max(float(word), 0.0), 1.0) for word in text.split()[:4])
+        return r, g, b, alpha[0] if alpha else 1.0
+    return None
+
+
+def _contents(path: Path, limit: int) -> bytes:
+    with suppress(OSError):
+        if path.stat().st_size <= limit:
+            return path.read_bytes()
+    return b""

@@ -1,0 +1,129 @@
+"""Meshes of robots and rooms: Collada, STL and OBJ, converted once and kept in the user's cache.
+
+What a scene refers to afterwards is one simple kind of file, binary STL in metres, the same for every engine
+and for the rasteriser. It is named by a digest of everything that it was made from, so that an edited mesh is
+converted anew and equal meshes are equal wherever they lie.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from contextlib import suppress
+from dataclasses import astuple, dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from urllib.parse import unquote
+
+from nrp_core.cache import kept_folder
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
+from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.meshes.triangles import Surface
+from nrp_core.world.scene.model import Rgba
+
+MAX_BYTES = 200_000_000
+MAX_BYTES_BESIDE = 50_000_000
+"""Of a material file or a texture."""
+
+_VERSION = 1  # of what is kept; a change of any conversion counts it up
+_LISTING = "pieces.json"
+_LFS = b"version https://git-lfs"
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A part of a converted mesh: a binary STL file, and its colour if it has one."""
+
+    path: Path
+    rgba: Rgba | None
+
+
+def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
+    """Return the pieces of a mesh, the largest first.
+
+    Args:
+        path: a Collada, STL or OBJ file.
+        wanted: what of it, and how.
+
+    Raises:
+        SceneError: it is of another kind, too large, or cannot be used; the message says why.
+    """
+    data, suffix = _contents(path), path.suffix.lower()
+    key = _digest(data, suffix, *astuple(wanted), _VERSION)
+    try:
+        while True:
+            fill = partial(_fill, key, data, suffix, path.parent, wanted)
+            folder = kept_folder("meshes", key, fill, _is_whole)
+            listing = json.loads((folder / _LISTING).read_text())
+            beside = {name: _digest(_beside(path.parent, name)) for name in listing["beside"]}
+            if beside == listing["beside"]:
+                break
+            key = _digest(key, sorted(beside.items()))
+            _parsed.cache_clear()
+    except (ValueError, IndexError) as error:
+        raise SceneError(f"cannot be read: {error}", path=path) from error
+    return [Piece(folder / name, tuple(rgba) if rgba else None) for name, rgba in listing["pieces"]]
+
+
+def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder: Path) -> None:
+    """Write the pieces of a mesh and a listing of them, with the files that had a say in it."""
+    surfaces, beside = _parsed(data, suffix, home)
+    pieces = []
+    for number, (triangles, rgba) in enumerate(pieces_of(surfaces, wanted)):
+        pieces.append((f"{key}-{number}.stl", rgba))
+        write_stl(folder / pieces[-1][0], triangles)
+    (folder / _LISTING).write_text(json.dumps({"pieces": pieces, "beside": beside}))
+
+
+def _is_whole(folder: Path) -> bool:
+    try:
+        listing = json.loads((folder / _LISTING).read_text())
+        return all((folder / name).is_file() for name, _ in listing["pieces"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return False
+
+
+@lru_cache(maxsize=1)  # what is seen and what is touched is often the same file
+def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], dict[str, str]]:
+    """Return the surfaces of a mesh, and a digest of each file that it refers to."""
+    beside: dict[str, str] = {}
+
+    def read(name: str) -> bytes | None:
+        contents = _beside(home, name)
+        beside[name] = _digest(contents)
+        return contents
+
+    return parse(data, suffix, read), beside
+
+
+def _contents(path: Path) -> bytes:
+    if path.suffix.lower() not in KINDS:
+        raise SceneError(f"is not of a kind that is read ({', '.join(KINDS)})", path=path)
+    try:
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise SceneError(f"is larger than {MAX_BYTES / 1e6:.0f} MB ({size / 1e6:.0f} MB)", path=path)
+        data = path.read_bytes()
+    except OSError as error:
+        raise SceneError(f"cannot be read: {error.strerror}", path=path) from error
+    if data.startswith(_LFS):
+        raise SceneError("is a pointer of Git LFS: fetch the file itself with `git lfs pull`", path=path)
+    return data
+
+
+def _beside(home: Path, name: str) -> bytes | None:
+    """Return the contents of a file that a mesh in the folder ``home`` refers to, None where it has none."""
+    with suppress(OSError, ValueError):
+        path = home / unquote(name.removeprefix("file://")).replace("\\", "/")
+        if path.is_file() and path.stat().st_size <= MAX_BYTES_BESIDE:
+            return path.read_bytes()
+    return None
+
+
+def _digest(*parts: object) -> str:
+    total = hashlib.blake2b(digest_size=16)
+    for part in parts:
+        data = part if isinstance(part, bytes) else repr(part).encode()
+        total.update(len(data).to_bytes(8, "little") + data)
+    return total.hexdigest()

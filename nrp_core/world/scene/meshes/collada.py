@@ -1,0 +1,120 @@
+"""Collada, with pycollada.
+
+As in Gazebo and RViz the unit of the file counts and its up axis does not.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+from xml.parsers import expat
+
+import numpy as np
+
+from nrp_core.world.scene.meshes.pictures import mean_color
+from nrp_core.world.scene.meshes.triangles import Surface
+
+if TYPE_CHECKING:
+    from nrp_core.world.scene.meshes.obj import ReadBeside
+    from nrp_core.world.scene.model import Rgba
+
+_MAX_DEPTH = 100
+
+
+def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
+    """Return the surfaces of a Collada file.
+
+    Raises:
+        ValueError: it cannot be read.
+    """
+    import collada
+    from collada.common import DaeError
+
+    _refuse_document_types(data)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PendingDeprecationWarning)  # pycollada uses NumPy's matrices
+            document = collada.Collada(io.BytesIO(data), ignore=[DaeError])
+            meter = float(document.assetInfo.unitmeter or 1.0)
+            matrix = np.diag([meter, meter, meter, 1.0])
+            roots = document.scene.nodes if document.scene else []
+            return [part for root in roots for part in _surfaces(root, matrix, frozenset(), beside)]
+    except Exception as error:  # pycollada raises whatever its XML and NumPy do
+        raise ValueError(f"{type(error).__name__}: {error}") from error
+
+
+def _refuse_document_types(data: bytes) -> None:
+    """Refuse entities before anything expands them."""
+
+    def refuse(*_declaration: object) -> None:
+        raise ValueError("documents with a <!DOCTYPE> are refused")
+
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        reason = expat.ErrorString(error.code)
+        raise ValueError(f"not well-formed XML: {reason}, line {error.lineno}") from None
+
+
+def _surfaces(
+    node: Any, matrix: Any, names: frozenset[str], beside: ReadBeside, depth: int = 0
+) -> Iterator[Surface]:
+    """Yield the surfaces below a node, which is placed by ``matrix``; transforms of files may be any."""
+    if depth > _MAX_DEPTH:
+        raise ValueError(f"nodes are nested more than {_MAX_DEPTH} deep")
+    if hasattr(node, "children"):
+        own = frozenset(filter(None, (node.id, getattr(node, "name", None))))
+        for child in node.children:
+            yield from _surfaces(child, matrix @ np.asarray(node.matrix), own or names, beside, depth + 1)
+    elif hasattr(node, "geometry"):
+        geometry = node.geometry
+        called = names | frozenset(filter(None, (geometry.id, geometry.name)))
+        for bound in node.objects("geometry", matrix):
+            for primitive in bound.primitives():
+                triangles = _triangles(primitive)
+                if len(triangles):
+                    yield Surface(called, triangles, _color(primitive.material, beside))
+
+
+def _triangles(primitive: Any) -> Any:
+    """Return the triangles of a primitive; lines have none."""
+    if hasattr(primitive, "triangleset"):
+        primitive = primitive.triangleset()
+    if primitive.vertex is None or np.shape(primitive.vertex_index)[1:] != (3,):
+        return np.empty((0, 3, 3))
+    return np.asarray(primitive.vertex, np.float64)[primitive.vertex_index]
+
+
+def _color(material: Any, beside: ReadBeside) -> Rgba | None:
+    """Return the colour of a material: what glows, else what is lit."""
+    effect = getattr(material, "effect", None)
+    if effect is None:
+        return None
+    for shade in (effect.emission, effect.diffuse):
+        color = _shade(shade, beside)
+        if color is not None and (shade is effect.diffuse or any(color)):
+            r, g, b = color
+            return r, g, b, _opacity(effect)
+    return None
+
+
+def _shade(shade: Any, beside: ReadBeside) -> tuple[float, float, float] | None:
+    if shade is None:
+        return None
+    if hasattr(shade, "sampler"):
+        return mean_color(beside(shade.sampler.surface.image.path))
+    r, g, b = (min(max(float(part), 0.0), 1.0) for part in shade[:3])
+    return r, g, b
+
+
+def _opacity(effect: Any) -> float:
+    """Return the opacity; what exporters mean as they write "wholly transparent" is "opaque"."""
+    share, color = effect.transparency, effect.transparent
+    if color is None or not isinstance(share, (int, float)) or not isinstance(color, (tuple, list)):
+        return 1.0
+    opacity = 1 - share * sum(color[:3]) / 3 if effect.opaque_mode == "RGB_ZERO" else share * color[3]
+    return min(max(float(opacity), 0.0), 1.0) or 1.0

@@ -1,0 +1,122 @@
+"""Mesh files of any kind that robots come with, as what is drawn and what is touched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from nrp_core.world.scene.meshes.collada import parse_collada
+from nrp_core.world.scene.meshes.convex import convex_pieces
+from nrp_core.world.scene.meshes.obj import ReadBeside, parse_obj
+from nrp_core.world.scene.meshes.stl import parse_stl
+from nrp_core.world.scene.meshes.triangles import Surface, Triangles, joined
+from nrp_core.world.scene.model import Rgba
+
+MAX_COLORS = 16
+"""A mesh of more is shown in as many, the rest in the last one."""
+
+Form = Literal["whole", "colored", "convex"]
+"""In one piece, in a piece for each colour, or in convex pieces."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What of a mesh is wanted, and how.
+
+    Args:
+        form: the pieces.
+        submesh: the part of the file to take, empty for all.
+        centered: whether the middle of its box is put into the origin.
+    """
+
+    form: Form
+    submesh: str = ""
+    centered: bool = False
+
+
+def parse(data: bytes, suffix: str, beside: ReadBeside) -> list[Surface]:
+    """Return the surfaces of a mesh file.
+
+    Args:
+        data: its contents.
+        suffix: of its name, in lower case: one of :data:`KINDS`.
+        beside: reads the files that it refers to.
+
+    Raises:
+        ValueError: it cannot be read, or holds no triangle.
+    """
+    surfaces = [_whole(surface) for surface in KINDS[suffix](data, beside)]
+    surfaces = [surface for surface in surfaces if len(surface.triangles)]
+    if not surfaces:
+        raise ValueError("it has no triangles")
+    return surfaces
+
+
+def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[tuple[Triangles, Rgba | None]]:
+    """Return the pieces of a mesh, the largest first, each with its colour if it has one.
+
+    Raises:
+        ValueError: it has no such submesh.
+    """
+    if wanted.submesh:
+        surfaces = _named(surfaces, wanted.submesh)
+    if wanted.centered:
+        surfaces = _centered(surfaces)
+    if wanted.form == "whole":
+        return [(joined(surfaces), None)]
+    if wanted.form == "convex":
+        return [(piece, None) for piece in convex_pieces(joined(surfaces))]
+    return _by_color(surfaces)
+
+
+def _stl(data: bytes, _beside: ReadBeside) -> list[Surface]:
+    return [Surface(frozenset(), parse_stl(data))]
+
+
+KINDS: dict[str, Callable[[bytes, ReadBeside], list[Surface]]] = {
+    ".stl": _stl,
+    ".obj": parse_obj,
+    ".dae": parse_collada,
+}
+"""What reads each kind of file."""
+
+
+def _whole(surface: Surface) -> Surface:
+    """Leave out triangles with a corner that is no number, and those too far away to mean anything."""
+    usable = (np.abs(surface.triangles) < 1e9).all(axis=(1, 2))
+    return surface if usable.all() else replace(surface, triangles=surface.triangles[usable])
+
+
+def _named(surfaces: Sequence[Surface], name: str) -> list[Surface]:
+    found = [surface for surface in surfaces if name in surface.names]
+    if not found:
+        valid = ", ".join(sorted({name for surface in surfaces for name in surface.names})) or "none"
+        raise ValueError(f"it has no submesh '{name}'; it has: {valid}")
+    return found
+
+
+def _centered(surfaces: Sequence[Surface]) -> list[Surface]:
+    points = joined(surfaces).reshape(-1, 3)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    return [replace(surface, triangles=surface.triangles - middle) for surface in surfaces]
+
+
+def _by_color(surfaces: Sequence[Surface]) -> list[tuple[Triangles, Rgba | None]]:
+    alike: dict[Rgba | None, list[Surface]] = {}
+    for surface in surfaces:
+        alike.setdefault(surface.rgba, []).append(surface)
+    pieces = [(joined(group), rgba) for rgba, group in alike.items()]
+    pieces.sort(key=lambda piece: -_area(piece[0]))
+    shown, rest = pieces[:MAX_COLORS], pieces[MAX_COLORS:]
+    if rest:
+        last, rgba = shown[-1]
+        shown[-1] = np.concatenate([last, *(triangles for triangles, _ in rest)]), rgba
+    return shown
+
+
+def _area(triangles: Triangles) -> float:
+    a, b, c = triangles.swapaxes(0, 1)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)

@@ -1,0 +1,93 @@
+"""Meshes as convex pieces: what engines collide, fast and alike.
+
+Each connected piece of a mesh becomes its convex hull, so that the walls of a house leave its rooms free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi, sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.scene.meshes.triangles import Points, Triangles, welded
+
+MAX_PIECES = 32
+"""The largest are kept; what is smaller are screws and letters."""
+MAX_CORNERS = 128
+"""A hull of more is replaced by its outermost corners in as many directions."""
+
+_FLAT = 1e-3  # of the largest extent: what is thinner is made so thick
+_INSIDE = 1e-6
+
+
+def convex_pieces(triangles: Triangles) -> list[Triangles]:
+    """Return the hulls of the connected pieces, largest first, without those that lie inside another."""
+    from scipy.spatial import ConvexHull
+
+    clouds = sorted(_connected(triangles), key=lambda cloud: -float(np.ptp(cloud, axis=0).max()))
+    kept: list[npt.NDArray[np.float64]] = []
+    pieces: list[Triangles] = []
+    for cloud in clouds:
+        if any((cloud @ planes[:, :3].T + planes[:, 3] <= _INSIDE).all() for planes in kept):
+            continue
+        hull = ConvexHull(_thick(cloud))
+        corners = hull.points[hull.vertices]
+        if len(corners) > MAX_CORNERS:
+            hull = ConvexHull(_outermost(corners))
+        kept.append(hull.equations)
+        pieces.append(_outward(hull))
+        if len(pieces) == MAX_PIECES:
+            break
+    return pieces
+
+
+def _connected(triangles: Triangles) -> Iterator[Points]:
+    """Yield the corners of each set of triangles that hang together by common corners."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    points, faces = welded(triangles)
+    ends = np.concatenate([faces[:, :2], faces[:, 1:]]).T
+    links = coo_array((np.ones(ends.shape[1], bool), tuple(ends)), shape=(len(points), len(points)))
+    count, labels = connected_components(links, directed=False)
+    order = np.argsort(labels, kind="stable")
+    yield from np.split(points[order], np.cumsum(np.bincount(labels, minlength=count))[:-1])
+
+
+def _thick(points: Points) -> Points:
+    """Return points that span a volume: sheets and lines are given a thickness."""
+    centre = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
+    axes = np.vstack([axes, np.eye(3)])[:3] if len(axes) < 3 else axes
+    axes = np.linalg.qr(axes.T)[0].T  # orthonormal also where points were fewer than axes
+    extents = np.ptp(points @ axes.T, axis=0)
+    least = _FLAT * max(float(extents.max()), 1e-6)
+    for axis, extent in zip(axes, extents, strict=True):
+        if extent < least:
+            points = np.concatenate([points - least / 2 * axis, points + least / 2 * axis])
+    return points
+
+
+def _outermost(corners: Points) -> Points:
+    """Return the corners that are furthest in each of many directions, spread evenly (Fibonacci's sphere)."""
+    count = MAX_CORNERS - 6
+    heights = 1 - (2 * np.arange(count) + 1) / count
+    angles = np.arange(count) * pi * (3 - sqrt(5))
+    level = np.sqrt(1 - heights**2)
+    directions = np.stack([level * np.cos(angles), level * np.sin(angles), heights], axis=1)
+    directions = np.concatenate([directions, np.eye(3), -np.eye(3)])
+    extents = np.maximum(np.ptp(corners, axis=0), 1e-12)
+    furthest: Points = corners[np.unique((corners / extents @ directions.T).argmax(axis=0))]
+    return furthest
+
+
+def _outward(hull: object) -> Triangles:
+    """Return the triangles of a hull, counter-clockwise as seen from outside."""
+    triangles: Triangles = hull.points[hull.simplices]  # type: ignore[attr-defined]
+    a, b, c = triangles.swapaxes(0, 1)
+    normals = hull.equations[:, :3]  # type: ignore[attr-defined]
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), normals) < 0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return triangles

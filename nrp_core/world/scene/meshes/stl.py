@@ -1,0 +1,55 @@
+"""STL, binary or text; the binary form is what converted meshes are kept in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.meshes.triangles import Triangles
+
+_HEADER, _COUNT = 80, 4
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def parse_stl(data: bytes) -> Triangles:
+    """Return the triangles of an STL file.
+
+    Raises:
+        ValueError: it is neither binary nor text.
+    """
+    start = _HEADER + _COUNT
+    count = int.from_bytes(data[_HEADER:start], "little")
+    if len(data) == start + count * _TRIANGLE.itemsize:  # text may begin like binary, but not end like it
+        corners = np.frombuffer(data, _TRIANGLE, count, start)["corners"]
+        return corners.astype(np.float64)
+    rows = (line.split() for line in data.decode().splitlines())
+    return np.array([row[1:4] for row in rows if row and row[0] == "vertex"], float).reshape(-1, 3, 3)
+
+
+def read_stl(path: Path) -> Triangles:
+    """Return the triangles of a file.
+
+    Raises:
+        SceneError: it cannot be read, or holds none.
+    """
+    try:
+        triangles = parse_stl(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise SceneError(f"the mesh cannot be read: {error}", path=path) from error
+    if not len(triangles):
+        raise SceneError("the mesh has no triangles", path=path)
+    return triangles
+
+
+def write_stl(path: Path, triangles: Triangles) -> None:
+    """Write a binary file, with the normals that some programs shade by."""
+    records = np.zeros(len(triangles), _TRIANGLE)
+    a, b, c = triangles.swapaxes(0, 1)
+    normals = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    records["normal"] = normals / np.where(lengths, lengths, 1.0)
+    records["corners"] = triangles
+    count = len(triangles).to_bytes(_COUNT, "little")
+    path.write_bytes(bytes(_HEADER) + count + records.tobytes())

@@ -1,0 +1,55 @@
+"""Triangles as mesh files hold them, before they have a place in a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.scene.model import Rgba
+
+Triangles = npt.NDArray[np.float64]
+"""Corners of triangles, counter-clockwise as seen from outside; shape ``(m, 3, 3)``, in m."""
+Points = npt.NDArray[np.float64]
+"""Shape ``(n, 3)``, in m."""
+Faces = npt.NDArray[np.int32]
+"""Indices of the corners of triangles, shape ``(m, 3)``."""
+
+_MIXERS = np.array(
+    [0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64
+)  # large odd numbers
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Some triangles of a file that look alike.
+
+    Args:
+        names: what the file calls the thing that they are part of; a ``<submesh>`` names one of them.
+        triangles: at least one.
+        rgba: their colour, None where the file has none.
+    """
+
+    names: frozenset[str]
+    triangles: Triangles
+    rgba: Rgba | None = None
+
+
+def joined(surfaces: Sequence[Surface]) -> Triangles:
+    """Return the triangles of several surfaces."""
+    return np.concatenate([surface.triangles for surface in surfaces])
+
+
+def welded(triangles: Triangles) -> tuple[Points, Faces]:
+    """Return the corners of triangles, those that several of them share once, and the triangles' indices."""
+    points = triangles.reshape(-1, 3) + 0.0  # so that -0 is 0
+    # numbers sort many times faster than rows; in the rare case that two rows are one number, rows are sorted
+    bits = points.astype(np.float32).view(np.uint32).astype(np.uint64)
+    numbers = (bits * _MIXERS).sum(axis=1, dtype=np.uint64)
+    _, first, inverse = np.unique(numbers, return_index=True, return_inverse=True)
+    corners = points[first]
+    if not np.array_equal(corners[inverse], points):
+        corners, inverse = np.unique(points, axis=0, return_inverse=True)
+    return corners, inverse.reshape(-1, 3).astype(np.int32)

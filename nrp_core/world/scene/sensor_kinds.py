@@ -1,0 +1,151 @@
+"""Sensors of SDF beside cameras: lasers, inertial sensors, contacts, forces, true poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import pi
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.model import Joint, Link
+from nrp_core.world.scene.plugins import plugin_name, ros_namespace
+from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise, Sensor
+from nrp_core.world.scene.sensor_parts import noise_of, rate_of, topic_of
+from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.topics import resolve_name
+
+Place = Callable[[Element], Pose]
+
+_LASER_TOPICS = {
+    "gazebo_ros_laser": "topicName",
+    "gazebo_ros_gpu_laser": "topicName",
+    "gazebo_ros_ray_sensor": "topicName",
+}
+_IMU_TOPICS = {"gazebo_ros_imu_sensor": "topicName"}
+_CONTACT_TOPICS = {"gazebo_ros_bumper": "bumperTopicName"}
+_FORCE_TOPICS = {"gazebo_ros_ft_sensor": "topicName"}
+
+
+def read_laser(sensor: Element, link: str, reading: Reading, place: Place) -> Laser:
+    """Read a ``<ray>`` or ``<lidar>``; of several layers the middle one is simulated."""
+    laser = sensor.section("lidar" if sensor.find("lidar") else "ray")
+    horizontal = laser.section("scan").section("horizontal")
+    reach = laser.section("range")
+    vertical = laser.section("scan").section("vertical")
+    if vertical.number("samples", 1) > 1:
+        reading.notes.warn(laser, "of the layers of a laser the one at elevation 0 is simulated")
+    samples = round(horizontal.positive("samples", 640) * horizontal.positive("resolution", 1.0))
+    low, high = reach.number("min", 0.0), reach.number("max", 10.0)
+    if not 0 <= low < high:
+        raise reach.error(f"a laser's <min> range ({low:g} m) must be below its <max> ({high:g} m)")
+    name = sensor.attribute("name")
+    return Laser(
+        name,
+        topic_of(sensor, f"{link}/{name}/scan".replace("::", "/"), _LASER_TOPICS, reading),
+        rate_of(sensor, reading),
+        max(1, samples),
+        horizontal.number("min_angle", -pi / 2),
+        horizontal.number("max_angle", pi / 2),
+        low,
+        high,
+        place(sensor),
+        noise=noise_of(laser, reading),
+    )
+
+
+def read_imu(sensor: Element, link: str, reading: Reading, place: Place) -> Imu:
+    """Read an inertial sensor; its noise is that of its acceleration along x."""
+    name = sensor.attribute("name")
+    noise = noise_of(sensor.section("imu").section("linear_acceleration").section("x"), reading)
+    for plugin in sensor.all("plugin") if not noise else ():
+        noise = Noise(0.0, plugin.number("gaussianNoise", 0.0))
+    topic = topic_of(sensor, f"{link}/{name}/imu".replace("::", "/"), _IMU_TOPICS, reading)
+    return Imu(name, topic, rate_of(sensor, reading), place(sensor), noise=noise)
+
+
+def read_contact(sensor: Element, link: str, reading: Reading, place: Place) -> ContactSensor:
+    """Read a contact sensor."""
+    name, contact = sensor.attribute("name"), sensor.section("contact")
+    topic = topic_of(
+        sensor, contact.word("topic") or f"{link}/{name}/contact".replace("::", "/"), _CONTACT_TOPICS, reading
+    )
+    collisions = tuple(each.text.rpartition("::")[2] for each in contact.all("collision"))
+    return ContactSensor(name, topic, rate_of(sensor, reading), collisions, place(sensor))
+
+
+def read_force_torque(sensor: Element, joint: str, reading: Reading) -> ForceTorque:
+    """Read the force-torque sensor of a ``<joint>``."""
+    name, section = sensor.attribute("name"), sensor.section("force_torque")
+    frame = section.word("frame", "child")
+    if frame not in ("child", "parent", "sensor"):
+        raise section.error(f"a <frame> is child, parent or sensor, not '{frame}'")
+    topic = topic_of(sensor, f"{joint}/{name}/forcetorque".replace("::", "/"), _FORCE_TOPICS, reading)
+    onto_child = section.word("measure_direction", "child_to_parent") == "parent_to_child"
+    return ForceTorque(name, topic, rate_of(sensor, reading), joint, frame, onto_child)
+
+
+def read_sensor_plugin(plugin: Element, links: list[Link], joints: list[Joint], reading: Reading) -> bool:
+    """Add the sensor that a ``<plugin>`` of a model stands for to its link; False if it is none."""
+    name = plugin_name(plugin)
+    if name not in ("gazebo_ros_p3d", "gazebo_ros_imu", "gazebo_ros_ft_sensor"):
+        return False
+    topic = resolve_name(
+        f"{ros_namespace(plugin)}/{plugin.require('topicName').text}".lstrip("/"), reading.robot
+    )
+    if plugin.require("topicName").text.startswith("/"):
+        topic = plugin.require("topicName").text
+    called = plugin.attributes.get("name") or name
+    rate_hz = plugin.number("updateRate", 0.0) or 100.0
+    noise = Noise(0.0, plugin.number("gaussianNoise", 0.0))
+    if name == "gazebo_ros_ft_sensor":
+        joint = _named(plugin.require("jointName"), [each.name for each in joints], "joint")
+        child = next(each.child for each in joints if each.name == joint)
+        _give(links, child, ForceTorque(called, topic, rate_hz, joint, noise=noise))
+        return True
+    link = _named(plugin.require("bodyName"), [each.name for each in links], "link")
+    offset = Pose.from_rpy(_vector(plugin, "xyzOffset"), *_vector(plugin, "rpyOffset"))
+    sensor: Sensor = Imu(called, topic, rate_hz, offset, noise=noise)
+    if name == "gazebo_ros_p3d":
+        frame = plugin.word("frameName", "world").strip("/")
+        reference = "world" if frame in ("map", "world", "odom") else frame
+        if reference != "world":
+            reading.notes.warn(plugin, f"the true pose is told in the world, not in '{frame}'")
+        sensor = GroundTruth(called, topic, rate_hz, offset, noise=noise)
+    _give(links, link, sensor)
+    return True
+
+
+def joint_sensors(joint: Element, links: list[Link], reading: Reading) -> None:
+    """Add the sensors of a ``<joint>`` to its child link."""
+    for sensor in joint.all("sensor"):
+        if sensor.attribute("type") == "force_torque":
+            child = joint.require("child").text
+            _give(links, child, read_force_torque(sensor, joint.attribute("name"), reading))
+        else:
+            reading.notes.warn(sensor, f"sensors of type '{sensor.attribute('type')}' are not simulated")
+
+
+def _give(links: list[Link], name: str, sensor: Sensor) -> None:
+    for index, link in enumerate(links):
+        if link.name == name:
+            links[index] = replace(link, sensors=(*link.sensors, sensor))
+
+
+def _named(element: Element, names: list[str], what: str) -> str:
+    if element.text not in names:
+        raise element.error(f"the model has no {what} '{element.text}'{did_you_mean(element.text, names)}")
+    return element.text
+
+
+def _vector(plugin: Element, tag: str) -> Vector:
+    found = plugin.find(tag)
+    x, y, z = found.numbers(3) if found else (0.0, 0.0, 0.0)
+    return x, y, z
+
+
+def renamed(sensors: tuple[Sensor, ...], named: Callable[[str], str]) -> Iterator[Sensor]:
+    """Yield the sensors of a model whose parts have other names."""
+    for sensor in sensors:
+        yield replace(sensor, joint=named(sensor.joint)) if isinstance(sensor, ForceTorque) else sensor

@@ -1,0 +1,66 @@
+"""Xacro, the macro language that URDF files are written in, expanded by the ``xacro`` package of ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.xml_tree import Element, parse_xml, without_lines
+
+_SUBSTITUTION = ("$(", "${")
+
+
+def is_xacro(robot: Element) -> bool:
+    """Tell whether a ``<robot>`` is to be expanded: it has macros or substitutions."""
+    return any(
+        child.tag.startswith("xacro:")
+        or any(mark in value for value in child.attributes.values() for mark in _SUBSTITUTION)
+        or is_xacro(child)
+        for child in robot.children
+    )
+
+
+def expanded(path: Path, package: Callable[[str], Path]) -> Element:
+    """Return the ``<robot>`` that a xacro file means, with the defaults of its arguments.
+
+    Lines are not known after the expansion: all elements stand in line 1.
+
+    Args:
+        path: the file.
+        package: returns the folder of a package, for ``$(find ...)``.
+
+    Raises:
+        SceneError: xacro is not installed, or cannot expand the file.
+    """
+    try:
+        import xacro
+        from xacro import substitution_args
+    except ImportError:
+        message = (
+            "this is a xacro file and xacro is not installed: pip install 'nrp-core[xacro]', "
+            "or expand it with `xacro FILE > robot.urdf`"
+        )
+        raise SceneError(message, path=path) from None
+
+    try:
+        with _finding(substitution_args, lambda name: str(package(name))), redirect_stderr(StringIO()):
+            text = xacro.process_file(str(path)).toxml(encoding="utf-8")
+    except (Exception, SystemExit) as error:  # noqa: BLE001  whatever Python in the file does
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise SceneError(f"xacro cannot expand this file: {reason}", path=path) from None
+    return without_lines(parse_xml(text, path))
+
+
+@contextmanager
+def _finding(substitution_args: Any, find: Callable[[str], str]) -> Iterator[None]:
+    """Let ``$(find ...)`` ask us; xacro asks an installation of ROS, which need not be there."""
+    own, functions = substitution_args._eval_find, substitution_args._eval_dict
+    substitution_args._eval_find = functions["find"] = find
+    try:
+        yield
+    finally:
+        substitution_args._eval_find = functions["find"] = own

@@ -1,0 +1,327 @@
+"""The switchboard: who listens to which topic, when samples are due, where messages go.
+
+It is the half of a world that knows nothing of physics. A topic that nobody reads costs nothing.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from functools import partial
+from types import MappingProxyType
+from typing import Any, final
+
+from nrp_core.clock import SampleSchedule, from_seconds
+from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.seeds import Seeds
+from nrp_core.world.messages.base import type_name
+from nrp_core.world.parts.base import Part
+from nrp_core.world.topics import Direction, Publication, Stamped, Subscription, TopicInfo
+
+Kept = tuple[list[tuple[str, list[Stamped]]], dict[str, list[Stamped]]]
+"""What subscriptions hold, and what is on its way."""
+
+
+@dataclass(slots=True)
+class Sampling:
+    """A topic with a rate that somebody listens to.
+
+    Args:
+        info: the topic.
+        schedule: when its samples are taken.
+        part: what takes them.
+        subscriptions: who listens.
+        due_ns: when the next one is taken.
+        late: what was taken and has not arrived yet, with the time at which it does.
+    """
+
+    info: TopicInfo
+    schedule: SampleSchedule
+    part: Part
+    subscriptions: list[Subscription] = field(default_factory=list)
+    due_ns: int = 0
+    late: list[Stamped] = field(default_factory=list)
+
+    def take(self, now_ns: int, seed: int) -> None:
+        """Take the sample of now and send it on its way, unless it gets lost."""
+        info = self.info
+        self.due_ns = self.schedule.next_after(now_ns)
+        if info.drop_out:
+            stream = Seeds(seed).child("world/drop_out").stream(f"{info.name}@{now_ns}")
+            if stream.random() < info.drop_out:
+                return
+        message = self.part.read(info.name, now_ns)
+        self.late.append(Stamped(now_ns + from_seconds(info.delay), message))
+
+    def deliver(self, now_ns: int) -> None:
+        """Hand over what has arrived by now."""
+        while self.late and self.late[0].t_ns <= now_ns:
+            arrived = self.late.pop(0)
+            for subscription in self.subscriptions:
+                subscription.push(arrived)
+
+
+class Switchboard(ABC):
+    """Topics by name, and the traffic on them.
+
+    Args:
+        step_ns: the grid of times at which samples are taken.
+    """
+
+    def __init__(self, step_ns: int) -> None:
+        self._step_ns = step_ns
+        self._at_ns = 0
+        self._started = False
+        self._parts: dict[str, Part] = {}
+        self._topics: dict[str, TopicInfo] = {}
+        self._aliases: dict[str, str] = {}
+        self._rated: dict[str, Sampling] = {}
+        self._bus: dict[str, list[Subscription]] = {}
+        self._subscriptions: list[Subscription] = []
+        self._subscribed: frozenset[str] | None = None
+        self._observers: list[Callable[[str, Stamped], None]] = []
+
+    @property
+    def topics(self) -> Mapping[str, TopicInfo]:
+        """Every topic by its name, aliases included."""
+        aliases = {
+            alias: replace(self._topics[name], name=alias)
+            for alias, name in self._aliases.items()
+            if name in self._topics
+        }
+        return MappingProxyType({**self._topics, **aliases})
+
+    def add_alias(self, alias: str, topic: str) -> None:
+        """Serve a topic under one more name.
+
+        Raises:
+            TopicError: the name is taken, or there is no such topic.
+        """
+        self._require_free(alias)
+        self._aliases[alias] = self._info(topic).name
+
+    def declare(self, name: str, type_: type) -> None:
+        """Add a topic of the user's own, which only carries what is published on it.
+
+        Raises:
+            TopicError: the name is taken.
+        """
+        self._require_free(name)
+        self._topics[name] = TopicInfo(name, type_, Direction.BOTH, what="declared by the experiment")
+        self._bus[name] = []
+
+    @final
+    def subscribe(self, topic: str, *, depth: int = 1) -> Subscription:
+        """Listen to a topic from now on.
+
+        Args:
+            topic: its name or an alias.
+            depth: how many messages the subscription keeps.
+
+        Raises:
+            TopicError: there is no such topic, or it only takes messages.
+        """
+        info = self._require(topic, Direction.OUT)
+        name = info.name
+        if name in self._bus:
+            subscription = Subscription(info, depth)
+            self._bus[name].append(subscription)
+        elif info.rate_hz is None:
+            subscription = Subscription(info, depth, partial(self._read_now, name))
+        else:
+            subscription = Subscription(info, depth)
+            if name not in self._rated:
+                self._rated[name] = self._sampling(info)
+            self._rated[name].subscriptions.append(subscription)
+        self._subscriptions.append(subscription)
+        self._subscribed = None
+        return subscription
+
+    @final
+    def unsubscribe(self, subscription: Subscription) -> None:
+        """End a subscription; a topic that nobody reads costs nothing."""
+        if subscription not in self._subscriptions:
+            return
+        name = subscription.topic.name
+        self._subscriptions.remove(subscription)
+        self._subscribed = None
+        if name in self._rated:
+            self._rated[name].subscriptions.remove(subscription)
+            if not self._rated[name].subscriptions:
+                del self._rated[name]
+        elif name in self._bus:
+            self._bus[name].remove(subscription)
+
+    @property
+    def subscribed(self) -> frozenset[str]:
+        """The topics that somebody listens to, never by an alias; the same object until that changes."""
+        if self._subscribed is None:
+            self._subscribed = frozenset(subscription.topic.name for subscription in self._subscriptions)
+        return self._subscribed
+
+    @final
+    def advertise(self, topic: str) -> Publication:
+        """Return the right to publish on a topic.
+
+        Raises:
+            TopicError: there is no such topic, or it takes no messages.
+        """
+        info = self._require(topic, Direction.IN)
+        return Publication(replace(info, name=topic), partial(self._deliver, info.name))
+
+    @final
+    def add_observer(self, observer: Callable[[str, Stamped], None]) -> None:
+        """Show an observer every message that anybody publishes, with its topic (never an alias)."""
+        self._observers.append(observer)
+
+    @final
+    def remove_observer(self, observer: Callable[[str, Stamped], None]) -> None:
+        """Show an observer nothing more."""
+        self._observers.remove(observer)
+
+    # -- names
+
+    def _require_free(self, name: str) -> None:
+        if not name.startswith("/"):
+            raise TopicError(f"the names of topics are absolute: '/{name}', not '{name}'")
+        if name in self._topics or name in self._aliases:
+            raise TopicError(f"there is a topic '{name}' already")
+
+    def _info(self, topic: str) -> TopicInfo:
+        name = self._aliases.get(topic, topic)
+        if name not in self._topics:
+            raise TopicError(f"no topic '{topic}'{did_you_mean(topic, self.topics)}")
+        return self._topics[name]
+
+    def _require(self, topic: str, direction: Direction) -> TopicInfo:
+        self._require_open()
+        info = self._info(topic)
+        if not info.direction & direction:
+            verb = "takes" if direction is Direction.OUT else "gives"
+            raise TopicError(f"the topic '{topic}' ({type_name(info.type)}) only {verb} messages")
+        return info
+
+    # -- which part serves what
+
+    def _serve(self, part: Part) -> None:
+        """Serve the topics of a part; those who listened to one of the same name go on doing so."""
+        for topic in part.topics:
+            if topic.name in self._topics:
+                raise TopicError(f"two parts of the scene serve the topic '{topic.name}'")
+            self._topics[topic.name] = topic
+            self._parts[topic.name] = part
+            listening = [s for s in self._subscriptions if s.topic.name == topic.name]
+            if topic.rate_hz is not None and listening:
+                self._rated[topic.name] = self._sampling(topic)
+                self._rated[topic.name].subscriptions += listening
+
+    def _withdraw(self, part: Part) -> None:
+        """Serve the topics of a part no more; who listens hears nothing."""
+        for topic in part.topics:
+            del self._topics[topic.name], self._parts[topic.name]
+            self._rated.pop(topic.name, None)
+
+    def _sampling(self, info: TopicInfo) -> Sampling:
+        assert info.rate_hz is not None
+        schedule = SampleSchedule.of(info.rate_hz, self._step_ns)
+        sampling = Sampling(info, schedule, self._parts[info.name])
+        sampling.due_ns = self._next_sample(sampling)
+        return sampling
+
+    # -- messages
+
+    def _deliver(self, name: str, message: Any) -> None:
+        self._require_ready()
+        if name in self._bus:
+            sent = Stamped(self.now_ns, deepcopy(message))  # the sender may go on using its message
+            for subscription in self._bus[name]:
+                subscription.push(sent)
+        elif name not in self._parts:
+            raise TopicError(f"the topic '{name}' is no longer served: its model was deleted")
+        else:
+            self._write(self._parts[name], name, message)
+        for observer in self._observers:
+            observer(name, Stamped(self.now_ns, message))
+
+    def _read_now(self, name: str) -> Stamped | None:
+        self._require_open()
+        part = self._parts.get(name)
+        return None if part is None else Stamped(self.now_ns, part.read(name, self.now_ns))
+
+    def _next_due(self) -> int | None:
+        """Return when a sample, or what must be known a step before it, is due next."""
+        times = []
+        for sampling in self._rated.values():
+            ahead_ns = sampling.due_ns - self._step_ns
+            foresees = sampling.part.foresees and ahead_ns > self._at_ns
+            times.append(ahead_ns if foresees else sampling.due_ns)
+        return min(times, default=None)
+
+    def _sample(self) -> None:
+        """Take every sample that is due now and somebody listens to, and hand over what has arrived."""
+        at_ns = self._at_ns
+        for name, sampling in self._rated.items():
+            if sampling.due_ns == at_ns:
+                sampling.take(at_ns, self.seed)
+            if sampling.part.foresees and sampling.due_ns == at_ns + self._step_ns:
+                sampling.part.foresee(name, at_ns)
+            if sampling.late:
+                sampling.deliver(at_ns)
+
+    def _plan_samples(self) -> None:
+        """Find when each sample is due next, from the time alone."""
+        for sampling in self._rated.values():
+            sampling.due_ns = self._next_sample(sampling)
+
+    def _next_sample(self, sampling: Sampling) -> int:
+        return sampling.schedule.next_after(self._at_ns) if self._started else 0
+
+    # -- what is kept
+
+    def _forget_messages(self) -> None:
+        for subscription in self._subscriptions:
+            subscription.clear()
+        for sampling in self._rated.values():
+            sampling.late.clear()
+
+    def _kept_messages(self) -> Kept:
+        kept = [(subscription.topic.name, subscription.kept()) for subscription in self._subscriptions]
+        return kept, {name: list(sampling.late) for name, sampling in self._rated.items()}
+
+    def _refill(self, saved: Kept) -> None:
+        """Give subscriptions back what they held; the n-th one of a topic gets what the n-th one held."""
+        kept, late = saved
+        held: dict[str, list[list[Stamped]]] = {}
+        for name, messages in kept:
+            held.setdefault(name, []).append(messages)
+        self._forget_messages()
+        for subscription in self._subscriptions:
+            queue = held.get(subscription.topic.name)
+            for stamped in queue.pop(0) if queue else ():
+                subscription.push(stamped)
+        for name, sampling in self._rated.items():
+            sampling.late += late.get(name, [])
+
+    # -- what the other half of a world gives
+
+    @property
+    @abstractmethod
+    def now_ns(self) -> int:
+        """Time reached."""
+
+    @property
+    @abstractmethod
+    def seed(self) -> int:
+        """The seed in force."""
+
+    @abstractmethod
+    def _require_open(self) -> None: ...
+
+    @abstractmethod
+    def _require_ready(self) -> None: ...
+
+    @abstractmethod
+    def _write(self, part: Part, topic: str, message: Any) -> None:
+        """Give a part a message."""

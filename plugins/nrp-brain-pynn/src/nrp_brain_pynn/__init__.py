@@ -1,0 +1,5 @@
+"""The simulators that PyNN drives as brains of the platform, from the same networks as every other."""
+
+from nrp_brain_pynn.backend import PyNNBackend, PyNNOptions
+
+__all__ = ["PyNNBackend", "PyNNOptions"]

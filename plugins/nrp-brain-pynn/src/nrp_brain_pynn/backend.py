@@ -1,0 +1,84 @@
+"""The entry point: which simulators there are, their options. Importing it loads none of them."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import Annotated, ClassVar, Literal
+
+from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
+from nrp_core.brain.network import Network
+from nrp_core.brain.remote import RemoteBrain, RemoteOptions
+from nrp_core.clock import NS_PER_MS
+from nrp_core.diagnosis import Diagnosis
+from nrp_core.errors import BackendLoadError
+from nrp_core.quantities import DurationNs
+from nrp_core.simulation import Determinism
+from pydantic import AfterValidator, Field
+
+from nrp_brain_pynn.simulators import SIMULATORS, Simulator
+
+_NS_PER_US = 1000
+
+
+def _whole_microseconds(t_ns: int) -> int:
+    if t_ns % _NS_PER_US or not 0 < t_ns <= NS_PER_MS:
+        raise ValueError(f"the time step is a whole number of microseconds up to 1 ms, not {t_ns} ns")
+    return t_ns
+
+
+class PyNNOptions(RemoteOptions):
+    """Options of the ``pynn`` backend."""
+
+    simulator: Literal["nest", "neuron", "brian2"] = Field(
+        default="neuron", description="which of PyNN's simulators"
+    )
+    timestep: Annotated[DurationNs, AfterValidator(_whole_microseconds)] = Field(
+        default=100_000, description="the step in which the simulator integrates"
+    )
+
+    compiled: bool = Field(
+        default=False,
+        description="Brian2 alone: compile its loops, which takes half a minute the first time",
+    )
+
+    @property
+    def chosen(self) -> Simulator:
+        """What is known about the simulator."""
+        return SIMULATORS[self.simulator]
+
+
+class PyNNBackend(BrainBackend):
+    """Any simulator that PyNN drives."""
+
+    options: ClassVar[type[BrainOptions]] = PyNNOptions
+
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        assert isinstance(options, PyNNOptions)
+        chosen = options.chosen
+        return BrainCapabilities(
+            cells=chosen.cells,
+            synapses=chosen.synapses,
+            approximate=chosen.approximate,
+            resolution_ns=options.timestep,
+            determinism=Determinism.MACHINE,
+            state_variables=chosen.state_variables,
+            releases_gil=options.python is not None,
+        )
+
+    def diagnose(self) -> list[Diagnosis]:
+        return [
+            Diagnosis(one.name, find_spec(one.package) is not None, f"simulator: {name}", one.install)
+            for name, one in SIMULATORS.items()
+        ]
+
+    def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
+        assert isinstance(options, PyNNOptions)
+        chosen = options.chosen
+        python = options.elsewhere(chosen.name)
+        if python is not None:
+            return RemoteBrain(self, network, seed=seed, options=options.here(), python=python)
+        if find_spec(chosen.package) is None:
+            raise BackendLoadError(f"{chosen.name} is not installed in this Python; try: {chosen.install}")
+        from nrp_brain_pynn.brain import PyNNBrain
+
+        return PyNNBrain(network, seed, self.capabilities(options), options)

@@ -1,0 +1,186 @@
+"""What is common to all simulators: PyNN builds the network; a driver steps it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from nrp_core.brain.grid import Grid
+from nrp_core.brain.network import STATIC, STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain.traub import settled_gates
+
+from nrp_brain_pynn.backend import PyNNOptions
+
+_STATE = ("v", "u", "w", "m", "h", "n")
+_ON_THE_GRID_MS = 1e-6
+
+
+class Driver(ABC):
+    """A network in one simulator.
+
+    Args:
+        network: what is built.
+        grid: the simulator's.
+        options: of the backend.
+
+    Attributes:
+        sim: PyNN's module for the simulator.
+        populations: PyNN's populations by label.
+        warnings: what the simulator does otherwise than the network says.
+    """
+
+    sim: Any
+
+    def __init__(self, network: Network, grid: Grid, options: PyNNOptions) -> None:
+        self.network, self.grid, self.options = network, grid, options
+        self.warnings: list[str] = []
+        delays = [grid.delays(p.delay_ms).max() for p in network.projections if p.size]
+        self._set_up(float(grid.time_ms(np.max(delays, initial=1))))
+        self.populations = {
+            label: self._sources(population) if population.is_source else self._cells(population)
+            for label, population in network.populations.items()
+            if population.size
+        }
+        for projection in network.projections:
+            if projection.size:
+                self._connect(projection)
+        self._begin()
+
+    # -- building, by PyNN's interface
+
+    def _cells(self, population: Population) -> Any:
+        kind = self._kind(population.cell_type)
+        values = {name: _simplified(array) for name, array in population.parameters.items()}
+        cells = self.sim.Population(population.size, kind(**values), label=population.label)
+        initial = dict(population.initial_values)
+        if population.cell_type == "HH_cond_exp":
+            initial = settled_gates(initial["v"] - population.parameters["v_offset"]) | initial
+        starts = kind.default_initial_values
+        cells.initialize(**{name: initial[name] for name in _STATE if name in initial and name in starts})
+        return cells
+
+    def _kind(self, cell_type: str) -> Any:
+        """Return PyNN's class of a cell type."""
+        return getattr(self.sim, cell_type)
+
+    def _connect(self, projection: Projection) -> None:
+        self._projection(projection, self.populations[projection.pre], self._delays_ms(projection))
+
+    def _projection(self, projection: Projection, pre: Any, delays_ms: FloatArray) -> Any:
+        """Make a projection; all numbers of its synapses but those of STDP come as columns."""
+        columns = {"weight": projection.weight, "delay": delays_ms}
+        if projection.synapse_type == STDP:
+            kind = self._stdp(projection)
+        elif projection.synapse_type == STATIC:
+            kind = self.sim.StaticSynapse()
+        else:
+            kind = self._short_term()
+            columns |= projection.synapse_parameters
+        return self.sim.Projection(
+            pre,
+            self.populations[projection.post],
+            self._connector(projection, columns),
+            kind,
+            receptor_type=projection.receptor,
+            label=projection.label,
+        )
+
+    def _short_term(self) -> Any:
+        """Return a Tsodyks-Markram synapse type, whose numbers come later."""
+        return self.sim.TsodyksMarkramSynapse()
+
+    def _connector(self, projection: Projection, columns: dict[str, FloatArray]) -> Any:
+        rows = np.column_stack([projection.pre_index, projection.post_index, *columns.values()])
+        return self.sim.FromListConnector(rows, column_names=tuple(columns), safe=False)
+
+    def _stdp(self, projection: Projection) -> Any:
+        given = {name: float(values[0]) for name, values in projection.synapse_parameters.items()}
+        rule = projection.plasticity
+        parts = {}
+        for part in ("timing_dependence", "weight_dependence"):
+            kind = getattr(self.sim, rule[part])
+            names = (
+                [*kind.default_parameters, "A_plus", "A_minus"] if part[0] == "t" else kind.default_parameters
+            )
+            parts[part] = kind(**{name: given[name] for name in names if name in given})
+        fraction = given.get("dendritic_delay_fraction", 1.0)
+        weight, delay = float(projection.weight[0]), self.grid.step_ms
+        return self.sim.STDPMechanism(**parts, dendritic_delay_fraction=fraction, weight=weight, delay=delay)
+
+    def _delays_ms(self, projection: Projection) -> FloatArray:
+        delays_ms = self.grid.time_ms(self.grid.delays(projection.delay_ms))
+        if np.abs(delays_ms - projection.delay_ms).max() > _ON_THE_GRID_MS:
+            self.warnings.append(
+                f"projection '{projection.label}': delays are whole numbers of {self.grid.step_ms:g} ms in "
+                f"{self.grid.owner}"
+            )
+        return delays_ms
+
+    # -- cells by global id
+
+    @property
+    def cell_labels(self) -> list[str]:
+        """Labels of the populations that are not sources."""
+        return [label for label in self.populations if not self.network.populations[label].is_source]
+
+    def by_population(self, neurons: IntArray) -> Iterator[tuple[str, IntArray, IntArray]]:
+        """Give each population that has some of the neurons, indices in it, and where in ``neurons``."""
+        for label in self.populations:
+            first, size = self.network.offsets[label], self.network.populations[label].size
+            which = np.flatnonzero((neurons >= first) & (neurons < first + size))
+            if which.size:
+                yield label, neurons[which] - first, which
+
+    # -- what each simulator does its own way
+
+    @abstractmethod
+    def _set_up(self, longest_delay_ms: float) -> None:
+        """Empty the simulator."""
+
+    @abstractmethod
+    def _sources(self, population: Population) -> Any:
+        """Make a population of cells that :meth:`fire` lets emit spikes."""
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Get ready for the first step."""
+
+    @abstractmethod
+    def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        """Let source cells (global ids) emit spikes in the window to come."""
+
+    @abstractmethod
+    def inject(self, events: SynapticEvents) -> None:
+        """Let events arrive at cells, maybe beyond the window to come."""
+
+    @abstractmethod
+    def set_currents(self, currents_na: FloatArray) -> None:
+        """Hold these currents into all cells beside their own, shape ``(network.size,)``."""
+
+    @abstractmethod
+    def run_until(self, step: int) -> None:
+        """Simulate to a grid point."""
+
+    @abstractmethod
+    def take_spikes(self) -> Spikes:
+        """Return and forget the spikes of cells since the last call."""
+
+    @abstractmethod
+    def read(self, variable: str, neurons: IntArray) -> FloatArray:
+        """Return a state variable of cells (global ids) in PyNN's unit.
+
+        Raises:
+            CapabilityError: one of them does not have it.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let the network go."""
+
+
+def _simplified(values: FloatArray) -> float | FloatArray:
+    """Return one number for equal ones, which PyNN hands on faster."""
+    return float(values[0]) if (values == values[0]).all() else values

@@ -1,0 +1,220 @@
+"""NEURON, by way of pyNN.neuron. Importing this loads it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+import pyNN.neuron as sim
+from neuron import h, hclass
+from nrp_core.brain.network import FloatArray, IntArray, Population
+from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.clock import milliseconds
+from nrp_core.errors import CapabilityError
+from pyNN.neuron.cells import NativeCellType
+
+from nrp_brain_pynn.driver import Driver
+
+BoolArray = npt.NDArray[np.bool_]
+
+_APART_MS: Final = 1e-6
+"""NEURON's artificial cells answer one of several simultaneous events; so the others come a little later."""
+_STEPS_BETWEEN_PROCESSES: Final = 2
+_CRANK_NICOLSON: Final = 2
+"""Of NEURON's methods with a fixed step; by default it takes implicit Euler steps, of first order."""
+_GATE: Final = 2.0
+"""A weight that makes the relay fire, whose threshold is 1."""
+
+_STATE: Final[dict[str, Callable[[Any], float]]] = {
+    "v": lambda cell: cell.seg.v,
+    "gsyn_exc": lambda cell: cell.esyn.g,
+    "gsyn_inh": lambda cell: cell.isyn.g,
+    "u": lambda cell: cell.izh.u,
+    "w": lambda cell: cell.adexp.w,
+}
+
+
+class Relay(hclass(h.IntFire1)):  # type: ignore[misc]
+    """An artificial cell that emits a spike for each event sent to it."""
+
+    def __new__(cls, *_: Any, **__: Any) -> Relay:
+        return super().__new__(cls)  # type: ignore[no-any-return]
+
+    def __init__(self) -> None:
+        self.tau, self.refrac = 1e-9, 0.0
+        self.source, self.source_section, self.rec = self, None, None
+        self.trigger = h.NetCon(None, self)
+        self.trigger.weight[0] = _GATE
+
+
+class RelayType(NativeCellType):  # type: ignore[misc]
+    """PyNN's description of :class:`Relay`."""
+
+    default_parameters: dict[str, float] = {}  # noqa: RUF012
+    default_initial_values: dict[str, float] = {}  # noqa: RUF012
+    receptor_types = ()
+    injectable = conductance_based = False
+    model = Relay
+
+
+class ThresholdWatch:
+    """The membranes of all cells of this process, and their thresholds.
+
+    Args:
+        cells: PyNN's objects by global id.
+    """
+
+    def __init__(self, cells: dict[int, Any]) -> None:
+        self.neurons = np.array(list(cells), np.int64)
+        self._pointers = h.PtrVector(max(1, len(cells)))
+        self._found = h.Vector(max(1, len(cells)))
+        self._thresholds = np.zeros(len(cells))
+        for i, cell in enumerate(cells.values()):
+            self._pointers.pset(i, cell.seg._ref_v)
+            own = hasattr(cell, "get_threshold")
+            self._thresholds[i] = cell.get_threshold() if own else cell.v_thresh
+
+    def below(self) -> BoolArray:
+        """Return which membranes are not above their threshold."""
+        if not len(self.neurons):
+            return np.empty(0, np.bool_)
+        self._pointers.gather(self._found)
+        below: BoolArray = self._found.as_numpy() <= self._thresholds
+        return below
+
+
+class NeuronDriver(Driver):
+    """See :class:`~nrp_brain_pynn.driver.Driver`. In an MPI job each process has a part of the cells."""
+
+    sim = sim
+
+    def _set_up(self, longest_delay_ms: float) -> None:
+        step_ms = self.grid.step_ms
+        self._check_parallel()
+        sim.setup(timestep=step_ms, min_delay=step_ms, max_delay=longest_delay_ms)
+        h.secondorder = _CRANK_NICOLSON
+        self._parallel = sim.simulator.state.parallel_context
+        self._parallel.spike_compress(0, 0)  # PyNN lets processes tell each other times rounded to steps
+        self._synapses: dict[tuple[int, str, float], Any] = {}
+        self._times, self._gids = h.Vector(), h.Vector()
+        self._step = 0
+
+    def _check_parallel(self) -> None:
+        """Refuse what NEURON would between processes, whose spikes are exchanged once in a shortest delay."""
+        if sim.num_processes() == 1:
+            return
+        for projection in self.network.projections:
+            if projection.size and self.grid.delays(projection.delay_ms).min() < _STEPS_BETWEEN_PROCESSES:
+                shortest_ms = _STEPS_BETWEEN_PROCESSES * self.grid.step_ms
+                raise CapabilityError(
+                    f"projection '{projection.label}' has delays of less than {shortest_ms:g} ms, "
+                    "the shortest for NEURON in several processes"
+                )
+
+    def _sources(self, population: Population) -> Any:
+        return sim.Population(population.size, RelayType(), label=population.label)
+
+    def _begin(self) -> None:
+        size = self.network.size
+        self._objects: list[Any] = [None] * size
+        self._gid_to_id = np.zeros(sim.simulator.state.gid_counter, np.int64)
+        for label, population in self.populations.items():
+            for neuron, ident in zip(self.network.ids_of(label), population.all_cells, strict=True):
+                self._gid_to_id[int(ident)] = neuron
+                if ident.local:
+                    self._objects[neuron] = ident._cell
+                    if not self.network.populations[label].is_source:
+                        self._parallel.spike_record(int(ident), self._times, self._gids)
+        self._offsets_na = np.zeros(size)
+        for label in self.cell_labels:
+            offsets = self.network.populations[label].parameters["i_offset"]
+            self._offsets_na[self.network.ids_of(label)] = offsets
+        self._held_na = self._offsets_na
+        self._watch = ThresholdWatch(
+            {
+                neuron: cell
+                for neuron, cell in enumerate(self._objects)
+                if cell is not None and not isinstance(cell, Relay)
+            }
+        )
+        self._crossed = np.empty(0, np.int64)
+        sim.run_until(0.0)  # what happens from now on must find an initialised simulator
+
+    def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        before: dict[int, float] = {}
+        for neuron, time_ms in zip(neurons.tolist(), times_ms.tolist(), strict=True):
+            last = before.get(neuron, -1.0)
+            before[neuron] = at = time_ms if time_ms > last else last + _APART_MS
+            if self._objects[neuron] is not None:
+                self._objects[neuron].trigger.event(at)
+
+    def inject(self, events: SynapticEvents) -> None:
+        receptor, now_ms = events.receptor, sim.simulator.state.t
+        columns = events.neurons.tolist(), events.times_ms.tolist(), events.weights.tolist()
+        for neuron, time_ms, weight in zip(*columns, strict=True):
+            if self._objects[neuron] is not None:
+                synapse = self._synapses.get((neuron, receptor, weight))
+                if synapse is None:
+                    synapse = self._synapse(neuron, receptor, weight)
+                synapse.event(max(time_ms, now_ms))
+
+    def _synapse(self, neuron: int, receptor: str, weight: float) -> Any:
+        synapse = h.NetCon(None, getattr(self._objects[neuron], receptor))
+        synapse.weight[0] = weight
+        self._synapses[neuron, receptor, weight] = synapse
+        return synapse
+
+    def set_currents(self, currents_na: FloatArray) -> None:
+        wanted = self._offsets_na + currents_na
+        for neuron in np.flatnonzero(wanted != self._held_na).tolist():
+            if self._objects[neuron] is not None:
+                self._objects[neuron].i_offset = wanted[neuron]
+        self._held_na = wanted
+
+    def run_until(self, step: int) -> None:
+        self._began = self._step
+        sim.run_until(milliseconds((step - 1) * self.grid.step_ns))
+        below = self._watch.below()
+        sim.run_until(milliseconds(step * self.grid.step_ns))
+        self._crossed = self._watch.neurons[below & ~self._watch.below()]
+        self._step = step
+
+    def take_spikes(self) -> Spikes:
+        """Return spikes. NEURON looks at thresholds when the next step begins; those of the last are ours."""
+        # NEURON adds up its steps, with rounding
+        steps = np.rint(self._times.as_numpy() / self.grid.step_ms).astype(np.int64)
+        neurons = self._gid_to_id[self._gids.as_numpy().astype(np.int64)]
+        self._times.resize(0)
+        self._gids.resize(0)
+        fresh = steps > self._began
+        neurons = np.concatenate([neurons[fresh], self._crossed])
+        steps = np.concatenate([steps[fresh], np.full(len(self._crossed), self._step)])
+        if self._parallel.nhost() > 1:
+            parts = self._parallel.py_allgather((neurons, steps))
+            neurons, steps = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return Spikes(neurons, self.grid.time_ms(steps))
+
+    def read(self, variable: str, neurons: IntArray) -> FloatArray:
+        show = _STATE[variable]
+        values = np.zeros(len(neurons))
+        for i, neuron in enumerate(neurons.tolist()):
+            if self._objects[neuron] is None:
+                continue  # another process has it
+            try:
+                values[i] = show(self._objects[neuron])
+            except AttributeError:
+                values[i] = np.nan
+        if self._parallel.nhost() > 1:
+            values = np.sum(self._parallel.py_allgather(values), axis=0)
+        if np.isnan(values).any():
+            label, _ = self.network.label_of(int(neurons[np.isnan(values)][0]))
+            raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+        return values
+
+    def close(self) -> None:
+        sim.projections._projections.clear()  # PyNN keeps them all, and NEURON would simulate their cells
+        self.populations.clear()
+        self._objects, self._synapses = [], {}
+        sim.setup(timestep=self.grid.step_ms)

@@ -1,0 +1,68 @@
+"""What is known about each of PyNN's simulators without loading it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
+
+_LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_cond_exp", "IF_cond_alpha"})
+_ADAPTIVE: Final = frozenset({"EIF_cond_exp_isfa_ista", "EIF_cond_alpha_isfa_ista"})
+_MEMBRANE: Final = frozenset({"v", "u", "w", "gsyn_exc", "gsyn_inh"})
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """One of PyNN's simulators.
+
+    Args:
+        name: as people write it.
+        package: the Python package of the simulator itself.
+        install: what installs it.
+        driver: module and class of the driver.
+        cells, synapses, approximate, state_variables: see
+            :class:`~nrp_core.brain.interface.BrainCapabilities`.
+        uniform: by cell type, the parameters of which PyNN gives a population one value there.
+    """
+
+    name: str
+    package: str
+    install: str
+    driver: str
+    cells: frozenset[str]
+    synapses: frozenset[str] = frozenset({STATIC})
+    approximate: frozenset[str] = frozenset()
+    state_variables: frozenset[str] = _MEMBRANE
+    uniform: Mapping[str, Iterable[str]] = field(default_factory=dict)
+
+
+NEST: Final = Simulator(
+    "NEST", "nest", "pip install 'nest-simulator>=3.10'", "nrp_brain_pynn.on_nest:NestDriver",
+    cells=_LEAKY | _ADAPTIVE | {"IF_curr_delta", "Izhikevich", "HH_cond_exp"},
+    synapses=frozenset({STATIC, TSODYKS_MARKRAM, STDP}),
+    approximate=frozenset({"Izhikevich", "HH_cond_exp"}),
+)  # fmt: skip
+NEURON: Final = Simulator(
+    "NEURON", "neuron", "pip install neuron", "nrp_brain_pynn.on_neuron:NeuronDriver",
+    cells=_LEAKY | _ADAPTIVE | {"Izhikevich", "HH_cond_exp"},
+    synapses=frozenset({STATIC, TSODYKS_MARKRAM, STDP}),
+    # exponential synapses carry dt / (2 tau) too much charge
+    approximate=frozenset(
+        {"IF_curr_exp", "IF_cond_exp", "EIF_cond_exp_isfa_ista", "Izhikevich", "HH_cond_exp"}
+    ),
+)  # fmt: skip
+_ONE_RESET: Final = ("v_thresh", "delta_T", "v_reset", "b", "tau_refrac")
+BRIAN2: Final = Simulator(
+    "Brian2", "brian2", "pip install brian2 'numpy<2.4'", "nrp_brain_pynn.on_brian2:Brian2Driver",
+    cells=_LEAKY | _ADAPTIVE | {"IF_curr_delta", "Izhikevich", "HH_cond_exp"},
+    synapses=frozenset({STATIC, TSODYKS_MARKRAM}),
+    approximate=frozenset({"Izhikevich", "HH_cond_exp"}),
+    uniform=dict.fromkeys(_LEAKY | {"IF_curr_delta"}, ("tau_refrac",))
+    | dict.fromkeys(_ADAPTIVE, _ONE_RESET)
+    | {"Izhikevich": ("c", "d")},
+)  # fmt: skip
+
+SIMULATORS: Final[Mapping[str, Simulator]] = {"nest": NEST, "neuron": NEURON, "brian2": BRIAN2}
+"""By the name of PyNN's module: ``pyNN.nest`` ..."""

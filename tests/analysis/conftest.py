@@ -1,0 +1,58 @@
+"""Experiments to be broken: copies of those that ship, with engines that are never started."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import nrp_experiments.braitenberg_husky
+import pytest
+
+from nrp_core.analysis.validate import validate_file
+from nrp_core.findings import Finding, Level
+
+SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
+
+Broken = Callable[..., list[Finding]]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _cache(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keep what is found out of networks apart from the user's cache."""
+    os.environ["XDG_CACHE_HOME"] = str(tmp_path_factory.mktemp("cache"))
+
+
+@pytest.fixture(scope="session")
+def _place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One folder for all tests: its brain is looked at once."""
+    return tmp_path_factory.mktemp("experiments") / "husky"
+
+
+@pytest.fixture
+def husky(_place: Path) -> Path:
+    """A folder with the experiment that ships, and all its variants."""
+    shutil.rmtree(_place, ignore_errors=True)
+    shutil.copytree(SHIPPED, _place, ignore=shutil.ignore_patterns("__pycache__"))
+    return _place
+
+
+@pytest.fixture
+def broken(husky: Path) -> Broken:
+    """Return a function that replaces a text in a file, and gives the errors and warnings of what is left.
+
+    ``experiment`` names the variant that is checked.
+    """
+
+    def changed(file: str, *replacements: str, experiment: str = "experiment.yaml") -> list[Finding]:
+        path = husky / file
+        text = path.read_text("utf-8")
+        for old, new in zip(replacements[::2], replacements[1::2], strict=True):
+            assert old in text, f"{old!r} is not in {file}"
+            text = text.replace(old, new, 1)
+        path.write_text(text, "utf-8")
+        found = validate_file(husky / experiment)
+        return [finding for finding in found if finding.level is not Level.NOTE]
+
+    return changed

@@ -1,0 +1,147 @@
+"""Bodies of transfer functions: what is said of them, and of what nothing is said because it works."""
+
+from __future__ import annotations
+
+import ast
+import sysconfig
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core.analysis.bodies import Body
+from nrp_core.analysis.validate import validate_file
+from nrp_core.findings import Finding
+
+HEAD = """\
+import math
+
+import geometry_msgs.msg
+import numpy as np
+
+GAINS = {"left": 2.0}
+N = 3
+ROBOT = "husky"
+
+
+def helper(x, *more):
+    return x
+
+
+@nrp.MapRobotSubscriber("camera", Topic(f"/{ROBOT}/camera", sensor_msgs.msg.Image))
+@nrp.MapSpikeSource("eyes", nrp.map_neurons(range(N), lambda i: nrp.brain.sensors[i]), nrp.poisson)
+@nrp.MapSpikeSource("noise", nrp.brain.sensors[4], nrp.nc_source, stdev=0.1)
+@nrp.MapSpikeSink("wheels", nrp.chain_neurons(nrp.brain.actors[0], nrp.brain.actors[1]), nrp.population_rate)
+@nrp.MapSpikeSink("wheel", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
+@nrp.MapSpikeSink("spikes", nrp.brain.actors, nrp.spike_recorder)
+@nrp.MapVariable("count", initial_value=np.zeros(3), scope=nrp.GLOBAL)
+@nrp.MapCSVRecorder("rows", "rows.csv", ["Time", "Rate"])
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
+def drive(t, camera, eyes, noise, wheels, wheel, spikes, count, rows):
+    used = (camera, eyes, noise, wheels, wheel, spikes, count, rows)
+    eyes.rate = 0.0
+"""
+TAIL = "    return geometry_msgs.msg.Twist() if used else None\n"
+
+Check = Callable[[str], list[Finding]]
+
+
+@pytest.fixture
+def check(husky: Path) -> Check:
+    """Return a function that gives all findings about a body but the latency of the loop."""
+
+    def checked(body: str) -> list[Finding]:
+        lines = "".join(f"    {line}\n" for line in body.splitlines())
+        (husky / "drive.py").write_text(HEAD + lines + TAIL)
+        found = validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky}/drive.py]"])
+        return [finding for finding in found if finding.code.name != "NRP238"]
+
+    return checked
+
+
+WORKS = [
+    "eyes.rate = 2.0 * wheels.rate[0]",
+    "for eye, rate in zip(eyes, (1.0, 2.0, 3.0)):\n    eye.rate = rate",
+    "eyes.rate = [1.0, 2.0, 3.0]",
+    "eyes[0].rate = 5.0\neyes[1:].rate = 6.0\neyes[-1].active = False",
+    "noise.mean, noise.stdev = 0.1, 0.2",
+    "rows.record_entry(t, wheel.voltage, *wheels.rate)",
+    "count.value[0] += 1\ncount.value = count.value + 1",
+    "if camera.changed and camera.value is not None:\n"
+    "    eyes.rate = camera.value.width + camera.value.header.stamp.sec",
+    "wheel = wheel.voltage\neyes.rate = helper(wheel, 1, 2)",
+    "try:\n    eyes.rate = wheel.rate\nexcept AttributeError:\n    eyes.rate = 0.0",
+    "if hasattr(wheel, 'rate'):\n    eyes.rate = wheel.rate",
+    "share = 0\nfor time in spikes.times:\n    share += time[1]\neyes.rate = 1.0 / share if share else 0.0",
+    "n = 0\nwhile n < 3:\n    n += 1\neyes.rate = 10.0 / n",
+    "n = 0\nif camera.changed:\n    n = 2\neyes.rate = 10.0 / n if n else 0.0",
+    "result = nrp.tf_lib.detect_red(camera.value)\neyes.rate = 10.0 * max(result.left, result.rightred)",
+    "found = [one for one in wheels.rate if one > 1.0]\neyes.rate = float(len(found)) * math.pi",
+    "eyes.rate = np.clip(wheel.voltage, 0.0, 1.0).item()",
+    "twist = geometry_msgs.msg.Twist()\ntwist.linear.x = 2 * wheel.voltage\n"
+    "twist.angular = geometry_msgs.msg.Vector3(z=1)\nhelper(twist)",
+    "def scaled(x):\n    return x / GAINS['left']\neyes.rate = scaled(2.0)",
+    "eyes.rate = (lambda x: x.anything)(helper(count))",
+    "with np.errstate(all='ignore'):\n    eyes.rate = abs(t)",
+    "match helper(t):\n    case 1:\n        eyes.rate = 1.0\n    case other:\n        eyes.rate = other",
+    "import os.path\neyes.rate = float(os.path.exists('x'))",
+    "assert (rate := 3.0) > 0\neyes.rate = rate",
+    "eyes.rate = '%d' % 0 and 1.0",
+]
+
+
+@pytest.mark.parametrize("body", WORKS)
+def test_nothing_is_said_of_what_works(check: Check, body: str) -> None:
+    units = [finding for finding in check(body) if finding.code.name == "NRP233"]
+    assert [str(finding) for finding in check(body) if finding not in units] == []
+
+
+FAILS = [
+    ("eyes.rat = 1.0", "NRP223",
+     "'eyes', a group of poisson (source), has no attribute 'rat'; did you mean 'rate'?"),
+    ("eyes.rate = [1.0, 2.0]", "NRP225", "2 values for 'rate' of 3 devices"),
+    ("for eye in eyes:\n    eye.voltage = 1.0", "NRP223", "has no attribute 'voltage'"),
+    ("eyes[1].rate = -1.0", "NRP225", "-1"),
+    ("noise.stdev = -0.1", "NRP225", "stdev"),
+    ("helper(wheels.voltage)", "NRP223",
+     "'wheels', a group of population_rate (sink), has no attribute 'voltage'"),
+    ("spikes.times = 1", "NRP224", "'spikes', a spike_recorder (sink),: 'times' can only be read"),
+    ("camera.value = None", "NRP224", "can only be read"),
+    ("helper(camera.value.header.stamp.secs)", "NRP226", "builtin_interfaces/msg/Time has no field 'secs'"),
+    ("twist = geometry_msgs.msg.Twist()\ntwist.linaer.x = 1.0", "NRP226", "did you mean 'linear'?"),
+    ("twist = geometry_msgs.msg.Twist()\ntwist.linear = 1.0", "NRP227",
+     "linear of geometry_msgs/msg/Twist must be"),
+    ("if t > 1:\n    return wheel.voltage", "NRP228",
+     "/husky/cmd_vel carries geometry_msgs/msg/Twist, not a number"),
+    ("rows.record(t)", "NRP223", "'rows' has no attribute 'record'"),
+    ("count.vale = 1", "NRP223", "'count', a variable, has no attribute 'vale'; did you mean 'value'?"),
+    ("helper(1 / (2 - 2))", "NRP232", "divides by zero"),
+    ("zero = 0.0\nhelper(t // zero)", "NRP232", "divides by zero"),
+    ("eyes.rate = 20 * wheel.voltage", "NRP233", "'rate' is in Hz and is set from a quantity in mV"),
+    ("eyes.rate = abs(min(wheel.voltage, 3.0))", "NRP233", "Hz/mV"),
+    ("helper(wheel.voltage + wheels.rate[0])", "NRP233", "a quantity in mV meets one in Hz"),
+    ("helper(wheel.voltage > wheels.rate[1])", "NRP233", "a quantity in mV meets one in Hz"),
+    ("helper(math.squrt(2))", "NRP241", "'math' has no 'squrt'; did you mean 'sqrt'?"),
+    ("helper(np.maen([1]))", "NRP241", "'np' has no 'maen'; did you mean 'mean'?"),
+    ("helper(np.random.rand())", "NRP243", "draws from a generator that all share"),
+    ("nrp.tf_lib.detect_red(camera.value, 3)", "NRP240", "detect_red(image): too many positional arguments"),
+    ("helper(wheal.voltage)", "NRP246", "nothing defines the name 'wheal'; did you mean 'wheel'?"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("body", "code", "message"), FAILS)
+def test_what_fails_is_told_at_its_place(check: Check, body: str, code: str, message: str) -> None:
+    found = check(body)
+    assert [finding.code.name for finding in found] == [code], found
+    assert message in found[0].message
+    assert found[0].line is not None
+    assert found[0].line > HEAD.count("\n")
+    assert found[0].column
+
+
+def test_any_python_can_be_walked_through() -> None:
+    library = Path(sysconfig.get_paths()["stdlib"])
+    for path in sorted(library.glob("*.py"))[::8]:
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                Body({}, node.body)

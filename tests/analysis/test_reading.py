@@ -1,0 +1,284 @@
+"""Files are read and not executed; the brain script is, in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from nrp_world_mujoco import MujocoBackend
+
+from nrp_core.analysis import network as analysis_network
+from nrp_core.analysis.network import ChildBuilder
+from nrp_core.analysis.skeleton import described, skeleton_of
+from nrp_core.analysis.validate import validate, validate_file
+from nrp_core.brain.script import load_network
+from nrp_core.experiment.find import load_experiment
+from nrp_core.findings import Finding, Level
+from nrp_core.world.capabilities import WorldCapabilities
+
+TWIST = "Topic('/husky/cmd_vel', geometry_msgs.msg.Twist)"
+
+
+def found_in(husky: Path, text: str, *overrides: str) -> list[Finding]:
+    (husky / "own.py").write_text(text)
+    found = validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky}/own.py]", *overrides])
+    return [finding for finding in found if finding.code.name != "NRP238"]
+
+
+def codes(found: list[Finding]) -> list[str]:
+    return [finding.code.name for finding in found]
+
+
+def test_no_transfer_function_is_executed(husky: Path, tmp_path: Path) -> None:
+    mark = tmp_path / "executed"
+    text = f"open({str(mark)!r}, 'w')\n@nrp.Robot2Neuron()\ndef f(t):\n    open({str(mark)!r}, 'w')\n"
+    assert found_in(husky, text) == []
+    assert not mark.exists()
+
+
+def test_what_is_known_only_when_it_runs_is_a_note_and_brings_no_errors(husky: Path) -> None:
+    text = (
+        "import helpers\n"
+        "@nrp.MapSpikeSource('eye', helpers.neurons(), nrp.poisson)\n"
+        "@nrp.MapRobotSubscriber('own', Topic('/own', std_msgs.msg.Float64))\n"
+        "@nrp.Robot2Neuron()\n"
+        "def reads(t, eye, own):\n    eye.rate = own.value.data\n"
+        "for side in 'ab':\n"
+        "    @nrp.Neuron2Robot(Topic('/own', std_msgs.msg.Float64))\n"
+        "    def sends(t):\n        return 1.0\n"
+    )
+    (husky / "helpers.py").write_text("def neurons():\n    return nrp.brain.sensors\n")
+    found = found_in(husky, text)
+    assert {finding.level for finding in found if finding.code.name == "NRP239"} == {Level.NOTE}
+    assert not [finding for finding in found if finding.level is Level.ERROR]
+
+
+def test_what_a_user_makes_of_messages_and_devices_is_not_guessed(husky: Path) -> None:
+    text = (
+        "class Own(nrp.CustomDevice):\n"
+        "    def apply(self, neurons, brain, tau=20.0):\n        self.level = 1.0\n"
+        "def share(image):\n    return 0.5\n"
+        "topic = nrp.PreprocessedTopic('/husky/camera', sensor_msgs.msg.Image, share)\n"
+        "@nrp.MapSpikeSink('own', nrp.brain.actors, Own(), tau=50.0)\n"
+        "@nrp.MapRobotSubscriber('red', topic)\n"
+        "@nrp.MapSpikeSource('eye', nrp.brain.sensors, nrp.poisson)\n"
+        "@nrp.Robot2Neuron()\n"
+        "def f(t, own, red, eye):\n    eye.rate = own.level * red.value.anything\n"
+    )
+    assert codes(found_in(husky, text)) == ["NRP239"]
+    wrong = text.replace("/husky/camera", "/husky/camra")
+    assert codes(found_in(husky, wrong)) == ["NRP239", "NRP212"]
+
+
+def test_a_topic_whose_name_is_computed_brings_no_errors(husky: Path) -> None:
+    text = (
+        "import os\n"
+        "@nrp.MapRobotSubscriber('a', Topic(os.environ['A'], std_msgs.msg.Float64))\n"
+        "@nrp.MapRobotSubscriber('b', nrp.PreprocessedTopic(os.environ['B'], std_msgs.msg.Float64, abs))\n"
+        "@nrp.Neuron2Robot(Topic(os.environ['C']))\n"
+        "def f(t, a, b):\n    return a.value + b.value\n"
+    )
+    assert codes(found_in(husky, text)) == ["NRP239"] * 3
+
+
+def test_a_selector_without_end_is_given_up(husky: Path) -> None:
+    text = (
+        "N = 10000000000\n"
+        "@nrp.MapSpikeSource('a', nrp.map_neurons(N, lambda i: nrp.brain.sensors[0]), nrp.poisson)\n"
+        "@nrp.Robot2Neuron()\ndef f(t, a):\n    a.rate = 1.0\n"
+    )
+    assert codes(found_in(husky, text)) == ["NRP239"]
+
+
+def test_selectors_are_evaluated_on_the_network(husky: Path) -> None:
+    text = (
+        "FIRST, SIZES = 0, [1, 2]\n"
+        "@nrp.MapSpikeSource('a', nrp.resolve(lambda brain: brain.sensors[FIRST:SIZES[1]]), nrp.poisson)\n"
+        "@nrp.MapSpikeSource('b', nrp.resolve(lambda brain: brain.sensors[9]), nrp.poisson)\n"
+        "@nrp.MapSpikeSource('c', nrp.brain.sensors[nrp.brain.sensors.size], nrp.dc_source)\n"
+        "@nrp.MapSpikeSource('d', [nrp.brain.sensors[i] for i in range(4, 6)], nrp.ac_source)\n"
+        "@nrp.Robot2Neuron()\ndef f(t, a, b, c, d):\n    a.rate = b.rate = 1.0\n"
+        "    c.amplitude = d.phase = 0.1\n"
+    )
+    found = found_in(husky, text)
+    assert [(finding.code.name, finding.line) for finding in found] == [
+        ("NRP211", 5), ("NRP211", 4), ("NRP211", 3),
+    ]  # fmt: skip
+
+
+def test_a_source_can_be_set_by_a_method(husky: Path) -> None:
+    text = (
+        "@nrp.MapSpikeSource('a', nrp.brain.sensors, nrp.injector)\n"
+        "@nrp.Robot2Neuron()\ndef f(t, a):\n    a.inject_spikes()\n"
+    )
+    assert found_in(husky, text) == []
+    (finding,) = found_in(husky, text.replace("inject_spikes", "inject_spike"))
+    assert finding.code.name == "NRP223"
+    assert "did you mean 'inject_spikes'?" in finding.message
+    assert codes(found_in(husky, text.replace("spikes()", "spikes(1, 2, 3)"))) == ["NRP240"]
+
+
+def test_a_module_beside_the_file_is_read_for_its_names(husky: Path) -> None:
+    (husky / "helpers.py").write_text("def scaled(x):\n    return x\n")
+    text = "from helpers import scaled, scald\n@nrp.Robot2Neuron()\ndef f(t):\n    scaled(t), scald(t)\n"
+    (finding,) = found_in(husky, text)
+    assert finding.message == "'helpers' has no 'scald'; did you mean 'scaled'?"
+    assert (finding.code.name, finding.line, finding.column) == ("NRP218", 1, 1)
+
+
+def test_all_mistakes_of_one_function_are_found_at_once(husky: Path) -> None:
+    text = (
+        "@nrp.MapSpikeSink('a', nrp.brain.motors, nrp.population_rate)\n"
+        "@nrp.MapSpikeSink('b', nrp.brain.actors[7], nrp.population_rate)\n"
+        "@nrp.MapRobotSubscriber('c', Topic('/husky/camra'))\n"
+        f"@nrp.Neuron2Robot({TWIST})\n"
+        "def f(t, a, b, c, d):\n    return a.rate, b.rate, c.value, d, e\n"
+    )
+    assert sorted(codes(found_in(husky, text))) == [
+        "NRP211",
+        "NRP211",
+        "NRP212",
+        "NRP219",
+        "NRP228",
+        "NRP246",
+    ]
+
+
+def test_a_topic_between_two_functions_needs_nobody_else(husky: Path) -> None:
+    text = (
+        "@nrp.Neuron2Robot(Topic('/own', std_msgs.msg.Float64))\ndef sends(t):\n    return 1.0\n"
+        "@nrp.MapRobotSubscriber('own', Topic('/own', std_msgs.msg.Float64))\n"
+        f"@nrp.Neuron2Robot({TWIST})\n"
+        "def reads(t, own):\n    return geometry_msgs.msg.Twist() if own.changed else None\n"
+    )
+    assert found_in(husky, text) == []
+
+
+def test_an_inactive_function_is_no_second_writer(husky: Path) -> None:
+    one = f"@nrp.Neuron2Robot({TWIST})\ndef one(t):\n    return geometry_msgs.msg.Twist()\n"
+    text = one + one.replace("one", "two")
+    assert codes(found_in(husky, text)) == ["NRP229"]
+    assert found_in(husky, f"{text}two.active = False\n") == []
+
+
+def test_a_lenient_experiment_has_no_errors_in_its_functions(husky: Path) -> None:
+    text = (
+        "@nrp.MapSpikeSink('a', nrp.brain.motors, nrp.poisson)\n"
+        "@nrp.Robot2Neuron()\ndef f(t, a):\n    a.x = b\n"
+    )
+    assert {finding.level for finding in found_in(husky, text, "strict=false")} == {Level.WARNING}
+
+
+def test_the_latency_of_each_path_is_told(husky: Path) -> None:
+    notes = [str(finding) for finding in validate_file(husky / "experiment.yaml")]
+    assert len(notes) == 1
+    assert (
+        "/husky/camera -> eye_sensor_transmit -> brain -> linear_twist -> /husky/cmd_vel: 2 steps" in notes[0]
+    )
+    assert "40 ms in all" in notes[0]
+
+
+def test_a_sensor_that_the_world_does_not_simulate_is_named(
+    husky: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blind = WorldCapabilities(step_ns=1_000_000)
+    monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: blind)
+    (finding,) = [one for one in validate_file(husky) if one.level is Level.WARNING]
+    assert finding.code.name == "NRP216"
+    assert finding.message == "nothing comes for 'camera': the world backend 'mujoco' has no renderers"
+    assert finding.path == husky / "listing2.py"
+
+
+def test_an_experiment_made_in_python_can_be_checked(husky: Path) -> None:
+    experiment = load_experiment(husky)
+    assert {finding.level for finding in validate(experiment.with_source(type(experiment.source)({})))} == {
+        Level.NOTE
+    }
+
+
+# -- networks
+
+
+def test_a_skeleton_has_the_neurons_of_its_network(husky: Path) -> None:
+    network = load_network(husky / "brain.py", populations={"some": [0, 2], "all": None})
+    skeleton = skeleton_of(json.loads(json.dumps(described(network))))
+    assert list(skeleton.populations) == list(network.populations)
+    assert {name: list(ids) for name, ids in skeleton.views.items()} == {
+        name: list(ids) for name, ids in network.views.items()
+    }
+    assert {one.synapse_type for one in skeleton.projections} == {
+        one.synapse_type for one in network.projections
+    }
+    assert (skeleton.size, skeleton.timestep_ms) == (network.size, network.timestep_ms)
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What a child process was asked about, kept answers aside."""
+    from nrp_core import probe
+
+    asked: list[str] = []
+    run = probe._run
+
+    def counted(command: list[str], timeout_s: float) -> probe.Answer:
+        asked.extend(one for one in command if one == analysis_network.CHILD)
+        return run(command, timeout_s)
+
+    monkeypatch.setattr(probe, "_run", counted)
+    return asked
+
+
+def test_a_network_is_built_once_until_its_script_or_what_it_imports_changes(
+    husky: Path, asked: list[str]
+) -> None:
+    (husky / "sizes.py").write_text("N = 8\n")
+    brain = (husky / "brain.py").read_text()
+    (husky / "brain.py").write_text(
+        brain.replace("    8,\n", "    sizes.N,\n").replace("import nrp", "import sizes\nimport nrp")
+    )
+    for _ in range(3):
+        assert codes(validate_file(husky)) == ["NRP238"]
+    assert len(asked) == 1
+    (husky / "sizes.py").write_text("N = 7\n")
+    assert "NRP208" in codes(validate_file(husky))
+    assert len(asked) == 2
+
+
+def test_what_was_found_out_is_known_to_the_next_process(husky: Path) -> None:
+    program = (
+        "import sys\nfrom nrp_core import probe\nfrom nrp_core.analysis.validate import validate_file\n"
+        "if sys.argv[2] == 'again':\n    probe._run = None\n"
+        "validate_file(sys.argv[1], ['brain.backend=spinnaker'])\n"
+    )
+    for seed, turn in enumerate(("first", "again")):
+        environment = {**os.environ, "PYTHONHASHSEED": str(seed)}
+        subprocess.run([sys.executable, "-c", program, str(husky), turn], env=environment, check=True)
+
+
+def test_what_a_script_prints_does_not_matter(husky: Path) -> None:
+    brain = husky / "brain.py"
+    brain.write_text(f"import os\nprint('[1')\nos.write(1, b'[2')\n{brain.read_text()}")
+    assert codes(validate_file(husky)) == ["NRP238"]
+
+
+def test_a_script_that_does_not_end_is_a_warning(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(analysis_network, "TIME_LIMIT_S", 1.0)
+    (husky / "brain.py").write_text("while True:\n    pass\n")
+    (finding,) = validate_file(husky)
+    assert (finding.code.name, finding.level) == ("NRP244", Level.WARNING)
+    assert "it had not built its network after 1 s" in finding.message
+
+
+def test_a_script_that_ends_its_process_ends_no_other(husky: Path) -> None:
+    (husky / "brain.py").write_text("import os\nos._exit(3)\n")
+    (finding,) = validate_file(husky)
+    assert (finding.code.name, finding.level) == ("NRP208", Level.ERROR)
+
+
+def test_what_cannot_be_sent_to_a_child_is_built_here(husky: Path) -> None:
+    builder = ChildBuilder(None, None)
+    assert builder(lambda: load_network(husky / "brain.py")).size == 8

@@ -1,0 +1,14 @@
+"""The grid mode passes the conformance kit, as any backend's brain would."""
+
+from nrp_core.conformance import BrainBackendTests
+from nrp_core.conformance.brain.sequences import SequenceTests
+
+
+class TestOnAFineGrid(BrainBackendTests):
+    backend_name = "event"
+    options = {"resolution": "0.1 ms"}  # noqa: RUF012
+
+
+class TestSequencesOnACoarseGrid(SequenceTests):
+    backend_name = "event"
+    options = {"resolution": "1 ms"}  # noqa: RUF012

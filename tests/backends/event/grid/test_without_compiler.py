@@ -1,0 +1,53 @@
+"""Without a compiler the grid computes the same, slower."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import json
+import numpy as np
+from nrp_brain_event import EventBackend, EventOptions
+from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.conformance.brain.parts import cells, connect, network
+from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.brain.network import Population, Projection
+
+noise = Population("noise", 4, "SpikeSourcePoisson", {
+    "rate": np.full(4, 800.0), "start": np.zeros(4), "duration": np.full(4, 1e9),
+})
+each = np.arange(4, dtype=np.int32)
+busy = [cells(sample, name, 4, i_offset=sample.current_na) for name, sample in SAMPLES.items()]
+strong = SAMPLES["IF_curr_exp"].strong
+onto = Projection(
+    "p", "noise", "IF_curr_exp", "excitatory", each, each, np.full(4, strong / 9), np.full(4, 1.5)
+)
+inside = [
+    connect(name, name, sample.weak, [1.0, 2.5], pairs=[(0, 1), (2, 3)]) for name, sample in SAMPLES.items()
+]
+options = EventOptions(resolution="0.1 ms", poisson="grid")
+with EventBackend().open(network(noise, *busy, onto, *inside), seed=1, options=options) as brain:
+    recorder = brain.add_sink(SpikeRecorder(), np.arange(40), name="all")
+    brain.run_until(6_000_000)
+    spikes = recorder.spikes()
+    print(json.dumps([spikes.neurons.tolist(), spikes.times_ms.tolist()]))
+"""
+
+
+@pytest.mark.slow
+def test_it_computes_the_same() -> None:
+    found = [
+        json.loads(
+            subprocess.run(
+                [sys.executable, "-W", "error::RuntimeWarning", "-c", PROGRAM],
+                env={**os.environ, "NUMBA_DISABLE_JIT": off}, check=True, capture_output=True, text=True,
+            ).stdout
+        )
+        for off in ("0", "1")
+    ]  # fmt: skip
+    assert len(found[0][0]) > 10
+    assert found[0][0] == found[1][0]
+    assert found[0][1] == pytest.approx(found[1][1], abs=1e-12)

@@ -1,0 +1,205 @@
+"""Spike-timing-dependent plasticity against the rule written down pair by pair."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import exp
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nrp_brain_event import EventBackend, EventOptions
+from pyNN.standardmodels import cells as standard
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network import STDP, Network, Population, Projection
+from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
+from nrp_core.errors import CapabilityError, NetworkError
+
+ADDITIVE = {"timing": "SpikePairRule", "weight": "AdditiveWeightDependence"}
+MULTIPLICATIVE = {"timing": "SpikePairRule", "weight": "MultiplicativeWeightDependence"}
+RULE = {"A_plus": 0.1, "A_minus": 0.12, "tau_plus": 20.0, "tau_minus": 15.0, "w_min": 0.1, "w_max": 1.0}
+FORCE_MV, START = 100.0, 0.5
+
+
+@dataclass
+class Pairing:
+    """One plastic synapse on a cell that fires whenever it is forced to, at those very times."""
+
+    pre_ms: list[float]
+    post_ms: list[float]
+    delay_ms: float = 1.0
+    dendritic: float = 1.0
+    rule: dict[str, float] = field(default_factory=lambda: RULE)
+    plasticity: dict[str, str] = field(default_factory=lambda: ADDITIVE)
+    receptor: str = "excitatory"
+
+    def open(self) -> Brain:
+        names = standard.IF_curr_delta.default_parameters
+        given = {name: np.full(1, value) for name, value in {**names, "tau_refrac": 0.0}.items()}
+        sources = [
+            Population(label, 1, "SpikeSourceArray", {}, {}, (np.array(times, float),))
+            for label, times in (("pre", self.pre_ms), ("force", self.post_ms))
+        ]
+        cell = Population("cell", 1, "IF_curr_delta", given)
+        sign = 1 if self.receptor == "excitatory" else -1
+        plastic = self._synapse("pre", sign * START, self.delay_ms, self.receptor, STDP, self.plasticity)
+        populations = {part.label: part for part in (*sources, cell)}
+        network = Network(populations, (plastic, self._synapse("force", FORCE_MV, 0.0, "excitatory")))
+        return EventBackend().open(network, seed=1, options=EventOptions())
+
+    def _synapse(
+        self, pre: str, weight: float, delay_ms: float, receptor: str, kind: str = "static",
+        plasticity: dict[str, str] | None = None,
+    ) -> Projection:  # fmt: skip
+        index = np.zeros(1, np.int32)
+        values = {**self.rule, "dendritic_delay_fraction": self.dendritic} if kind == STDP else {}
+        arrays = {name: np.full(1, value) for name, value in values.items()}
+        return Projection(
+            pre, pre, "cell", receptor, index, index, np.full(1, weight), np.full(1, delay_ms), kind, arrays,
+            plasticity or {},
+        )  # fmt: skip
+
+    def expected(self, until_ms: float) -> float:
+        """Return the weight after all pairs that the synapse has heard, one by one."""
+        rule, weight = self.rule, START
+        back = self.dendritic * self.delay_ms
+        forth = self.delay_ms - back
+        # at one time the target comes first, unless it fires only after the spike has arrived there
+        posts = [(t + back, 0 if back else 2, "post") for t in self.post_ms]
+        heard = sorted([*posts, *((t + forth, 1, "pre") for t in self.pre_ms)])
+        multiplicative = self.plasticity is MULTIPLICATIVE
+        past: dict[str, list[float]] = {"pre": [], "post": []}
+        for t, _, side in heard:
+            if t > until_ms:
+                break
+            earlier = [other for other in past["post" if side == "pre" else "pre"] if t - other > 1e-9]
+            if side == "post" and earlier:
+                change = rule["A_plus"] * sum(exp((other - t) / rule["tau_plus"]) for other in earlier)
+                weight += change * (rule["w_max"] - weight if multiplicative else rule["w_max"])
+                weight = min(weight, rule["w_max"])
+            elif earlier:
+                change = rule["A_minus"] * sum(exp((other - t) / rule["tau_minus"]) for other in earlier)
+                weight -= change * (weight - rule["w_min"] if multiplicative else rule["w_max"])
+                weight = max(weight, rule["w_min"])
+            past[side].append(t)
+        return weight
+
+
+@pytest.mark.parametrize(
+    ("gap_ms", "change"), [(5.0, 0.1 * exp(-0.25)), (-6.0, -0.12 * exp(-0.4)), (0.0, 0.0)]
+)
+def test_a_pair_changes_the_weight_by_the_time_between_its_spikes(gap_ms: float, change: float) -> None:
+    brain = Pairing([20.0], [19.0 + gap_ms]).open()
+    brain.run_until(from_milliseconds(60.0))
+    assert brain.read_weights("pre")[0] == pytest.approx(START + change, abs=1e-12)
+
+
+times = st.lists(st.integers(1, 400).map(lambda tenths: tenths / 4), max_size=12, unique=True).map(sorted)
+
+
+@given(
+    pre_ms=times, post_ms=times, delay_ms=st.sampled_from([0.25, 1.0, 7.5, 30.0]),
+    dendritic=st.sampled_from([0.0, 0.25, 1.0]), plasticity=st.sampled_from([ADDITIVE, MULTIPLICATIVE]),
+    stops=st.lists(st.integers(1, 150 * NS_PER_MS), max_size=4).map(sorted),
+)  # fmt: skip
+@settings(max_examples=60)
+def test_weights_are_those_of_all_pairs_whatever_the_delay_and_whenever_one_looks(
+    pre_ms: list[float], post_ms: list[float], delay_ms: float, dendritic: float,
+    plasticity: dict[str, str], stops: list[int],
+) -> None:  # fmt: skip
+    pairing = Pairing(pre_ms, post_ms, delay_ms, dendritic, plasticity=plasticity)
+    brain = pairing.open()
+    for stop_ns in [*stops, 150 * NS_PER_MS]:
+        brain.run_until(stop_ns)
+        assert brain.read_weights("pre")[0] == pytest.approx(
+            pairing.expected(milliseconds(stop_ns)), abs=1e-9
+        )
+
+
+def test_a_spike_arrives_with_the_weight_that_it_found_at_the_synapse() -> None:
+    pairing = Pairing([20.0, 40.0], [24.0], delay_ms=2.0)
+    brain = pairing.open()
+    brain.run_until(from_milliseconds(41.999999))
+    before = brain.read_state("v", [2])[0]
+    brain.run_until(from_milliseconds(42.0))
+    after = brain.read_state("v", [2])[0]
+    assert after - before == pytest.approx(pairing.expected(45.0), abs=1e-5)
+
+
+def test_a_long_train_is_not_remembered_for_ever_and_nothing_is_lost() -> None:
+    """Many spikes of the target between two of the synapse, with a long delay in the dendrite."""
+    post_ms = [10.0 + 0.5 * i for i in range(2000)]
+    small = RULE | {"A_plus": 1e-5, "A_minus": 2e-5}
+    pairing = Pairing([5.0, 300.0, 1009.0], post_ms, delay_ms=40.0, rule=small)
+    brain = pairing.open()
+    brain.run_until(from_milliseconds(1100.0))
+    assert brain.read_weights("pre")[0] == pytest.approx(pairing.expected(1100.0), abs=1e-10)
+    remembered = brain._engine.cells["n_remembered"][0]
+    assert 0 < remembered < 300
+
+
+def test_inhibitory_weights_keep_their_sign_and_their_limits() -> None:
+    pairing = Pairing([20.0], [24.0], receptor="inhibitory")
+    brain = pairing.open()
+    brain.run_until(from_milliseconds(60.0))
+    assert brain.read_weights("pre")[0] == pytest.approx(-pairing.expected(60.0))
+
+
+def test_a_snapshot_keeps_weights_traces_and_what_is_on_its_way() -> None:
+    pairing = Pairing([20.0, 31.0, 33.0, 60.0], [24.0, 31.5, 58.0], delay_ms=4.0, dendritic=0.5)
+    brain = pairing.open()
+    brain.run_until(from_milliseconds(33.5))
+    snapshot = brain.snapshot()
+    brain.run_until(from_milliseconds(90.0))
+    expected = brain.read_weights("pre")
+    brain.restore(snapshot)
+    brain.run_until(from_milliseconds(90.0))
+    assert brain.read_weights("pre") == expected
+    brain.reset()
+    assert brain.read_weights("pre") == START
+
+
+def test_changed_weights_go_on_from_where_they_were_set() -> None:
+    """A spike on its way keeps the weight with which it passed; older pairs are done."""
+    brain = Pairing([20.0, 50.0], [30.0, 52.0], delay_ms=5.0).open()
+    brain.run_until(from_milliseconds(52.0))
+    height = brain.read_weights("pre")[0]
+    brain.set_weights("pre", 0.7)
+    before = brain.read_state("v", [2])[0]
+    brain.run_until(from_milliseconds(55.0))
+    settled = -65.0 + (before + 65.0) * exp(-3.0 / 20.0)
+    assert brain.read_state("v", [2])[0] - settled == pytest.approx(height, abs=1e-9)
+    assert brain.read_weights("pre")[0] == 0.7
+    brain.run_until(from_milliseconds(90.0))
+    traces = exp(-7.0 / 20.0) + exp(-37.0 / 20.0)
+    assert brain.read_weights("pre")[0] == pytest.approx(0.7 + 0.1 * traces)
+
+
+def test_rules_that_are_not_known_and_limits_that_cannot_be_are_refused() -> None:
+    with pytest.raises(CapabilityError, match="'pre': the rules of plasticity are SpikePairRule"):
+        Pairing([], [], plasticity={"timing": "Vogels2011Rule"}).open()
+    with pytest.raises(NetworkError, match=r"w_min of synapse 0 is 2, more than its w_max of 1"):
+        Pairing([], [], rule=RULE | {"w_min": 2.0}).open()
+    with pytest.raises(NetworkError, match="stdp synapses need 'tau_plus'"):
+        Pairing([], [], rule={name: v for name, v in RULE.items() if name != "tau_plus"}).open()
+
+
+def test_two_neurons_can_be_plastic_on_each_other(
+    cells: Callable[..., Population], connect: Callable[..., Projection], open_brain: Callable[..., Brain],
+) -> None:  # fmt: skip
+    """Spikes of neurons, not of sources: each finds the weights as its own window leaves them."""
+    both = connect(
+        "cells", "cells", 0.2, [1.5, 0.5], pairs=[(0, 1), (1, 0)], kind=STDP, plasticity=ADDITIVE,
+        label="both", **RULE,
+    )  # fmt: skip
+    whole, split = (
+        open_brain(cells("cells", "IF_curr_exp", 2, i_offset=[1.7, 1.9], tau_m=10.0), both) for _ in range(2)
+    )
+    whole.run_until(from_milliseconds(300.0))
+    for t_ms in np.arange(0.37, 300.0, 0.37):
+        split.run_until(from_milliseconds(t_ms))
+    split.run_until(from_milliseconds(300.0))
+    weights = whole.read_weights("both")
+    assert (weights != 0.2).all()
+    assert (weights == split.read_weights("both")).all()

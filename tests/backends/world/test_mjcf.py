@@ -1,0 +1,112 @@
+"""MJCF, read by MuJoCo, is a scene like any other, for both engines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.model import Box, Camera, Capsule, Mesh, Scene
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+LAB = """<mujoco model="lab">
+  <option gravity="0 0 -9.8"/>
+  <compiler angle="degree"/>
+  <asset><material name="steel" rgba="0.1 0.2 0.3 1"/></asset>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 0.1" rgba="0 1 0 1"/>
+    <body name="table" pos="3 0 0.4"><geom type="box" size="0.5 0.4 0.02" material="steel"/></body>
+    <body name="ball" pos="0 2 1.1"><freejoint/><geom type="sphere" size="0.1" mass="2"/></body>
+    <body name="arm" pos="0 0 2" euler="0 0 90">
+      <joint name="shoulder" type="hinge" axis="0 1 0" range="-120 90" damping="0.05"/>
+      <geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.04" mass="1" contype="0" conaffinity="0"/>
+      <body name="forearm" pos="0.5 0 0">
+        <joint name="elbow" type="hinge" axis="0 1 0" pos="0 0 0.01" damping="0.05"/>
+        <joint name="reach" type="slide" axis="1 0 0" range="-0.1 0.1" damping="5"/>
+        <geom type="box" size="0.2 0.03 0.03" pos="0.2 0 0" mass="0.5" contype="0" conaffinity="0"/>
+        <camera name="eye" pos="0.4 0 0" xyaxes="0 -1 0 0 0 1" fovy="45"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="shoulder"/></actuator>
+</mujoco>"""
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Scene:
+    (tmp_path / "lab.xml").write_text(LAB)
+    return read_scene(tmp_path / "lab.xml")
+
+
+def test_bodies_are_models_links_and_joints(lab):
+    assert [(model.name, model.static) for model in lab.models] == [
+        ("lab_ground", True), ("table", True), ("ball", False), ("arm", False)
+    ]  # fmt: skip
+    arm = lab.model("arm")
+    shoulder, elbow, reach = arm.joints
+    assert (shoulder.kind, elbow.kind, reach.kind) == ("revolute", "continuous", "prismatic")
+    assert (shoulder.parent, shoulder.lower) == ("world", pytest.approx(np.radians(-120)))
+    assert arm.pose.yaw == pytest.approx(np.pi / 2)
+    assert arm.link("forearm").inertial.mass == pytest.approx(0.5)
+    assert "left out of this MJCF file: 1 actuators" in lab.warnings[0]
+
+
+def test_geoms_are_what_is_seen_and_touched(lab):
+    (table,) = lab.model("table").links
+    assert table.visuals[0].geometry == table.collisions[0].geometry == Box((1, 0.8, 0.04))
+    assert table.visuals[0].rgba == pytest.approx((0.1, 0.2, 0.3, 1))
+    arm = lab.model("arm").link("arm")
+    assert isinstance(arm.visuals[0].geometry, Capsule)
+    assert arm.collisions == ()
+
+
+def test_a_camera_looks_where_mujocos_does(lab):
+    (eye,) = lab.model("arm").link("forearm").sensors
+    assert isinstance(eye, Camera)
+    assert eye.pose.rotate((1, 0, 0)) == pytest.approx((1, 0, 0), abs=1e-9)
+    assert eye.pose.rotate((0, 0, 1)) == pytest.approx((0, 0, 1), abs=1e-9)
+
+
+def test_it_moves_as_in_mujoco_itself(open_world, lab, tmp_path):
+    world = open_world(lab)
+    native = mujoco.MjModel.from_xml_path(str(tmp_path / "lab.xml"))
+    native.opt.timestep, data = 0.002, mujoco.MjData(native)
+    for _ in range(25):
+        world.run_until(world.now_ns + 20_000_000)
+        mujoco.mj_step(native, data, 10)
+        mujoco.mj_forward(native, data)
+        states = world.joint_states("arm")
+        assert list(states.positions) == pytest.approx(data.qpos[-3:].tolist(), abs=0.03)
+        assert world.model_motion("ball").pose.position == pytest.approx(
+            data.body("ball").xpos.tolist(), abs=0.03
+        )
+
+
+def test_meshes_come_along(tmp_path):
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    write_stl(tmp_path / "a.stl", corners[[(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]])
+    asset = '<asset><mesh name="a" file="a.stl" scale="2 2 2"/></asset>'
+    body = '<body name="thing" pos="1 0 0"><freejoint/><geom type="mesh" mesh="a"/></body>'
+    (tmp_path / "thing.xml").write_text(f"<mujoco>{asset}<worldbody>{body}</worldbody></mujoco>")
+    thing = read_model(tmp_path / "thing.xml", name="it")
+    assert thing.name == "it"
+    (link,) = thing.links
+    assert isinstance(link.visuals[0].geometry, Mesh)
+    assert link.inertial.mass == pytest.approx(1000 * 8 / 6)
+
+
+def test_what_mujoco_cannot_read_is_one_error(tmp_path):
+    (tmp_path / "bad.xml").write_text("<mujoco><worldbody><geom type='ring'/></worldbody></mujoco>")
+    with pytest.raises(SceneError, match=r"MuJoCo cannot read this: .*ring") as refusal:
+        read_scene(tmp_path / "bad.xml")
+    assert "\n" not in refusal.value.message
+    assert refusal.value.path == tmp_path / "bad.xml"

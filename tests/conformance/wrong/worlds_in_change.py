@@ -1,0 +1,132 @@
+"""Worlds with one bug each in what they sense, push and change; all are MuJoCo but for the bug."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from nrp_world_mujoco.world import MujocoWorld
+from registry import Found, register
+from worlds import _Opens
+
+from nrp_core.world.engine import ReadFrames
+from nrp_core.world.interface import WorldCapabilities, WorldOptions
+from nrp_core.world.parts.base import BodyPath, JointAim, ModelMotion, Touch, Wrench
+
+FOUND_BY: Found = {}
+found_by = register(FOUND_BY, _Opens, "world")
+
+
+@found_by(
+    "a_laser_measures_the_distance_to_a_wall",
+)
+class TurnsLasersBackwards(MujocoWorld):
+    def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
+        read = super()._do_frames(paths)
+
+        def transposed(frames: Any) -> None:
+            read(frames)
+            frames[:, :, :3] = frames[:, :, :3].transpose(0, 2, 1).copy()
+
+        return transposed
+
+
+@found_by(
+    "a_laser_sees_what_moves",
+)
+class ShowsLasersThePast(MujocoWorld):
+    def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
+        read = super()._do_frames(paths)
+        kept: list[Any] = []
+
+        def first(frames: Any) -> None:
+            if not kept:
+                read(frames)
+                kept.append(frames.copy())
+            frames[:] = kept[0]
+
+        return first
+
+
+@found_by(
+    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+)
+class TellsVelocitiesOfLinksWithoutTheTurn(MujocoWorld):
+    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        return replace(super()._do_link_motion(model, link), linear=(0.0, 0.0, 0.0))
+
+
+@found_by(
+    "contacts_carry_the_weight_or_are_refused",
+)
+class FeelsTheOtherSideOfAContact(MujocoWorld):
+    def _do_touches(self) -> Sequence[Touch]:
+        return [replace(touch, bodies=touch.bodies[::-1]) for touch in super()._do_touches()]
+
+
+@found_by(
+    "what_hangs_free_touches_nothing",
+)
+class TouchesWhatIsNear(MujocoWorld):
+    def _do_touches(self) -> Sequence[Touch]:
+        touch = Touch((("carrier", 0), ("floor", 0)), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, (0.0, 0.0, 0.0))
+        return [*super()._do_touches(), touch]
+
+
+@found_by(
+    "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
+)
+class TellsLoadsFromTheOtherSide(MujocoWorld):
+    def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
+        wrench = super()._do_joint_wrench(model, joint)
+        return Wrench(*(tuple(-x for x in part) for part in (wrench.force, wrench.torque)))  # type: ignore[arg-type]
+
+
+@found_by(
+    "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
+)
+class PullsInsteadOfPushing(MujocoWorld):
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        super()._do_set_wrench(body, Wrench(tuple(-x for x in wrench.force)))  # type: ignore[arg-type]
+
+
+@found_by(
+    "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
+    "an_effort_accelerates_a_joint",
+)
+class TurnsJointsBackwards(MujocoWorld):
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        super()._do_set_joint_aim(model, joint, replace(aim, position=-aim.position, effort=-aim.effort))
+
+
+@found_by(
+    "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
+    "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
+)
+class IgnoresJointsSilently(_Opens):
+    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
+        return replace(super().capabilities(options), joint_control=False)
+
+    class world(MujocoWorld):  # noqa: N801 - what a wrong backend opens
+        def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+            pass
+
+        def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+            pass
+
+
+@found_by(
+    "models_come_and_go_and_leave_the_others_as_they_are_or_that_is_refused",
+)
+class StartsAllOverWhenSomethingComes(MujocoWorld):
+    def _do_configure(self, model: str, configuration: Any) -> None:
+        pass
+
+
+@found_by(
+    "models_are_put_where_they_are_wanted_or_that_is_refused",
+)
+class PlacesModelsAtRest(MujocoWorld):
+    def _do_place(self, model: str, motion: ModelMotion) -> None:
+        super()._do_place(model, ModelMotion(motion.pose))

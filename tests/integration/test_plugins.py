@@ -1,0 +1,49 @@
+"""The plugins that live beside the core keep the rules of a third party."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SIMULATORS = {"nest", "neuron", "brian2", "pyNN.nest", "pyNN.neuron", "pyNN.brian2"}
+PLUGINS = sorted((ROOT / "plugins").glob("*/pyproject.toml"), key=str)
+
+
+def _entry_points(path):
+    project = tomllib.loads(path.read_text())["project"]
+    groups = project["entry-points"]
+    return project["name"], {name: target for group in groups.values() for name, target in group.items()}
+
+
+@pytest.fixture(params=PLUGINS, ids=lambda path: path.parent.name)
+def plugin(request):
+    return request.param
+
+
+def test_a_plugin_is_named_after_its_folder_and_depends_on_the_core(plugin):
+    project = tomllib.loads(plugin.read_text())["project"]
+    assert project["name"] == plugin.parent.name
+    assert any(line.startswith("nrp-core") for line in project["dependencies"])
+    assert (plugin.parent / "README.md").read_text().startswith(f"# {project['name']}")
+
+
+@pytest.mark.parametrize("name", ["nrp-brain-nest", "nrp-brain-pynn"])
+def test_asking_a_plugin_what_it_can_do_loads_no_simulator(name):
+    plugin = ROOT / "plugins" / name
+    _, targets = _entry_points(plugin / "pyproject.toml")
+    (target,) = targets.values()
+    module, _, attribute = target.partition(":")
+    script = f"""
+import sys
+sys.path.insert(0, {str(plugin / "src")!r})
+import {module}
+backend = {module}.{attribute}()
+assert backend.capabilities(backend.options()).cells
+backend.diagnose()
+print(*sorted({SIMULATORS!r} & set(sys.modules)))
+"""
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert found.stdout.split() == []

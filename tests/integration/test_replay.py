@@ -1,0 +1,237 @@
+"""Recordings of the shipped experiment, run again: the same, from within, against a recorded side, edited."""
+
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+from nrp_core.errors import ExperimentError, SnapshotError
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.run import Run
+from nrp_core.recording.capsule import Capsule
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
+from nrp_core.recording.read import DIGEST, Recording, digest_of
+from nrp_core.recording.recover import recover
+from nrp_core.recording.replay import Outcome, Replay, Request
+from nrp_core.recording.steps import steps_of
+from nrp_core.recording.used_files import FilesRead
+
+S = 10**9
+PAIRS = [("event", "mujoco"), ("spinnaker", "pybullet")]
+SETTINGS = ("world.options.image_scale=0.2", "events.left_red.at=0.5 s", "duration=3 s", "seed=11")
+
+
+@dataclass(frozen=True)
+class Made:
+    """A recording, and the result of its run."""
+
+    folder: Path
+    result: dict[str, object]
+
+    @property
+    def recording(self) -> Recording:
+        return Recording(self.folder)
+
+    def replay(self, request: Request | None = None, *, verify: bool = True) -> Outcome:
+        with FilesRead() as files, Replay(self.recording, request or Request(), files=files) as again:
+            return again.verify() if verify else again.go()
+
+    def edited(self, folder: Path, before: str, after: str) -> Path:
+        """Write the file of the transfer function that drives, changed."""
+        source = (self.folder / "experiment" / "listing1.py").read_text()
+        assert before in source
+        (folder / "listing1.py").write_text(source.replace(before, after))
+        return folder / "listing1.py"
+
+
+@pytest.fixture(scope="module", params=PAIRS, ids="-".join)
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Made]:
+    brain, world = request.param
+    folder = tmp_path_factory.mktemp("made") / "recording"
+    overrides = [*SETTINGS, f"brain.backend={brain}", f"world.backend={world}"]
+    with FilesRead() as files, Run(load_experiment("braitenberg_husky", overrides)) as run:
+        capsule = Capsule(run, folder, files=files, snapshots_ns=S)
+        run.run_until(1.5)
+        run.publish("/screens/right/color", "red")
+        run.run()
+        capsule.close("finished")
+        assert capsule.warnings == []
+        yield Made(folder, run.result().to_dict())
+
+
+def test_a_run_is_the_same_again(made: Made) -> None:
+    outcome = made.replay()
+    assert outcome.identical
+    assert (outcome.steps, outcome.from_ns, outcome.until_ns) == (150, 0, 3 * S)
+    assert outcome.warnings == []
+
+
+def test_the_recording_is_an_experiment_of_its_own(made: Made) -> None:
+    with Run(load_experiment(made.folder)) as run:
+        run.run_until(1.5)
+        run.publish("/screens/right/color", "red")
+        run.run()
+        assert run.result().trajectory_digest == made.result["trajectory_digest"]
+
+
+def test_a_step_has_four_hashes_and_the_chain_of_all_before(made: Made) -> None:
+    steps = list(steps_of(made.recording))
+    assert [step.hash.step for step in steps] == list(range(151))
+    assert len({step.hash.chain for step in steps}) == 151
+    assert all(len(one) == 16 for one in steps[-1].hashes)
+
+
+@pytest.mark.parametrize("from_s", [1.0, 1.24, 2.98])
+def test_it_goes_on_from_within_as_it_went_on(made: Made, from_s: float) -> None:
+    outcome = made.replay(Request(from_ns=round(from_s * S)))
+    assert outcome.identical
+    assert (outcome.from_ns, outcome.until_ns) == (int(from_s) * S, 3 * S)
+
+
+@pytest.mark.parametrize("side", ["brain", "world"])
+def test_a_recorded_side_gives_the_other_what_it_gave(made: Made, side: str) -> None:
+    outcome = made.replay(Request(recorded=frozenset({side})))  # type: ignore[arg-type]
+    assert (outcome.difference, outcome.steps) == (None, 150)
+
+
+def test_a_transfer_function_is_tested_against_a_recorded_body(made: Made, tmp_path: Path) -> None:
+    edited = made.edited(tmp_path, "100 * (", "99 * (")
+    outcome = made.replay(Request(recorded=frozenset({"world"}), functions=[edited]))
+    assert outcome.difference is not None
+    assert (outcome.difference.signal, outcome.difference.group) == ("/husky/cmd_vel", "outputs")
+    assert "angular.z" in outcome.difference.now
+
+
+def test_an_edited_future_begins_where_it_was_edited_and_can_be_verified(made: Made, tmp_path: Path) -> None:
+    edited, folder = made.edited(tmp_path, "100 * (", "-100 * ("), tmp_path / "future"
+    outcome = made.replay(Request(from_ns=round(1.6 * S), functions=[edited], record=folder), verify=False)
+    assert outcome.difference is not None
+    assert outcome.difference.t_ns == round(1.62 * S)
+    assert outcome.until_ns == 3 * S
+    future = Made(folder, {})
+    steps = list(steps_of(future.recording))
+    assert (steps[0].t_ns, steps[0].hash.step, steps[-1].t_ns) == (round(1.6 * S), 80, 3 * S)
+    past = {step.t_ns: step.hash.chain for step in steps_of(made.recording)}
+    assert future.recording.run["continues"] == {
+        "recording": "recording", "t_ns": round(1.6 * S), "chain": past[round(1.6 * S)]
+    }  # fmt: skip
+    assert future.replay().identical
+    assert future.replay(Request(from_ns=2 * S)).identical
+
+
+def test_the_same_functions_edited_in_change_nothing(made: Made, tmp_path: Path) -> None:
+    same = made.edited(tmp_path, "100 * (", "100.0 * (")
+    assert made.replay(Request(from_ns=round(1.6 * S), functions=[same])).identical
+
+
+def test_a_changed_message_or_a_changed_file_is_found(made: Made, tmp_path: Path) -> None:
+    copy = tmp_path / "copy"
+    subprocess.run(["cp", "-r", made.folder, copy], check=True)
+    listing = copy / "experiment" / "listing1.py"
+    listing.write_text(listing.read_text().replace("20 * min", "20.5 * min"))
+    outcome = Made(copy, {}).replay()
+    assert outcome.difference is not None
+    assert outcome.difference.signal == "/husky/cmd_vel"
+    assert outcome.warnings == ["listing1.py is not what was recorded"]
+
+
+def test_another_seed_is_another_run(made: Made, tmp_path: Path) -> None:
+    copy = tmp_path / "copy"
+    subprocess.run(["cp", "-r", made.folder, copy], check=True)
+    own = copy / "experiment.yaml"
+    own.write_text(own.read_text().replace("seed: 11", "seed: 12"))
+    outcome = Made(copy, {}).replay()
+    assert outcome.difference is not None
+    assert outcome.difference.step < 50
+
+
+def test_a_recording_says_what_ran(made: Made) -> None:
+    run = made.recording.run
+    assert run[DIGEST] == digest_of(run)
+    assert set(run["files"]) >= {
+        "brain.py",
+        "listing1.py",
+        "listing2.py",
+        "husky.sdf",
+        "room.sdf",
+        "screen.sdf",
+    }
+    assert run["seed"] == 11
+    assert run["machine"]["processor"]
+    assert run["distributions"]["numpy"]
+    assert run["overrides"][0] == SETTINGS[0]
+
+
+def test_somebody_elses_program_reads_every_message(made: Made) -> None:
+    with (made.folder / MCAP_NAME).open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        messages = list(reader.iter_decoded_messages())
+    topics = {channel.topic for _, channel, _, _ in messages}
+    assert topics >= {STEPS, SNAPSHOTS, "/husky/camera", "/husky/cmd_vel", "/gazebo/model_states"}
+    spikes = [m.decoded_message for m in messages if m.channel.topic.endswith("/spikes")]
+    total = sum(len(message.ids) for message in spikes)
+    assert total == made.result["spikes"]["circuit"]  # type: ignore[index]
+
+
+@pytest.mark.parametrize(
+    ("request_", "message"),
+    [
+        (Request(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s"),
+        (Request(from_ns=9 * S), "there is no step at 9 s; the recording goes to 3 s"),
+        (Request(from_ns=S, recorded=frozenset({"world"})), "only be run from the beginning"),
+    ],
+)
+def test_what_cannot_be_replayed_is_an_error(made: Made, request_: Request, message: str) -> None:
+    with pytest.raises(ExperimentError, match=message):
+        made.replay(request_)
+
+
+def test_a_killed_run_loses_at_most_a_tenth_of_a_second_and_is_verified_as_far_as_it_went(
+    tmp_path: Path,
+) -> None:
+    folder = tmp_path / "killed"
+    program = [
+        sys.executable, "-m", "nrp_core", "run", "braitenberg_husky", "--record", str(folder),
+        "--pace", "realtime", "-s", SETTINGS[0],
+    ]  # fmt: skip
+    process = subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    file = folder / MCAP_NAME
+    deadline = time.monotonic() + 60
+    while not (file.exists() and file.stat().st_size > 30_000):
+        assert time.monotonic() < deadline
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGKILL)
+    written_at, killed_at = file.stat().st_mtime, time.time()
+    process.wait()
+    assert killed_at - written_at < 0.1 + 0.15  # the step under way, and a machine that is busy
+    assert json.loads((folder / RUN_NAME).read_text())["state"] == "running"
+    killed = Made(folder, {})
+    assert not killed.recording.complete
+    outcome = killed.replay()
+    assert outcome.identical
+    assert outcome.warnings == ["the recording was cut or damaged: only its beginning is there"]
+    recovered = recover(killed.recording)
+    assert killed.recording.complete
+    assert recovered.messages == sum(1 for _ in killed.recording.raw())
+    assert killed.replay().steps == outcome.steps > 0
+
+
+def test_a_snapshot_of_another_run_is_refused(made: Made) -> None:
+    taken = bytes(next(made.recording.messages({SNAPSHOTS})).message.data)
+    with Run(load_experiment(made.folder, ["transfer_functions=[]"])) as run:
+        with pytest.raises(SnapshotError, match="other devices"):
+            run.restore(taken)
+        for nonsense in (b"no pickle", pickle.dumps(5)):
+            with pytest.raises(SnapshotError, match="cannot be read"):
+                run.restore(nonsense)

@@ -1,0 +1,159 @@
+"""What a script may not ask for is one error that says where, what, and what would be right."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from nrp_core.brain.pynn import builder
+from nrp_core.brain.pynn.models import CELLS
+from nrp_core.brain.script import load_network
+from nrp_core.errors import CapabilityError, NetworkError, NrpError
+
+CELL = "a = sim.Population(2, sim.IF_cond_exp(), label='a'); "
+CURRENT = "a = sim.Population(2, sim.IF_curr_exp(), label='a'); "
+CONNECT = "sim.Projection(a, a, sim.AllToAllConnector(), {}, label='p')"
+
+
+def joined(synapse: str, cell: str = CELL) -> str:
+    return cell + CONNECT.format(synapse)
+
+
+CASES = {
+    # names
+    "sim.Population(2, sim.IF_cond_alfa())": "PyNN has no 'IF_cond_alfa'; did you mean 'IF_cond_alpha'?",
+    "sim.AllToAlConnector()": "PyNN has no 'AllToAlConnector'; did you mean 'AllToAllConnector'?",
+    "sim.IF_cond_exp(tau_n=2)": "IF_cond_exp has no parameter 'tau_n'; did you mean 'tau_m'?",
+    CELL + "a.set(tau_n=2)": "population 'a': IF_cond_exp has no parameter 'tau_n'; did you mean 'tau_m'?",
+    CELL + "a[:1].set(tau_n=2)": "population 'a': IF_cond_exp has no parameter 'tau_n'",
+    CELL + "a.initialize(vv=2)": "population 'a': IF_cond_exp has no state variable 'vv'; did you mean 'v'?",
+    "sim.StaticSynapse(wieght=1)": "StaticSynapse has no parameter 'wieght'; did you mean 'weight'?",
+    "sim.SpikePairRule(tau_pls=1)": "SpikePairRule has no parameter 'tau_pls'; did you mean 'tau_plus'?",
+    "sim.STDPMechanism(timing_dependance=1)":
+        "STDPMechanism has no parameter 'timing_dependance'; did you mean 'timing_dependence'?",
+    "sim.FixedProbabilityConnector(p_conect=1)": "no parameter 'p_conect'; did you mean 'p_connect'?",
+    "sim.DCSource(amplitud=1)": "DCSource has no parameter 'amplitud'; did you mean 'amplitude'?",
+    "sim.RandomDistribution('unifrm', low=0)": "there is no distribution 'unifrm'; did you mean 'uniform'?",
+    "sim.RandomDistribution('uniform', lo=0)": "'uniform' has no parameter 'lo'; did you mean 'low'?",
+    CELL + "sim.Projection(a, a, sim.AllToAllConnector(), receptor_type='exitatory')":
+        "projection 'a→a': the cells of 'a' have no receptor 'exitatory'; did you mean 'excitatory'?",
+    joined("sim.StaticSynapse()") + ".set(wieght=1)":
+        "projection 'p': StaticSynapse has no parameter 'wieght'; did you mean 'weight'?",
+    # numbers of cells
+    "sim.Population(2, sim.IF_cond_exp(tau_m=float('nan')), label='a')":
+        "population 'a': tau_m of cell 0 is nan",
+    "sim.Population(2, sim.IF_cond_exp(tau_m=float('inf')), label='a')": "tau_m of cell 0 is inf",
+    "sim.Population(2, sim.IF_cond_exp(cm=[1, -1]), label='a')": "population 'a': cm of cell 1 is -1",
+    "sim.Population(2, sim.IF_cond_exp(tau_m='fast'), label='a')": "IF_cond_exp: tau_m is 'fast'",
+    "sim.Population(2, sim.IF_cond_exp(tau_m=None), label='a')": "IF_cond_exp: tau_m is None",
+    "sim.Population(2, sim.IF_cond_exp(tau_m=[1, 2, 3]), label='a')":
+        "population 'a': tau_m has 3 values where there are 2",
+    CELL + "a.set(tau_m=[1, 2, 3])": "population 'a': tau_m has 3 values where there are 2",
+    "sim.Population(2, sim.SpikeSourcePoisson(rate=-3), label='a')": "population 'a': rate of cell 0 is -3",
+    "sim.Population(1, sim.SpikeSourceArray(spike_times=[-1, 3]), label='a')":
+        "population 'a': the spike times",
+    "sim.Population(0, sim.IF_cond_exp(), label='a')": "population 'a' has no cells",
+    "sim.Population(2, 'IF_cond_exp', label='a')":
+        "population 'a': its cells are a model such as sim.IF_cond_exp()",
+    CELL + "a.positions = [[1, 2]]": "population 'a': positions are finite numbers (um) of shape (3, 2)",
+    CELL + "sim.DCSource(amplitude=float('nan')).inject_into(a)": "DCSource: amplitude is nan nA",
+    # numbers of synapses
+    joined("sim.StaticSynapse(delay=-1)"): "projection 'p': delay of synapse 0 (0 -> 0) is -1",
+    joined("sim.StaticSynapse(weight=float('nan'))"): "projection 'p': weight of synapse 0 (0 -> 0) is nan",
+    joined("sim.StaticSynapse(weight=-1)"):
+        "projection 'p': weight of synapse 0 (0 -> 0) is -1; it must be 0 or more",
+    joined("sim.StaticSynapse(weight=[[1] * 3] * 3)"):
+        "projection 'p': weight has 3 x 3 values where there are 2 x 2",
+    joined("sim.StaticSynapse()") + ".set(delay=-2)": "projection 'p': delay of synapse 0 (0 -> 0) is -2",
+    joined("sim.TsodyksMarkramSynapse(U=1.5)"): "projection 'p': U of synapse 0 (0 -> 0) is 1.5",
+    CURRENT + "sim.Projection(a, a, sim.AllToAllConnector(), sim.StaticSynapse(weight=1), "
+              "receptor_type='inhibitory', label='p')":
+        "is 1; it must be 0 or less on the inhibitory receptor",
+    "sim.FixedProbabilityConnector(-0.5)": "FixedProbabilityConnector(-0.5): an argument is impossible",
+    "sim.FixedNumberPreConnector(n=-1)": "FixedNumberPreConnector(n=-1): an argument is impossible",
+    CELL + "sim.Projection(a, a, sim.FromListConnector([(0, 5, 1.0, 1.0)]), label='p')":
+        "projection 'p': postsynaptic index 5 in its list of synapses; 'a' has cells 0..1",
+    "sim.setup(timestep=-1)": "the time step must be more than 0 ms, not -1",
+}  # fmt: skip
+
+
+def error_of(text: str, folder: Path) -> NrpError:
+    script = folder / "brain.py"
+    script.write_text(f"import pyNN.nest as sim\n{text}\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        with pytest.raises(NrpError) as caught:
+            load_network(script)
+    return caught.value
+
+
+@pytest.mark.parametrize("text", CASES)
+def test_a_mistake_is_one_error_with_its_line_and_what_would_be_right(text: str, tmp_path: Path) -> None:
+    error = error_of(text, tmp_path)
+    assert isinstance(error, NetworkError)
+    assert CASES[text] in error.message
+    assert (error.path, error.line) == (tmp_path / "brain.py", 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("sim.GIF_cond_exp()", "GIF_cond_exp is not supported; the nearest that is: EIF_cond_exp_isfa_ista"),
+        ("sim.native_cell_type('iaf_psc_alpha')()", "the nearest of all is IF_curr_alpha"),
+        ("sim.StochasticTsodyksMarkramSynapse()", "the nearest that is: TsodyksMarkramSynapse"),
+        ("sim.Vogels2011Rule()", "Vogels2011Rule is not supported; the nearest that is: SpikePairRule"),
+    ],
+)
+def test_a_model_that_there_is_not_names_the_nearest(text: str, message: str, tmp_path: Path) -> None:
+    error = error_of(text, tmp_path)
+    assert isinstance(error, CapabilityError)
+    assert message in str(error)
+
+
+@given(st.sampled_from(CELLS), st.data())
+@settings(max_examples=50, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+def test_whatever_parameter_is_nan_is_named_with_its_cell(cell: str, data: st.DataObject) -> None:
+    sim = builder()
+    model = getattr(sim, cell)
+    names = sorted(name for name in model.default_parameters if name != "spike_times")
+    if not names:
+        return
+    name, size = data.draw(st.sampled_from(names)), data.draw(st.integers(1, 5))
+    wrong = data.draw(st.integers(0, size - 1))
+    values = np.full(size, float(model.default_parameters[name]))
+    values[wrong] = np.nan
+    with pytest.raises(NetworkError, match=f"population 'p': {name} of cell {wrong} is nan"):
+        sim.Population(size, model(**{name: values}), label="p")
+
+
+@given(
+    receptor=st.sampled_from(["excitatory", "inhibitory"]),
+    cell=st.sampled_from(["IF_curr_exp", "IF_cond_exp"]),
+    weights=st.lists(st.floats(-2, 2), min_size=1, max_size=6),
+)
+@settings(deadline=None)
+def test_weights_of_the_wrong_sign_and_only_those_are_refused(
+    receptor: str, cell: str, weights: list[float]
+) -> None:
+    sim = builder()
+    pre = sim.Population(len(weights), sim.SpikeSourcePoisson(), label="pre")
+    post = sim.Population(1, getattr(sim, cell)(), label="post")
+    sign = -1.0 if (receptor, cell) == ("inhibitory", "IF_curr_exp") else 1.0
+    wrong = [i for i, weight in enumerate(weights) if sign * weight < 0]
+    table = [(i, 0, weight, 1.0) for i, weight in enumerate(weights)]
+
+    def connect() -> None:
+        sim.Projection(pre, post, sim.FromListConnector(table), receptor_type=receptor, label="p")
+
+    if wrong:
+        with pytest.raises(
+            NetworkError, match=rf"projection 'p': weight of synapse {wrong[0]} \({wrong[0]} ->"
+        ):
+            connect()
+    else:
+        connect()

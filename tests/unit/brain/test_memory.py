@@ -1,0 +1,94 @@
+"""What cannot fit into memory is refused before it is tried, with the numbers."""
+
+import resource
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.brain import memory
+from nrp_core.brain.memory import free_bytes, require_memory
+from nrp_core.brain.pynn import builder
+from nrp_core.errors import NetworkError
+
+MIB = 1 << 20
+
+
+@pytest.fixture
+def free(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Return a function that lets this many bytes be free."""
+    return lambda n_bytes: monkeypatch.setattr(memory, "free_bytes", lambda: n_bytes)
+
+
+def test_this_machine_has_something_left() -> None:
+    free = free_bytes()
+    assert free is None or free > 16 * MIB
+
+
+@pytest.mark.parametrize(
+    ("limit", "used"),
+    [("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes")],
+)
+def test_a_container_has_what_its_group_leaves(
+    limit: str, used: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory, "_GROUP", tmp_path)
+    for name, text in ((limit, "5000000\n"), (used, "3000000\n")):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    assert free_bytes() == 2_000_000
+    (tmp_path / limit).write_text("max\n")
+    assert free_bytes() != 2_000_000
+
+
+def test_a_process_has_what_its_own_limit_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (own + 8 * MIB, resource.RLIM_INFINITY))
+    left = free_bytes()
+    assert left is not None
+    assert 4 * MIB < left <= 8 * MIB
+
+
+def test_the_message_names_owner_counts_need_and_what_is_free(free: Any) -> None:
+    free(10 * MIB)
+    require_memory("projection 'p'", 10 * MIB, "it")
+    with pytest.raises(NetworkError) as caught:
+        require_memory("projection 'p'", 3 * 1024 * MIB, "about 2e+08 synapses")
+    assert caught.value.message.startswith(
+        "projection 'p': about 2e+08 synapses would take 3.0 GiB of memory, and 10.0 MiB are free"
+    )
+
+
+@pytest.mark.parametrize(
+    ("connector", "expected"),
+    [
+        (lambda sim: sim.AllToAllConnector(), "1e+12"),
+        (lambda sim: sim.FixedProbabilityConnector(0.5), "5e+11"),
+        (lambda sim: sim.FixedNumberPreConnector(200_000, with_replacement=True), "2e+11"),
+        (lambda sim: sim.FixedNumberPostConnector(200_000), "2e+11"),
+        (lambda sim: sim.FixedTotalNumberConnector(10**12), "1e+12"),
+    ],
+)
+def test_a_projection_too_large_is_refused_before_it_is_drawn(connector: Any, expected: str) -> None:
+    sim = builder()
+    cells = sim.Population(1_000_000, sim.SpikeSourcePoisson(), label="cells")
+    targets = sim.Population(1_000_000, sim.IF_curr_delta(), label="targets")
+    with pytest.raises(NetworkError, match="projection 'all': ") as caught:
+        sim.Projection(cells, targets, connector(sim), sim.StaticSynapse(weight=1.0), label="all")
+    assert f"from 1000000 to 1000000 cells makes about {expected} synapses" in caught.value.message
+
+
+def test_values_that_differ_between_synapses_count(free: Any) -> None:
+    sim = builder()
+    cells = sim.Population(100, sim.IF_curr_exp(), label="cells")
+    free(100 * 100 * 20)
+    sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=1.0))
+    weight = sim.RandomDistribution("uniform", low=0.0, high=1.0)
+    with pytest.raises(NetworkError, match="about 1e\\+04 synapses"):
+        sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight))
+
+
+def test_a_population_too_large_is_refused() -> None:
+    sim = builder()
+    with pytest.raises(NetworkError, match="population 'all': its 1000000000000 cells"):
+        sim.Population(10**12, sim.IF_curr_exp(), label="all")

@@ -1,0 +1,272 @@
+"""SONATA circuits as networks: written here as the format's guide has it, and by PyNN's own export."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import libsonata
+import numpy as np
+import pytest
+from pyNN.network import Network as Components
+from pyNN.serialization import export_to_sonata
+
+from nrp_core.brain.network import Network
+from nrp_core.brain.pynn import builder
+from nrp_core.brain.sonata import read_sonata
+from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
+
+ALPHA = {"C_m": 200.0, "tau_m": 12.0, "tau_syn_ex": 1.5, "tau_syn_in": 3.0, "V_th": -52.0}
+NODE_TYPES = """node_type_id model_type model_template dynamics_params pop_name ei
+100 point_neuron nest:iaf_psc_alpha exc.json Exc e
+101 point_neuron nest:iaf_psc_alpha exc.json Inh i
+102 point_neuron nest:iaf_cond_exp NULL Slow e
+"""
+EDGE_TYPES = """edge_type_id model_template syn_weight delay
+1 static_synapse 100.0 1.5
+2 static_synapse -250.0 2.0
+"""
+
+Change = Callable[[Path], None]
+
+
+@pytest.fixture
+def circuit(tmp_path: Path) -> Path:
+    """A circuit of six nodes and three virtual ones, as the Allen Institute's examples are laid out."""
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "exc.json").write_text(json.dumps(ALPHA))
+    (tmp_path / "node_types.csv").write_text(NODE_TYPES)
+    (tmp_path / "edge_types.csv").write_text(EDGE_TYPES)
+    (tmp_path / "lgn_types.csv").write_text("node_type_id model_type\n5 virtual\n")
+    with h5py.File(tmp_path / "nodes.h5", "w") as file:
+        file.attrs["magic"] = np.uint32(0x0A7A)
+        part = file.create_group("nodes/v1")
+        part["node_id"] = np.arange(10, 16)
+        part["node_type_id"] = [100, 101, 100, 102, 101, 102]
+        part["node_group_id"] = [0, 0, 0, 1, 0, 1]
+        part["node_group_index"] = [3, 2, 1, 0, 0, 1]
+        part["0/x"], part["0/y"], part["0/z"] = [40.0, 20.0, 30.0, 10.0], np.zeros(4), np.full(4, 5.0)
+        part["0/dynamics_params/I_e"] = [1.0, 2.0, 3.0, 400.0]
+        part["1/x"], part["1/y"], part["1/z"] = [50.0, 60.0], np.zeros(2), np.full(2, 7.0)
+        file.create_group("nodes/lgn")["node_type_id"] = [5, 5, 5]
+        file.create_group("nodes/lgn/0")
+    with h5py.File(tmp_path / "edges.h5", "w") as file:
+        part = file.create_group("edges/lgn_to_v1")
+        part["source_node_id"], part["target_node_id"] = [0, 1, 2, 2, 0], [10, 11, 12, 13, 14]
+        part["source_node_id"].attrs["node_population"] = "lgn"
+        part["target_node_id"].attrs["node_population"] = "v1"
+        part["edge_type_id"] = [1, 1, 2, 1, 1]
+        part["edge_group_id"], part["edge_group_index"] = np.zeros(5, int), [4, 3, 2, 1, 0]
+        part["0/nsyns"] = [5, 4, 3, 2, 1]
+    config = {
+        "manifest": {"$BASE": ".", "$MODELS": "$BASE/models"},
+        "components": {"point_neuron_models_dir": "$MODELS"},
+        "networks": {
+            "nodes": [
+                {"nodes_file": "$BASE/nodes.h5", "node_types_file": "${BASE}/all_types.csv"},
+            ],
+            "edges": [{"edges_file": "$BASE/edges.h5", "edge_types_file": "edge_types.csv"}],
+        },
+    }
+    rows = [*NODE_TYPES.splitlines(), "5 virtual NULL NULL NULL NULL"]
+    (tmp_path / "all_types.csv").write_text("\n".join(rows) + "\n")
+    path = tmp_path / "circuit_config.json"
+    path.write_text(json.dumps(config))
+    return path
+
+
+def test_nodes_become_cells_with_nests_units_turned_into_pynns(circuit: Path) -> None:
+    network = read_sonata(circuit)
+    assert {label: p.size for label, p in network.populations.items()} == {
+        "lgn": 3, "v1/IF_curr_alpha": 4, "v1/IF_cond_exp": 2,
+    }  # fmt: skip
+    alpha = network.populations["v1/IF_curr_alpha"]
+    assert alpha.parameters["cm"].tolist() == pytest.approx([0.2] * 4)
+    assert alpha.parameters["tau_syn_I"].tolist() == [3.0] * 4
+    assert alpha.parameters["v_thresh"].tolist() == [-52.0] * 4
+    assert alpha.parameters["tau_refrac"].tolist() == [2.0] * 4  # NEST's default, not PyNN's
+    # node k of the group stands at place node_group_index[k]
+    assert alpha.parameters["i_offset"].tolist() == pytest.approx([0.4, 0.003, 0.002, 0.001])
+    assert alpha.initial_values["v"].tolist() == [-70.0] * 4
+    slow = network.populations["v1/IF_cond_exp"]
+    assert slow.parameters["tau_m"].tolist() == pytest.approx([250.0 / 16.6667] * 2)
+
+
+def test_views_hold_nodes_in_their_order_and_by_the_names_of_their_types(circuit: Path) -> None:
+    network = read_sonata(circuit, populations={"first": "0:2"})
+    places = network.positions_of(network.views["v1"])
+    assert places[:, 0].tolist() == [10.0, 30.0, 20.0, 50.0, 40.0, 60.0]
+    assert network.positions_of(network.views["Inh"])[:, 0].tolist() == [30.0, 40.0]
+    assert network.positions_of(network.views["Slow"])[:, 2].tolist() == [7.0, 7.0]
+    assert network.populations["lgn"].positions_um is None
+    assert network.views["first"].tolist() == [0, 1]
+    with pytest.raises(NeuronSelectionError, match="reaches outside the circuit"):
+        read_sonata(circuit, populations={"all": "0:100"})
+
+
+def test_edges_become_projections_by_receptor(circuit: Path) -> None:
+    network = read_sonata(circuit)
+    found = {
+        (p.post, p.receptor): (
+            p.pre_index.tolist(),
+            p.post_index.tolist(),
+            p.weight.tolist(),
+            p.delay_ms.tolist(),
+        )
+        for p in network.projections
+    }
+    # weights in pA or nS, times the number of synapses: 1, 2, 3, 4, 5 for edges 0 to 4
+    assert found["v1/IF_curr_alpha", "excitatory"] == (
+        [0, 1, 0], [0, 1, 3], pytest.approx([0.1, 0.2, 0.5]), [1.5] * 3,
+    )  # fmt: skip
+    assert found["v1/IF_curr_alpha", "inhibitory"] == ([2], [2], pytest.approx([-0.75]), [2.0])
+    assert found["v1/IF_cond_exp", "excitatory"] == ([2], [0], pytest.approx([0.4]), [1.5])
+    assert len(found) == 3
+
+
+def test_another_reader_sees_the_same_nodes_and_edges(circuit: Path) -> None:
+    network = read_sonata(circuit)
+    nodes = libsonata.NodeStorage(str(circuit.parent / "nodes.h5")).open_population("lgn")
+    edges = libsonata.EdgeStorage(str(circuit.parent / "edges.h5")).open_population("lgn_to_v1")
+    assert nodes.size == network.populations["lgn"].size
+    assert edges.size == sum(projection.size for projection in network.projections)
+    seen = {
+        (int(projection.pre_index[k]), int(network.ids_of(projection.post)[projection.post_index[k]]))
+        for projection in network.projections
+        for k in range(projection.size)
+    }
+    every = edges.select_all()
+    targets = network.views["v1"][edges.target_nodes(every).astype(int) - 10]
+    assert seen == set(zip(edges.source_nodes(every).tolist(), targets.tolist(), strict=True))
+
+
+def test_a_simulation_brings_the_spikes_of_virtual_nodes(circuit: Path) -> None:
+    with h5py.File(circuit.parent / "spikes.h5", "w") as file:
+        part = file.create_group("spikes/lgn")
+        part["timestamps"], part["node_ids"] = [9.0, 3.0, 5.0], [2, 0, 2]
+    path = circuit.parent / "simulation_config.json"
+    inputs = {"drive": {"input_type": "spikes", "module": "sonata", "input_file": "./spikes.h5"}}
+    path.write_text(json.dumps({"network": "circuit_config.json", "inputs": inputs}))
+    trains = read_sonata(path).populations["lgn"].spike_times_ms
+    assert [train.tolist() for train in trains] == [[3.0], [], [5.0, 9.0]]
+
+
+def built(sim: Any) -> Network:
+    sim.setup()
+    drawn = sim.RandomDistribution("uniform", low=5.0, high=9.0)
+    source = sim.Population(3, sim.SpikeSourcePoisson(rate=7.0), label="source")
+    cells = sim.Population(
+        6, sim.IF_cond_exp(tau_m=drawn), label="cells", structure=sim.Grid2D(aspect_ratio=1.5, dx=4.0)
+    )
+    more = sim.Population(2, sim.IF_curr_delta(), label="more", structure=sim.Line())
+    weights = sim.RandomDistribution("uniform", low=0.1, high=0.2)
+    projections = [
+        sim.Projection(source, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weights, delay=1.5)),
+        sim.Projection(
+            cells, more, sim.FixedProbabilityConnector(0.6), sim.StaticSynapse(weight=-0.5, delay=2.0),
+            receptor_type="inhibitory",
+        ),
+    ]  # fmt: skip
+    components = Components(source, cells, more)
+    components.add(*projections)
+    sim.components = components
+    network: Network = sim.network()
+    return network
+
+
+def test_what_pynn_exports_is_read_back_as_it_was(tmp_path: Path) -> None:
+    sim = builder(1)
+    network = built(sim)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        export_to_sonata(sim.components, str(tmp_path / "out"))
+    again = read_sonata(tmp_path / "out" / "circuit_config.json")
+    assert set(again.populations) == set(network.populations)
+    for label, population in network.populations.items():
+        other = again.populations[label]
+        assert other.cell_type == population.cell_type
+        for name, values in population.parameters.items():
+            np.testing.assert_allclose(other.parameters[name], values, rtol=1e-12)
+        if population.positions_um is not None:
+            np.testing.assert_allclose(other.positions_um, population.positions_um)
+    for one, other in zip(_synapses(network), _synapses(again), strict=True):
+        assert one == pytest.approx(other)
+
+
+def _synapses(network: Network) -> list[tuple[float, ...]]:
+    return sorted(
+        (float(p.post == "more"), float(p.receptor == "inhibitory"), float(p.pre_index[k]),
+         float(p.post_index[k]), float(p.weight[k]), float(p.delay_ms[k]))
+        for p in network.projections for k in range(p.size)
+    )  # fmt: skip
+
+
+def _text(name: str, old: str, new: str) -> Change:
+    def change(folder: Path) -> None:
+        path = folder / name
+        assert old in path.read_text()
+        path.write_text(path.read_text().replace(old, new))
+
+    return change
+
+
+def _data(name: str, key: str, values: object) -> Change:
+    def change(folder: Path) -> None:
+        with h5py.File(folder / name, "r+") as file:
+            del file[key]
+            if values is not None:
+                file[key] = values
+
+    return change
+
+
+def _cut(folder: Path) -> None:
+    path = folder / "edges.h5"
+    path.write_bytes(path.read_bytes()[:-500])
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        (_text("circuit_config.json", '"networks"', '"network_"'), NetworkError, "no 'networks' with"),
+        (_text("circuit_config.json", "{", "{,"), NetworkError, "circuit_config.json:1: .*not JSON"),
+        (_text("circuit_config.json", "nodes.h5", "node.h5"), NetworkError, "node.h5: there is no such file"),
+        (_text("circuit_config.json", "edge_types.csv", "edge_type.csv"), NetworkError,
+         "edge_type.csv: the table of types cannot be read"),
+        (_text("all_types.csv", "102 point", "103 point"), NetworkError,
+         "nodes 'v1' have the type 102, which no table has; it has 100, 101, 103, 5"),
+        (_text("all_types.csv", "101 point", "x point"), NetworkError, "all_types.csv:3: has no number in"),
+        (_text("all_types.csv", "exc.json Exc", "no.json Exc"), NetworkError, "all_types.csv:2: .*no.json"),
+        (_text("all_types.csv", "iaf_cond_exp", "iaf_cond_expo"), CapabilityError,
+         "node type 102 of 'v1' is of model 'nest:iaf_cond_expo', .* the nearest that is: nest:iaf_cond_exp"),
+        (_text("all_types.csv", "nest:iaf_cond_exp", "nrn:IntFire1"), CapabilityError, "'nrn:IntFire1'"),
+        (_text("all_types.csv", "102 point_neuron", "102 biophysical"), CapabilityError,
+         "model_type 'biophysical'; networks hold point_neuron and virtual"),
+        (_text("models/exc.json", "200.0", "-200.0"), NetworkError,
+         "population 'v1/IF_curr_alpha': cm of cell 0 is -0.2; it must be more than 0"),
+        (_text("edge_types.csv", "2 static_synapse", "2 stdp_synapse"), CapabilityError,
+         "edge type 2 of 'lgn_to_v1' is of model 'stdp_synapse'"),
+        (_text("edge_types.csv", "-250.0 2.0", "-250.0 NULL"), NetworkError,
+         r"edge 2 of 'lgn_to_v1' \(type 2\) has no delay"),
+        (_text("edge_types.csv", "-250.0 2.0", "-250.0 -2.0"), NetworkError,
+         "delay of synapse 0 .2 -> 2. is -2; it must be 0 ms or more"),
+        (_text("edge_types.csv", "100.0", "heavy"), NetworkError, "syn_weight is 'heavy', not a number"),
+        (_data("edges.h5", "edges/lgn_to_v1/target_node_id", None), NetworkError,
+         "no dataset 'target_node_id'"),
+        (_data("edges.h5", "edges/lgn_to_v1/edge_group_index", [0, 1, 2, 3, 9]), NetworkError,
+         "'nsyns' has 5 values, and place 9 is used"),
+        (_data("nodes.h5", "nodes/v1/node_id", np.arange(6)), NetworkError,
+         "edges 'lgn_to_v1' refer to node 10, which nodes 'v1' do not have"),
+        (_cut, NetworkError, "edges.h5: the file is cut short or damaged"),
+    ],
+)  # fmt: skip
+def test_a_circuit_that_cannot_be_used_says_where_and_why(
+    change: Change, error: type[Exception], message: str, circuit: Path
+) -> None:
+    change(circuit.parent)
+    with pytest.raises(error, match=message):
+        read_sonata(circuit)

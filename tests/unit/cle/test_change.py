@@ -1,0 +1,235 @@
+"""Functions come, go and take each other's place while the loop runs, all or nothing."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import nrp_core.dsl as nrp
+from nrp_core.cle import ClosedLoop
+from nrp_core.clock import NS_PER_MS
+from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.errors import ExperimentError, NeuronSelectionError, TransferFunctionError
+from nrp_core.world.messages.std_msgs import Float64
+
+PERIOD = 20 * NS_PER_MS
+
+
+def loop_of(*functions: nrp.TransferFunction, **options: Any) -> ClosedLoop:
+    brain, world = MockBrain({"cells": 4}), MockWorld({"/in": Float64, "/out": Float64})
+    return ClosedLoop(brain, world, functions, period_ns=PERIOD, **options)
+
+
+def counting(by: int, name: str = "count", **variable: Any) -> nrp.TransferFunction:
+    """Return a function that adds to a variable each step and says what it is."""
+
+    def count(t: float, total: Any) -> Float64:
+        total.value += by
+        return Float64(total.value)
+
+    count.__name__ = name
+    return nrp.MapVariable("total", initial_value=0, **variable)(nrp.Neuron2Robot("/out")(count))
+
+
+def said(loop: ClosedLoop) -> list[float]:
+    assert isinstance(loop.world, MockWorld)
+    return [message.data for message in loop.world.sent("/out")]
+
+
+def test_a_function_takes_the_place_of_the_one_of_its_name_and_keeps_its_variables() -> None:
+    loop = loop_of(counting(1))
+    loop.run_until(3 * PERIOD)
+    loop.change([counting(10)])
+    loop.run_until(5 * PERIOD)
+    assert said(loop) == [1, 2, 3, 13, 23]
+
+
+def test_a_shared_variable_outlives_every_function_that_has_it() -> None:
+    loop = loop_of(counting(1, scope=nrp.GLOBAL))
+    loop.run_until(2 * PERIOD)
+    loop.change(remove=["count"])
+    loop.run_until(4 * PERIOD)
+    loop.change([counting(5, "again", scope=nrp.GLOBAL)])
+    loop.run_until(5 * PERIOD)
+    assert said(loop) == [1, 2, 7]
+
+
+def integrating(name: str = "listen") -> tuple[nrp.TransferFunction, list[float]]:
+    seen: list[float] = []
+
+    def listen(t: float, cell: Any) -> None:
+        seen.append(cell.voltage)
+
+    listen.__name__ = name
+    return nrp.MapSpikeSink("cell", nrp.brain.cells[0], nrp.leaky_integrator_exp)(
+        nrp.Robot2Neuron()(listen)
+    ), seen
+
+
+def test_a_device_on_the_same_neurons_keeps_what_it_has_heard() -> None:
+    never, (straight, (once, again)) = integrating(), (integrating(), (integrating(), integrating()))
+    for function, successor in ((straight, None), (once, again)):
+        loop = loop_of(function[0])
+        assert isinstance(loop.brain, MockBrain)
+        loop.brain.fire([0], [5.0])
+        loop.step()
+        if successor is not None:
+            loop.change([successor[0]])
+        loop.run_until(3 * PERIOD)
+    assert straight[1] == once[1] + again[1]
+    assert straight[1][-1] > 0
+    assert not never[1]
+
+
+def test_what_was_replaced_leaves_no_device_behind() -> None:
+    loop = loop_of(integrating()[0])
+    loop.change([integrating()[0]])
+    assert len(loop.brain.devices) == 1
+    loop.change(remove=["listen"])
+    assert loop.brain.devices == ()
+
+
+def wrong() -> nrp.TransferFunction:
+    @nrp.MapSpikeSink("cell", nrp.brain.cells[9], nrp.leaky_integrator_exp)
+    @nrp.Robot2Neuron()
+    def count(t: float, cell: Any) -> None: ...
+
+    return count
+
+
+@pytest.mark.parametrize(
+    ("change", "error"),
+    [
+        (lambda loop: loop.change([counting(3, "other"), wrong()]), NeuronSelectionError),
+        (lambda loop: loop.change([counting(3)], ["cuont"]), ExperimentError),
+        (lambda loop: loop.change([counting(3), counting(4)]), TransferFunctionError),
+    ],
+    ids=["a neuron that does not exist", "nothing to remove", "one name twice"],
+)
+def test_a_change_that_cannot_be_changes_nothing(
+    change: Callable[[ClosedLoop], None], error: type[Exception]
+) -> None:
+    loop = loop_of(counting(1))
+    loop.step()
+    functions, devices = loop.functions, loop.brain.devices
+    with pytest.raises(error):
+        change(loop)
+    assert (loop.functions, loop.brain.devices) == (functions, devices)
+    loop.step()
+    assert said(loop) == [1, 2]
+
+
+def test_what_is_not_there_to_be_removed_gets_the_nearest_name() -> None:
+    with pytest.raises(ExperimentError, match="no transfer function 'cuont'; did you mean 'count'"):
+        loop_of(counting(1)).change(remove=["cuont"])
+
+
+def test_a_function_in_quarantine_runs_again_once_it_is_replaced() -> None:
+    @nrp.MapVariable("total", initial_value=0)
+    @nrp.Neuron2Robot("/out")
+    def count(t: float, total: Any) -> None:
+        raise ZeroDivisionError
+
+    loop = loop_of(count, on_error="quarantine")
+    loop.run_until(2 * PERIOD)
+    loop.change([counting(1)])
+    loop.run_until(4 * PERIOD)
+    assert said(loop) == [1, 2]
+    assert len(loop.failures) == 1
+
+
+def test_one_that_was_switched_off_stays_off_when_it_is_replaced() -> None:
+    loop = loop_of(counting(1))
+    loop.activate("count", False)
+    loop.change([counting(2)])
+    loop.run_until(2 * PERIOD)
+    assert said(loop) == []
+    loop.activate("count")
+    loop.run_until(3 * PERIOD)
+    assert said(loop) == [2]
+
+
+def test_another_thread_changes_functions_between_two_steps() -> None:
+    loop = loop_of(counting(1))
+    began, changed = threading.Event(), threading.Event()
+
+    def look(at: ClosedLoop) -> None:
+        began.set()
+        if at.steps > 2:
+            assert changed.wait(10) or at.steps < 5
+
+    def change() -> None:
+        began.wait(10)
+        loop.change([counting(100)])
+        changed.set()
+
+    loop.hooks.after_step.append(look)
+    other = threading.Thread(target=change)
+    other.start()
+    loop.run_until(10 * PERIOD)
+    other.join(10)
+    steps = [b - a for a, b in zip([0.0, *said(loop)], said(loop), strict=False)]
+    assert sorted(steps) == steps
+    assert set(steps) == {1, 100}
+
+
+def test_what_another_thread_asked_wrongly_is_raised_there_and_the_run_goes_on() -> None:
+    loop = loop_of(counting(1))
+    raised: list[Exception] = []
+    began = threading.Event()
+
+    def ask() -> None:
+        began.wait(10)
+        try:
+            loop.change(remove=["nothing"])
+        except ExperimentError as error:
+            raised.append(error)
+
+    loop.hooks.after_step.append(lambda _: began.set())
+    other = threading.Thread(target=ask)
+    other.start()
+    loop.run_until(50 * PERIOD)
+    other.join(10)
+    assert len(raised) == 1
+    assert len(said(loop)) == 50
+
+
+def test_a_function_that_removes_another_in_the_same_step_keeps_it_from_running() -> None:
+    @nrp.Neuron2Robot()
+    def remover(t: float) -> None:
+        if len(loop.functions) > 1:
+            loop.change(remove=["count"])
+
+    loop = loop_of(remover, counting(1))
+    loop.run_until(2 * PERIOD)
+    assert said(loop) == []
+
+
+NAMES = st.sampled_from("abc")
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.lists(
+        st.tuples(st.lists(NAMES, unique=True), st.lists(NAMES, unique=True), st.integers(0, 2)), max_size=6
+    )
+)
+def test_any_sequence_of_changes_leaves_those_bound_that_were_asked_for(
+    changes: list[tuple[list[str], list[str], int]],
+) -> None:
+    loop = loop_of()
+    expected: dict[str, float] = {}
+    for add, remove, steps in changes:
+        gone = [name for name in remove if name in expected]
+        loop.change([counting(1, name) for name in add], gone)
+        expected = {name: n for name, n in expected.items() if name not in gone or name in add}
+        expected |= {name: expected.get(name, 0) for name in add}
+        loop.run_until(loop.now_ns + steps * PERIOD)
+        expected = {name: n + steps for name, n in expected.items()}
+        assert {f.name: f.total.value for f in loop.functions} == expected
+        assert all(function.is_bound for function in loop.functions)

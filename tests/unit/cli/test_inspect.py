@@ -1,0 +1,79 @@
+"""`nrp inspect` on robots and rooms."""
+
+import json
+import zipfile
+from importlib.resources import files
+from pathlib import Path
+
+import cv2
+import pytest
+
+HUSKY = Path(str(files("nrp_experiments.braitenberg_husky"))) / "husky.sdf"
+
+
+def test_it_tells_the_tree(nrp):
+    done = nrp("inspect", HUSKY)
+    assert done.code == 0
+    assert "joint front_left_joint, continuous about 0 1 0" in done.out
+    assert "◀ /husky/cmd_vel" in done.out
+    assert done.err == ""
+
+
+def test_warnings_go_to_standard_error(nrp, tmp_path):
+    robot = tmp_path / "robot.urdf"
+    robot.write_text('<robot name="r"><link name="base"/><wheels/></robot>')
+    done = nrp("inspect", robot)
+    assert done.code == 0
+    assert "robot.urdf:1: the <wheels> of a <robot> is unknown" in done.err
+    assert "wheels" not in done.out
+
+
+def test_it_tells_the_same_in_json(nrp):
+    done = nrp("inspect", HUSKY, "--json")
+    data = json.loads(done.out)
+    (husky,) = data["models"]
+    assert data["warnings"] == []
+    assert husky["links"][0]["inertial"]["mass"] == 33.855
+    assert husky["joints"][0]["lower"] is None
+    listens = [each["topic"] for each in husky["topics"] if each["direction"] == "listens"]
+    assert listens == ["/husky/cmd_vel"]
+
+
+def test_it_draws_a_picture(nrp, tmp_path):
+    assert nrp("inspect", HUSKY, "--picture", tmp_path / "husky.png").code == 0
+    picture = cv2.imread(str(tmp_path / "husky.png"))
+    assert picture.shape == (720, 960, 3)
+    yellow = (picture[:, :, 2] > 150) & (picture[:, :, 0] < 60)
+    assert yellow.mean() > 0.05
+
+
+def test_an_archive_is_looked_into(nrp, tmp_path):
+    with zipfile.ZipFile(tmp_path / "husky.zip", "w") as archive:
+        archive.write(HUSKY, "husky/model.sdf")
+    assert nrp("inspect", tmp_path / "husky.zip").out.startswith("husky.zip: 1 model that moves")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("notes.txt", "hello", "this is neither SDF nor URDF"),
+        (
+            "robot.sdf",
+            "<sdf version='1.9'><model name='m'></sdf>",
+            "robot.sdf:1: this is not well-formed XML",
+        ),
+        ("robot.urdf", "<robot name='r'/>", "robot.urdf:1: the model 'r' has no <link>"),
+    ],
+)
+def test_what_cannot_be_read_is_one_error(nrp, tmp_path, name, content, message):
+    (tmp_path / name).write_text(content)
+    done = nrp("inspect", tmp_path / name)
+    assert done.code == 3
+    assert message in done.err
+    assert done.err.count("\n") == 1
+
+
+def test_a_picture_of_another_kind_is_refused_before_anything_is_read(nrp, tmp_path):
+    done = nrp("inspect", HUSKY, "--picture", tmp_path / "husky.gif")
+    assert done.code == 2
+    assert "a picture is a .png or .jpg file" in done.err

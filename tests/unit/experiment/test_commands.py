@@ -1,0 +1,124 @@
+"""What a run can be told from outside: other transfer functions, and which of them run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.commands import commands_of
+from nrp_core.experiment.control import ControlServer, tell
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.run import Run
+
+pytestmark = pytest.mark.usefixtures("fakes")
+
+COUNTS = """
+@nrp.MapVariable("total", initial_value=0)
+@nrp.Robot2Neuron()
+def count(t, total):
+    total.value += {}
+"""
+Told = Callable[..., list[dict[str, Any]]]
+
+
+@pytest.fixture
+def run(drive_to_the_wall: Path) -> Iterator[Run]:
+    with Run(load_experiment(drive_to_the_wall, ())) as opened:
+        yield opened
+
+
+@pytest.fixture
+def told(run: Run, tmp_path: Path) -> Iterator[Told]:
+    """Tells the run to change its functions, through the socket."""
+    path = tmp_path / "run.sock"
+
+    def tell_it(add: Path | None = None, **lists: list[str]) -> list[dict[str, Any]]:
+        given = {"remove": [], "activate": [], "deactivate": [], **lists}
+        found: list[dict[str, Any]] = tell(path, "functions", add=[str(add)] if add else [], **given)
+        return found
+
+    with ControlServer(path, commands_of(run)):
+        yield tell_it
+
+
+def counting(folder: Path, by: object) -> Path:
+    path = folder / "count.py"
+    path.write_text(COUNTS.format(by))
+    return path
+
+
+def test_the_functions_are_listed_with_where_they_stand(run: Run, told: Told) -> None:
+    assert [one["name"] for one in told()] == [function.name for function in run.loop.functions]
+    assert all(one["active"] and one["failure"] is None for one in told())
+
+
+def test_a_file_adds_functions_and_later_replaces_them(run: Run, told: Told, tmp_path: Path) -> None:
+    run.step()
+    told(counting(tmp_path, 1))
+    run.run_until(0.06)
+    told(counting(tmp_path, 10))
+    run.run_until(0.08)
+    (count,) = (function for function in run.loop.functions if function.name == "count")
+    assert count.total.value == 12
+    told(remove=["count"])
+    assert "count" not in [one["name"] for one in told()]
+
+
+def test_a_function_rests_and_runs_again(run: Run, told: Told, tmp_path: Path) -> None:
+    told(counting(tmp_path, 1), deactivate=["count"])
+    run.step()
+    told(activate=["count"])
+    run.step()
+    (count,) = (function for function in run.loop.functions if function.name == "count")
+    assert count.total.value == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        (COUNTS.format("1 +"), r"count.py:\d+.*not Python"),
+        (COUNTS.format(1).replace('"total"', '"totl"'), "no parameter 'totl'"),
+        (
+            "@nrp.MapSpikeSink('x', nrp.brain.nothing, nrp.poisson)\n@nrp.Robot2Neuron()\ndef f(t, x): pass",
+            "poisson",
+        ),
+        (None, "no such file"),
+    ],
+    ids=["syntax", "parameter", "device", "file"],
+)
+def test_a_file_that_is_wrong_changes_nothing(
+    run: Run, told: Told, tmp_path: Path, text: str | None, error: str
+) -> None:
+    before = told()
+    path = tmp_path / "count.py"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ExperimentError, match=error):
+        told(path)
+    assert told() == before
+    run.step()
+
+
+def test_a_name_that_is_not_there_gets_the_nearest(told: Told, tmp_path: Path) -> None:
+    told(counting(tmp_path, 1))
+    with pytest.raises(ExperimentError, match="no transfer function 'cuont'; did you mean 'count'"):
+        told(deactivate=["cuont"])
+
+
+def test_what_failed_says_how_until_it_is_replaced(drive_to_the_wall: Path, tmp_path: Path) -> None:
+    with Run(load_experiment(drive_to_the_wall, ["on_error=quarantine"])) as run:
+        change = commands_of(run)["functions"]
+        change([str(counting(tmp_path, "1 / 0"))], [], [], [])
+        run.step()
+        (failed,) = (one for one in change([], [], [], []) if one["name"] == "count")
+        assert not failed["active"]
+        assert "ZeroDivisionError" in failed["failure"]
+        (mended,) = (
+            one for one in change([str(counting(tmp_path, 1))], [], [], []) if one["name"] == "count"
+        )
+        assert mended["active"]
+        assert mended["failure"] is None

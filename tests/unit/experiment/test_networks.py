@@ -1,0 +1,73 @@
+"""The brain of an experiment may be any file that a reader is installed for."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import pytest
+
+from nrp_core.brain.files import save_network
+from nrp_core.brain.script import load_network
+from nrp_core.errors import NetworkError
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.networks import network_from
+from nrp_core.experiment.prepare import prepare
+from nrp_core.experiment.run import Run
+from nrp_core.findings import InvalidExperimentError
+from nrp_core.recording.used_files import FilesRead
+
+
+@pytest.fixture
+def experiment(fakes: None, drive_to_the_wall: Path) -> Path:
+    """A folder with an experiment whose brain is a script, and the engines for it."""
+    return drive_to_the_wall
+
+
+def test_a_saved_network_runs_as_its_script_does(experiment: Path) -> None:
+    script = load_experiment(experiment)
+    network = load_network(script.brain.model, seed=script.seed)
+    save_network(network, experiment / "net.nrpnet")
+    saved = load_experiment(experiment, [f"brain.model={experiment / 'net.nrpnet'}"])
+    with FilesRead() as read:
+        plan = prepare(saved)
+    assert plan.network.digest == prepare(script).network.digest
+    assert experiment / "net.nrpnet" in read.below([experiment])
+    with Run(saved) as run:
+        run.run()
+        assert run.result().passed
+
+
+def test_a_sonata_circuit_is_a_brain(experiment: Path) -> None:
+    with h5py.File(experiment / "nodes.h5", "w") as file:
+        file.create_group("nodes/circuit")["node_type_id"] = [1, 1, 1, 1]
+    types = "node_type_id model_type model_template\n1 point_neuron pynn:IF_curr_exp\n"
+    (experiment / "types.csv").write_text(types)
+    nodes = [{"nodes_file": "nodes.h5", "node_types_file": "types.csv"}]
+    (experiment / "circuit_config.json").write_text(json.dumps({"networks": {"nodes": nodes}}))
+    plan = prepare(load_experiment(experiment, [f"brain.model={experiment / 'circuit_config.json'}"]))
+    assert plan.network.populations["circuit"].cell_type == "IF_curr_exp"
+    assert plan.network.views["actors"].tolist() == [2, 3]
+
+
+def test_a_file_that_is_cut_short_is_found_before_the_run(experiment: Path) -> None:
+    whole = experiment / "net.nrpnet"
+    save_network(load_network(experiment / "brain.py"), whole)
+    whole.write_bytes(whole.read_bytes()[:-100])
+    with pytest.raises(InvalidExperimentError, match=r"net\.nrpnet: the file is cut short or damaged"):
+        prepare(load_experiment(experiment, [f"brain.model={experiment / 'net.nrpnet'}"]))
+
+
+def test_a_suffix_that_nobody_reads_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(NetworkError, match=r"no network is read from .* '\.nrpne'; did you mean '\.nrpnet'"):
+        network_from(tmp_path / "net.nrpne")
+
+
+def test_a_package_can_bring_a_reader_of_its_own(install: Callable[..., None], tmp_path: Path) -> None:
+    source = (
+        "from nrp_core.brain.network import Network\n"
+        "def read(path, *, populations=None, seed=0):\n"
+        "    return Network({}, timestep_ms=float(seed))\n"
+    )
+    install("neuroml", "[nrp_core.networks]\n.nml = neuroml:read\n", source)
+    assert network_from(tmp_path / "net.nml", seed=3).timestep_ms == 3.0

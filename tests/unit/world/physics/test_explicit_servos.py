@@ -1,0 +1,62 @@
+"""The efforts that are held for one step do what backward Euler would."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nrp_core.world.parts.base import JointAim
+from nrp_core.world.physics.joint_servo import ExplicitServos, stiff_gains
+
+DT = 0.002
+GAINS = st.floats(0.0, 1e6)
+
+
+def run(aim: JointAim, inertia: np.ndarray, load: np.ndarray, steps: int, limit: float = np.inf):
+    """Integrate joints as an engine with semi-implicit Euler does; return positions, velocities, efforts."""
+    n = len(load)
+    servos = ExplicitServos([limit] * n, DT)
+    for number in range(n):
+        servos.aim(number, aim)
+    positions, velocities = np.zeros(n), np.zeros(n)
+    efforts = np.zeros(n)
+    for _ in range(steps):
+        efforts = servos.push(positions, velocities, inertia)
+        velocities = velocities + DT * np.linalg.solve(inertia, efforts - load)
+        positions = positions + DT * velocities
+    return positions, velocities, efforts
+
+
+@settings(max_examples=60, deadline=None)
+@given(GAINS, st.floats(0.0, 1e4), st.floats(0.001, 10.0), st.floats(-50.0, 50.0))
+def test_a_joint_without_load_moves_as_by_backward_euler(stiffness, damping, inertia, target):
+    aim = JointAim(stiffness, damping, position=target)
+    found = run(aim, np.array([[inertia]]), np.zeros(1), 20)[0][0]
+    q = v = 0.0
+    for _ in range(20):
+        v = (inertia * v + DT * stiffness * (target - q)) / (inertia + DT * damping + DT**2 * stiffness)
+        q += DT * v
+    assert found == pytest.approx(q, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [10.0, 1e3, 1e6])
+def test_coupled_joints_under_load_come_to_rest_where_spring_and_load_agree(stiffness):
+    inertia = np.array([[0.14, 0.074, 0.021], [0.074, 0.042, 0.013], [0.021, 0.013, 0.005]])
+    load = np.array([2.0, -1.0, 0.3])
+    aim = JointAim(stiffness, 2 * np.sqrt(stiffness * 0.14), position=0.3)
+    positions, velocities, efforts = run(aim, inertia, load, 30_000)
+    assert positions == pytest.approx(0.3 - load / stiffness, abs=1e-6)
+    assert velocities == pytest.approx(np.zeros(3), abs=1e-6)
+    assert efforts == pytest.approx(load, abs=1e-5)
+
+
+def test_efforts_end_at_their_limit():
+    efforts = run(JointAim(1e3, 10.0, position=5.0), np.eye(2), np.zeros(2), 3, limit=0.5)[2]
+    assert efforts.tolist() == [0.5, 0.5]
+
+
+def test_stiff_gains_are_critically_damped():
+    gains = stiff_gains(0.3)
+    assert gains.d**2 == pytest.approx(4 * gains.p * 0.3)

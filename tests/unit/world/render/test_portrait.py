@@ -1,0 +1,66 @@
+"""A picture of a scene from outside: everything is in it, and shapes can be told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nrp_core.world.render.portrait import portrait
+from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Plane, Scene, Sphere, Visual
+from nrp_core.world.scene.pose import Pose
+
+RED, GREEN = (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0)
+BACKGROUND = (240, 243, 247)
+
+
+def thing(geometry, pose=Pose(), rgba=RED, name="thing"):
+    return Model(name, (Link("l", visuals=(Visual("v", geometry, rgba=rgba),)),), pose=pose, static=True)
+
+
+def drawn(picture):
+    return (picture != BACKGROUND).any(axis=2)
+
+
+@pytest.mark.parametrize("scale", [0.01, 1.0, 30.0])
+@pytest.mark.parametrize("place", [(0, 0, 0), (100, -50, 3)])
+def test_a_thing_of_any_size_anywhere_fills_the_picture_and_is_not_cut(scale, place):
+    seen = drawn(portrait(Scene((thing(Box((scale, 2 * scale, scale)), Pose(place)),)), 120, 90))
+    rows, columns = np.nonzero(seen)
+    assert rows.min() > 0
+    assert columns.min() > 0
+    assert rows.max() < 89
+    assert columns.max() < 119
+    assert max(np.ptp(rows) / 90, np.ptp(columns) / 120) > 0.7
+    assert abs(rows.mean() - 44.5) < 9
+    assert abs(columns.mean() - 59.5) < 12
+
+
+def test_endless_ground_does_not_make_the_rest_small():
+    ground = thing(Plane((100, 100)), name="ground", rgba=GREEN)
+    picture = portrait(Scene((ground, thing(Sphere(0.5), Pose((0, 0, 0.5))))), 120, 90)
+    assert ((picture[:, :, 0] > 80) & (picture[:, :, 1] < 20)).sum() > 0.15 * 120 * 90
+
+
+def test_the_faces_of_a_box_differ_in_brightness():
+    robot = Link("base", inertial=Inertial(1.0), visuals=(Visual("v", Box((1, 1, 1)), rgba=RED),))
+    picture = portrait(Scene((Model("robot", (robot,)),)), 120, 90)
+    values, counts = np.unique(picture[:, :, 0][drawn(picture) & (picture[:, :, 1] < 5)], return_counts=True)
+    assert len(values[counts > 500]) == 3
+
+
+def test_links_are_where_their_joints_put_them():
+    ball = Link("ball", Pose((0, 0, 3)), Inertial(1.0), (Visual("v", Sphere(0.5), rgba=GREEN),))
+    base = Link("base", inertial=Inertial(1.0), visuals=(Visual("v", Sphere(0.5), rgba=RED),))
+    joint = Joint("j", "revolute", "base", "ball", Pose((0, 0, 3)), lower=-1, upper=1)
+    model = Model("robot", (base, ball), (joint,))
+    for posed in (model, replace(model, pose=Pose((7, 8, 9)))):
+        picture = portrait(Scene((posed,)), 90, 120).astype(int)
+        green, red = picture[:, :, 1] - picture[:, :, 0] > 50, picture[:, :, 0] - picture[:, :, 1] > 50
+        assert np.nonzero(green)[0].mean() < 45
+        assert np.nonzero(red)[0].mean() > 75
+
+
+def test_nothing_is_a_picture_of_nothing():
+    assert not drawn(portrait(Scene(()), 40, 30)).any()

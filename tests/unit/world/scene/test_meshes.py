@@ -1,0 +1,352 @@
+"""Mesh files become pieces of a common kind, converted once."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene import meshes
+from nrp_core.world.scene.meshes import Piece, mesh_pieces
+from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
+from nrp_core.world.scene.meshes.convex import MAX_CORNERS, MAX_PIECES, convex_pieces
+from nrp_core.world.scene.meshes.solid import solid_of
+from nrp_core.world.scene.meshes.stl import read_stl, write_stl
+from nrp_core.world.scene.meshes.triangles import Triangles
+
+FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+CORNERS = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+Pieces = Callable[..., list[Piece]]
+
+
+@pytest.fixture
+def pieces(tmp_path: Path) -> Pieces:
+    """Write a file and return what it becomes."""
+
+    def read(name: str, content: bytes | str, form: str = "colored", **wanted: object) -> list[Piece]:
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return mesh_pieces(path, Wanted(form, **wanted))  # type: ignore[arg-type]
+
+    return read
+
+
+def volume(triangles: Triangles) -> float:
+    solid = solid_of(triangles, 1.0)
+    return solid.mass if solid else 0.0
+
+
+def rounded(rgba: tuple[float, ...] | None) -> tuple[float, ...]:
+    return tuple(round(part, 2) for part in rgba or ())
+
+
+def box(size: float = 1.0, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Triangles:
+    corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float) - 0.5
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))]
+    return corners[faces] * size + at
+
+
+def ball(rings: int) -> Triangles:
+    """A sphere of radius 1 as triangles between rings of points."""
+    angles = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)
+    heights = np.linspace(0, np.pi, rings)
+    grid = np.array(
+        [[(np.sin(h) * np.cos(a), np.sin(h) * np.sin(a), np.cos(h)) for a in angles] for h in heights]
+    )
+    a, b, c, d = grid[:-1], np.roll(grid[:-1], -1, 1), np.roll(grid[1:], -1, 1), grid[1:]
+    lower, upper = np.stack([a, d, c], axis=2), np.stack([a, c, b], axis=2)
+    return np.concatenate([lower.reshape(-1, 3, 3), upper.reshape(-1, 3, 3)])
+
+
+# -- STL
+
+
+def binary_stl() -> bytes:
+    rows = [struct.pack("<12fH", 0, 0, 0, *(x for i in face for x in CORNERS[i]), 0) for face in FACES]
+    return b"solid that begins like text".ljust(80) + struct.pack("<I", 4) + b"".join(rows)
+
+
+def text_stl() -> bytes:
+    corners = (["outer loop", *("vertex {} {} {}".format(*CORNERS[i]) for i in face)] for face in FACES)
+    return "\n".join(["solid thing", *(row for face in corners for row in face), "endsolid"]).encode()
+
+
+@pytest.mark.parametrize("content", [binary_stl(), text_stl()])
+def test_stl_is_read_binary_and_as_text(pieces: Pieces, tetrahedron: Triangles, content: bytes) -> None:
+    (piece,) = pieces("a.STL", content)
+    assert piece.rgba is None
+    assert read_stl(piece.path).tolist() == tetrahedron.tolist()
+
+
+# -- OBJ
+
+TWO_THINGS = """
+mtllib colors.mtl
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+v 0 0 1  # a comment
+o square
+usemtl red
+f 1/1/1 2/2/1 3/3/1 4/4/1
+o corner
+usemtl green
+f -5//1 -4//1 -1//1
+"""
+COLORS = "newmtl red\nKd 1 0 0\nd 0.5\nnewmtl green\nKd 0 1 0\n"
+
+
+def test_obj_is_read_with_its_colours_the_largest_piece_first(pieces: Pieces, tmp_path: Path) -> None:
+    (tmp_path / "colors.mtl").write_text(COLORS)
+    square, corner = pieces("a.obj", TWO_THINGS)
+    assert (square.rgba, corner.rgba) == ((1, 0, 0, 0.5), (0, 1, 0, 1))
+    assert read_stl(square.path).shape == (2, 3, 3)
+    assert read_stl(corner.path).tolist() == [[[0, 0, 0], [1, 0, 0], [0, 0, 1]]]
+
+
+def test_a_changed_material_file_is_noticed(pieces: Pieces, tmp_path: Path) -> None:
+    assert [piece.rgba for piece in pieces("a.obj", TWO_THINGS)] == [None]
+    (tmp_path / "colors.mtl").write_text(COLORS)
+    assert pieces("a.obj", TWO_THINGS)[0].rgba == (1, 0, 0, 0.5)
+    (tmp_path / "colors.mtl").write_text(COLORS.replace("1 0 0", "0 0 1"))
+    assert pieces("a.obj", TWO_THINGS)[0].rgba == (0, 0, 1, 0.5)
+
+
+def test_a_picture_counts_as_its_mean_colour(pieces: Pieces, tmp_path: Path) -> None:
+    half = np.zeros((4, 4, 3), np.uint8)
+    half[:2] = (0, 0, 255)  # red, as OpenCV has it
+    (tmp_path / "half.png").write_bytes(cv2.imencode(".png", half)[1].tobytes())
+    (tmp_path / "colors.mtl").write_text("newmtl red\nKd 1 1 1\nmap_Kd half.png\n")
+    assert rounded(pieces("a.obj", TWO_THINGS)[0].rgba) == (0.5, 0, 0, 1)
+
+
+def test_a_submesh_is_picked_out_and_centred(pieces: Pieces) -> None:
+    (corner,) = pieces("a.obj", TWO_THINGS, "whole", submesh="corner")
+    assert read_stl(corner.path).tolist() == [[[0, 0, 0], [1, 0, 0], [0, 0, 1]]]
+    (centred,) = pieces("a.obj", TWO_THINGS, "whole", submesh="corner", centered=True)
+    points = read_stl(centred.path).reshape(-1, 3)
+    assert (points.min(axis=0) + points.max(axis=0)).tolist() == [0, 0, 0]
+
+
+# -- Collada
+
+DAE = """<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+  <asset><created>2020-01-01T00:00:00</created><modified>2020-01-01T00:00:00</modified>
+    <unit name="{unit}" meter="{meter}"/><up_axis>Y_UP</up_axis></asset>
+  <library_effects><effect id="paint"><profile_COMMON><technique sid="common"><phong>
+    <emission><color>0 0 0 1</color></emission><diffuse><color>0.2 0.4 0.6 1</color></diffuse>
+  </phong></technique></profile_COMMON></effect></library_effects>
+  <library_materials><material id="blue"><instance_effect url="#paint"/></material></library_materials>
+  <library_geometries><geometry id="shape" name="shape"><mesh>
+    <source id="points"><float_array id="numbers" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array>
+      <technique_common><accessor source="#numbers" count="4" stride="3">
+        <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
+      </accessor></technique_common></source>
+    <vertices id="vertices"><input semantic="POSITION" source="#points"/></vertices>
+    <triangles count="4" material="skin"><input semantic="VERTEX" source="#vertices" offset="0"/>
+      <p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>
+  </mesh></geometry></library_geometries>
+  <library_visual_scenes><visual_scene id="scene">
+    <node id="left" name="left"><translate>10 0 0</translate>{node}</node>
+    <node id="right" name="right"><scale>2 2 2</scale>{node}</node>
+  </visual_scene></library_visual_scenes>
+  <scene><instance_visual_scene url="#scene"/></scene>
+</COLLADA>"""
+NODE = """<instance_geometry url="#shape"><bind_material><technique_common>
+  <instance_material symbol="skin" target="#blue"/></technique_common></bind_material></instance_geometry>"""
+
+
+def dae(unit: str = "meter", meter: float = 1.0) -> str:
+    return DAE.format(unit=unit, meter=meter, node=NODE)
+
+
+def test_collada_is_read_with_its_transforms_and_colours(pieces: Pieces) -> None:
+    (piece,) = pieces("a.dae", dae())
+    assert rounded(piece.rgba) == (0.2, 0.4, 0.6, 1)
+    triangles = read_stl(piece.path)
+    assert triangles.max(axis=(0, 1)).tolist() == [11, 2, 2]
+    assert volume(triangles) == pytest.approx((1 + 8) / 6)
+
+
+def test_the_unit_of_collada_counts(pieces: Pieces) -> None:
+    (piece,) = pieces("a.dae", dae("millimeter", 0.001))
+    assert read_stl(piece.path).max() == pytest.approx(0.011)
+
+
+def test_a_node_of_collada_is_a_submesh(pieces: Pieces) -> None:
+    (right,) = pieces("a.dae", dae(), "whole", submesh="right")
+    assert volume(read_stl(right.path)) == pytest.approx(8 / 6)
+
+
+def test_collada_with_entities_is_refused_unexpanded(pieces: Pieces) -> None:
+    bomb = "<!DOCTYPE a [" + "".join(
+        f'<!ENTITY e{i} "{f"&e{i - 1};" * 10 if i else "x" * 100}">' for i in range(12)
+    )
+    with pytest.raises(SceneError, match="DOCTYPE"):
+        pieces("a.dae", dae().replace("<COLLADA", bomb + "]><COLLADA", 1).replace("skin", "&e11;", 1))
+
+
+# -- convex pieces
+
+
+def test_a_convex_solid_is_its_own_hull() -> None:
+    (piece,) = convex_pieces(box())
+    assert volume(piece) == pytest.approx(1)
+    a, b, c = piece.swapaxes(0, 1)
+    outward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a)
+    assert (outward > 0).all()
+
+
+def test_pieces_that_do_not_touch_stay_apart_and_a_piece_inside_another_is_left_out() -> None:
+    walls = np.concatenate([box(1), box(2, (5, 0, 0)), box(0.1, (5, 0, 0))])
+    assert [volume(piece) for piece in convex_pieces(walls)] == pytest.approx([8, 1])
+
+
+def test_only_the_largest_of_many_pieces_are_kept() -> None:
+    crowd = np.concatenate([box(0.5 + i / 100, (2 * i, 0, 0)) for i in range(MAX_PIECES + 5)])
+    pieces = convex_pieces(crowd)
+    assert len(pieces) == MAX_PIECES
+    assert min(map(volume, pieces)) >= 0.54**3
+
+
+def test_a_fine_hull_is_made_coarse_and_keeps_its_extent() -> None:
+    (piece,) = convex_pieces(ball(40))
+    assert len(np.unique(piece.reshape(-1, 3), axis=0)) <= MAX_CORNERS
+    assert volume(piece) == pytest.approx(4 / 3 * np.pi, rel=0.1)
+    assert np.ptp(piece.reshape(-1, 3), axis=0) == pytest.approx([2, 2, 2], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "triangles",
+    [
+        [[(0, 0, 0), (2, 0, 0), (0, 1, 0)]],  # a sheet
+        [[(0, 0, 0), (1, 1, 1), (2, 2, 2)]],  # a line
+        [[(3, 3, 3), (3, 3, 3), (3, 3, 3)]],  # a point
+    ],
+)
+def test_what_is_flat_gets_a_thickness(triangles: list[list[tuple[float, float, float]]]) -> None:
+    (piece,) = convex_pieces(np.array(triangles, float))
+    assert volume(piece) > 0
+    assert np.abs(piece).max() <= 3.01
+
+
+@given(st.lists(st.tuples(*[st.floats(-10, 10)] * 9), min_size=1, max_size=30))
+def test_every_corner_of_a_mesh_lies_in_a_piece_of_it(rows: list[tuple[float, ...]]) -> None:
+    triangles = np.array(rows, np.float32).astype(float).reshape(-1, 3, 3)
+    pieces = convex_pieces(triangles)
+    lower = min(piece.min() for piece in pieces)
+    upper = max(piece.max() for piece in pieces)
+    tolerance = 1e-2 * max(np.ptp(triangles), 1e-6)
+    assert lower <= triangles.min() + tolerance
+    assert upper >= triangles.max() - tolerance
+
+
+# -- weights
+
+
+def test_a_box_of_triangles_weighs_what_a_box_does() -> None:
+    solid = solid_of(box(2, (1, 2, 3)), 1000.0)
+    assert solid is not None
+    assert solid.mass == pytest.approx(8000)
+    assert solid.pose.position == pytest.approx((1, 2, 3))
+    assert solid.inertia == pytest.approx((8000 * 8 / 12,) * 3 + (0, 0, 0), abs=1e-6)
+
+
+def test_a_mirrored_surface_weighs_the_same(tetrahedron: Triangles) -> None:
+    usual, mirrored = solid_of(tetrahedron, 1.0), solid_of(tetrahedron * (-1, 1, 1), 1.0)
+    assert usual is not None
+    assert mirrored is not None
+    assert mirrored.mass == pytest.approx(usual.mass)
+    assert mirrored.inertia[:3] == pytest.approx(usual.inertia[:3])
+
+
+def test_a_sheet_weighs_nothing() -> None:
+    assert solid_of(np.array([[(0, 0, 0), (1, 0, 0), (0, 1, 0)]], float), 1.0) is None
+
+
+# -- the cache
+
+
+def test_a_mesh_is_converted_once(pieces: Pieces, monkeypatch: pytest.MonkeyPatch) -> None:
+    content = dae(meter=0.123)
+    first = pieces("a.dae", content)
+    monkeypatch.setattr(meshes, "pieces_of", None)
+    assert pieces("b.dae", content) == first
+
+
+@pytest.mark.parametrize("damage", [Path.unlink, lambda path: path.with_name("pieces.json").write_text("{")])
+def test_a_damaged_cache_is_made_anew(pieces: Pieces, damage: Callable[[Path], object]) -> None:
+    (piece,) = pieces("a.stl", binary_stl())
+    damage(piece.path)
+    assert pieces("a.stl", binary_stl()) == [piece]
+    assert volume(read_stl(piece.path)) == pytest.approx(1 / 6)
+
+
+def test_without_a_cache_meshes_are_converted_in_each_process(
+    pieces: Pieces, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", "/proc/nowhere")
+    (piece,) = pieces("a.stl", binary_stl())
+    assert volume(read_stl(piece.path)) == pytest.approx(1 / 6)
+
+
+# -- what cannot be used
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.stl", b"solid nothing\nendsolid", "it has no triangles"),
+        ("a.stl", b"\xff\xfe not a mesh", "cannot be read"),
+        ("a.stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:0", "git lfs pull"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 3\n", "names a vertex that is not there"),
+        ("a.obj", b"v 0 0 zero\n", "cannot be read"),
+        ("a.obj", b"v 0 0 0\nf 1 0 1\n", "a face names the vertex 0"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2\n", "it has no triangles"),
+        ("a.obj", b"", "it has no triangles"),
+        ("a.dae", b"<COLLADA>", "not well-formed XML: no element found, line 1"),
+        ("a.dae", b"<COLLADA/>", "cannot be read"),
+        ("a.fbx", b"", r"not of a kind that is read \(.stl, .obj, .dae\)"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_a_sentence(
+    pieces: Pieces, name: str, content: bytes, message: str
+) -> None:
+    with pytest.raises(SceneError, match=message) as refusal:
+        pieces(name, content)
+    assert "\n" not in refusal.value.message
+
+
+def test_a_submesh_that_is_not_there_is_named_with_those_that_are(pieces: Pieces) -> None:
+    with pytest.raises(SceneError, match="no submesh 'squar'; it has: corner, square"):
+        pieces("a.obj", TWO_THINGS, submesh="squar")
+
+
+@pytest.mark.parametrize("suffix", sorted(KINDS))
+@given(data=st.data())
+def test_a_damaged_file_is_read_or_refused_but_never_crashes(suffix: str, data: st.DataObject) -> None:
+    sound = {".stl": binary_stl(), ".obj": TWO_THINGS.encode(), ".dae": dae().encode()}[suffix]
+    start = data.draw(st.integers(0, len(sound)))
+    end = data.draw(st.integers(start, len(sound)))
+    damaged = sound[:start] + data.draw(st.binary(max_size=20)) + sound[end:]
+    try:
+        pieces = pieces_of(parse(damaged, suffix, lambda _: None), Wanted("convex"))
+    except (ValueError, IndexError):
+        return
+    assert all(np.isfinite(triangles).all() for triangles, _ in pieces)
+
+
+def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+    write_stl(tmp_path / "a.stl", ball(5))
+    assert read_stl(tmp_path / "a.stl") == pytest.approx(ball(5), abs=1e-6)

@@ -1,0 +1,208 @@
+"""Where files are found: archives, packages of ROS, and what xacro makes of them."""
+
+from __future__ import annotations
+
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core import archives
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.meshes.triangles import Triangles
+from nrp_core.world.scene.model import Box, Mesh
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+SDF = '<sdf version="1.9"><model name="cart"><link name="base"><inertial/>{}</link></model></sdf>'
+MESH = '<visual name="skin"><geometry><mesh><uri>{}</uri></mesh></geometry></visual>'
+MASS = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+
+
+@pytest.fixture
+def pack(tmp_path: Path) -> Callable[..., Path]:
+    """Write an archive of some files."""
+
+    def packed(files: dict[str, bytes | str], name: str = "cart.zip") -> Path:
+        with zipfile.ZipFile(tmp_path / name, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path, content in files.items():
+                archive.writestr(path, content)
+        return tmp_path / name
+
+    return packed
+
+
+Pack = Callable[..., Path]
+
+# -- archives
+
+
+def test_a_zipped_robot_is_read_with_its_meshes(pack: Pack, tmp_path: Path, tetrahedron: Triangles) -> None:
+    write_stl(tmp_path / "a.stl", tetrahedron)
+    archive = pack(
+        {
+            "cart/model.config": '<model><sdf version="1.9">cart.sdf</sdf></model>',
+            "cart/cart.sdf": SDF.format(MESH.format("model://cart/meshes/a.stl")),
+            "cart/meshes/a.stl": (tmp_path / "a.stl").read_bytes(),
+        }
+    )
+    model = read_model(archive)
+    assert model.warnings == ()
+    assert isinstance(model.links[0].visuals[0].geometry, Mesh)
+
+
+def test_an_archive_may_be_flat_and_its_model_of_another_name(
+    pack: Pack, tmp_path: Path, tetrahedron: Triangles
+) -> None:
+    write_stl(tmp_path / "a.stl", tetrahedron)
+    sdf = SDF.format(MESH.format("model://wagon/meshes/a.stl"))
+    archive = pack({"cart.sdf": sdf, "meshes/a.stl": (tmp_path / "a.stl").read_bytes()})
+    assert read_model(archive).warnings == ()
+
+
+def test_an_archive_may_be_included(pack: Pack, tmp_path: Path) -> None:
+    pack({"model.sdf": SDF.format("")})
+    room = tmp_path / "room.sdf"
+    room.write_text('<sdf version="1.9"><world name="w"><include><uri>cart.zip</uri></include></world></sdf>')
+    assert [model.name for model in read_scene(room).models] == ["cart"]
+
+
+@pytest.mark.parametrize(
+    "name", ["../escape.sdf", "a/../../escape.sdf", "/etc/escape.sdf", "C:\\escape.sdf", "..\\escape.sdf"]
+)
+def test_an_archive_that_would_write_elsewhere_is_refused(pack: Pack, name: str, cache: Path) -> None:
+    with pytest.raises(SceneError, match="outside of its folder"):
+        read_model(pack({"model.sdf": SDF.format(""), name: "x"}))
+    assert not list(cache.rglob("escape*"))
+
+
+def test_a_symbolic_link_in_an_archive_is_refused(pack: Pack) -> None:
+    link = zipfile.ZipInfo("meshes")
+    link.external_attr = 0o120777 << 16
+    with pytest.raises(SceneError, match="symbolic link"):
+        read_model(pack({"model.sdf": SDF.format(""), link: "/etc"}))  # type: ignore[dict-item]
+
+
+def test_a_bomb_is_refused_before_it_is_unpacked(pack: Pack, cache: Path) -> None:
+    with pytest.raises(SceneError, match="unpacks to 30 MB of nearly nothing"):
+        read_model(pack({"model.sdf": SDF.format(""), "zeros": bytes(30_000_000)}))
+    assert not list(cache.rglob("zeros"))
+
+
+def test_an_archive_of_too_much_is_refused(pack: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(archives, "MAX_BYTES", 100)
+    with pytest.raises(SceneError, match="the limit"):
+        read_model(pack({"model.sdf": SDF.format("<!-- longer than that -->" * 9)}))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"), [(b"PK nothing", "not a ZIP archive"), (b"", "not a ZIP archive")]
+)
+def test_what_is_no_archive_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+    (tmp_path / "cart.zip").write_bytes(content)
+    with pytest.raises(SceneError, match=message):
+        read_model(tmp_path / "cart.zip")
+
+
+def test_a_damaged_archive_is_refused_and_nothing_of_it_kept(pack: Pack, cache: Path) -> None:
+    archive = pack({"damaged.sdf": SDF.format("")})
+    content = bytearray(archive.read_bytes())
+    content[60] ^= 0xFF
+    archive.write_bytes(content)
+    with pytest.raises(SceneError, match="not a ZIP archive that can be read"):
+        read_model(archive)
+    assert not list(cache.rglob("damaged.sdf"))
+
+
+def test_an_archive_without_a_model_is_refused(pack: Pack) -> None:
+    with pytest.raises(SceneError, match="holds no SDF or URDF file"):
+        read_model(pack({"readme.txt": "hello"}))
+
+
+# -- packages
+
+
+def test_a_package_is_found_above_the_file_that_refers_to_it(tmp_path: Path, tetrahedron: Triangles) -> None:
+    for folder in ("cart_description/urdf", "cart_description/meshes"):
+        (tmp_path / folder).mkdir(parents=True)
+    write_stl(tmp_path / "cart_description/meshes/a.stl", tetrahedron)
+    skin = '<visual><geometry><mesh filename="package://cart_description/meshes/a.stl"/></geometry></visual>'
+    robot = tmp_path / "cart_description/urdf/cart.urdf"
+    robot.write_text(f'<robot name="cart"><link name="base">{MASS}{skin}</link></robot>')
+    assert read_model(robot).warnings == ()
+
+
+@pytest.mark.parametrize(("variable", "below"), [("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share")])
+def test_packages_of_ros_are_found(
+    tmp_path: Path, tetrahedron: Triangles, monkeypatch: pytest.MonkeyPatch, variable: str, below: str
+) -> None:
+    meshes = tmp_path / "ros" / below / "wheels" / "meshes"
+    meshes.mkdir(parents=True)
+    write_stl(meshes / "a.stl", tetrahedron)
+    monkeypatch.setenv(variable, str(tmp_path / "ros"))
+    robot = tmp_path / "cart.sdf"
+    robot.write_text(SDF.format(MESH.format("package://wheels/meshes/a.stl")))
+    assert read_model(robot).warnings == ()
+
+
+# -- xacro
+
+XACRO = """<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="{include}"/>
+  <xacro:arg name="size" default="2"/>
+  <link name="base">{mass}<xacro:skin size="$(arg size)"/></link>
+</robot>"""
+PARTS = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="skin" params="size">
+    <visual><geometry><box size="${2 * size} 1 1"/></geometry></visual>
+  </xacro:macro>
+</robot>"""
+
+
+@pytest.mark.parametrize("include", ["parts.xacro", "$(find cart_description)/urdf/parts.xacro"])
+def test_a_xacro_file_is_expanded(tmp_path: Path, include: str) -> None:
+    folder = tmp_path / "cart_description" / "urdf"
+    folder.mkdir(parents=True)
+    (folder / "parts.xacro").write_text(PARTS)
+    (folder / "cart.urdf.xacro").write_text(XACRO.format(include=include, mass=MASS))
+    model = read_model(folder / "cart.urdf.xacro")
+    assert model.links[0].visuals[0].geometry == Box((4, 1, 1))
+
+
+def test_substitutions_alone_make_a_xacro_file(tmp_path: Path) -> None:
+    robot = tmp_path / "cart.urdf"
+    origin = '<inertial><origin xyz="$(optenv CART_CENTRE 0 0 3)"/><mass value="1"/>'
+    mass = origin + '<inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    robot.write_text(f'<robot name="cart"><link name="base">{mass}</link></robot>')
+    inertial = read_model(robot).links[0].inertial
+    assert inertial is not None
+    assert inertial.pose.position == (0, 0, 3)
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("<xacro:nothing/>", "unknown macro name: xacro:nothing"),
+        ('<xacro:include filename="absent.xacro"/>', "absent.xacro"),
+        ('<link name="$(find nowhere)"/>', "there is no package 'nowhere'"),
+    ],
+)
+def test_what_xacro_cannot_expand_is_one_error(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], body: str, message: str
+) -> None:
+    robot = tmp_path / "cart.xacro"
+    robot.write_text(f'<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">{body}</robot>')
+    with pytest.raises(SceneError, match=message) as refusal:
+        read_model(robot)
+    assert "\n" not in refusal.value.message
+    assert capfd.readouterr().err == ""
+
+
+def test_without_xacro_the_remedy_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    robot = tmp_path / "cart.xacro"
+    robot.write_text('<robot name="cart" xmlns:xacro="x"><xacro:arg name="a" default="1"/></robot>')
+    with pytest.raises(SceneError, match=r"pip install 'nrp-core\[xacro\]'"):
+        read_model(robot)

@@ -1,0 +1,186 @@
+"""Lasers, inertial sensors, contacts, forces, true poses and joint controllers from the tags of files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf, pi
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.acting import Ackermann, JointController, Pid, PlanarMove
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise
+
+ModelReader = Callable[..., Model]
+
+BASE = '<link name="base"><inertial/>{}</link>'
+ARM = (
+    '<link name="base"><inertial/></link><link name="hand"><inertial/></link>'
+    '<joint name="wrist" type="revolute"><parent>base</parent><child>hand</child><axis>'
+    "<xyz>0 0 1</xyz></axis>{}</joint>"
+)
+NOISE = '<noise type="gaussian"><mean>0.1</mean><stddev>0.2</stddev></noise>'
+SCAN = (
+    "<scan><horizontal><samples>90</samples><min_angle>-1</min_angle><max_angle>"
+    "1.5</max_angle></horizontal></scan>"
+)
+
+
+def sensors_of(model: ModelReader, body: str) -> tuple[object, ...]:
+    return model(BASE.format(body)).links[0].sensors
+
+
+@pytest.mark.parametrize(("kind", "tag"), [("ray", "ray"), ("gpu_ray", "ray"), ("lidar", "lidar")])
+def test_a_laser(model: ModelReader, kind: str, tag: str) -> None:
+    body = (
+        f'<sensor name="front" type="{kind}"><pose>0 0 0.5 0 0 1</pose><update_rate>'
+        f"15</update_rate><{tag}>{SCAN}"
+        f"<range><min>0.2</min><max>7</max></range>{NOISE}</{tag}>"
+        '<plugin name="p" filename="libgazebo_ros_laser.so"><topicName>laser/scan</topicName>'
+        "</plugin></sensor>"
+    )
+    expected = Laser(
+        "front", "/robot/laser/scan", 15.0, 90, -1.0, 1.5, 0.2, 7.0,
+        Pose.from_rpy((0.0, 0.0, 0.5), 0.0, 0.0, 1.0), noise=Noise(0.1, 0.2),
+    )  # fmt: skip
+    assert sensors_of(model, body) == (expected,)
+
+
+def test_a_laser_that_says_nothing_has_the_defaults_of_sdf(model: ModelReader) -> None:
+    (laser,) = sensors_of(model, '<sensor name="a" type="ray"><update_rate>5</update_rate><ray/></sensor>')
+    assert laser == Laser("a", "/robot/base/a/scan", 5.0, 640, -pi / 2, pi / 2, 0.0, 10.0)
+
+
+def test_ros_2_remaps_a_laser(model: ModelReader) -> None:
+    plugin = (
+        '<plugin name="p" filename="libgazebo_ros_ray_sensor.so"><ros><namespace>/bot</namespace>'
+        "<remapping>~/out:=scan</remapping></ros></plugin>"
+    )
+    (laser,) = sensors_of(
+        model, f'<sensor name="a" type="ray"><update_rate>5</update_rate><ray/>{plugin}</sensor>'
+    )
+    assert laser.topic == "/bot/scan"  # type: ignore[attr-defined]
+
+
+def test_an_imu_and_a_contact_sensor(model: ModelReader) -> None:
+    imu = (
+        '<sensor name="imu" type="imu"><update_rate>200</update_rate><topic>feel</topic><imu>'
+        "<linear_acceleration>"
+        f"<x>{NOISE}</x></linear_acceleration></imu></sensor>"
+    )
+    bumper = (
+        '<sensor name="bump" type="contact"><update_rate>20</update_rate><contact><collision>'
+        "base_hull</collision>"
+        '</contact><plugin name="b" filename="libgazebo_ros_bumper.so"><bumperTopicName>'
+        "/hit</bumperTopicName></plugin>"
+        "</sensor>"
+    )
+    assert sensors_of(model, imu + bumper) == (
+        Imu("imu", "/robot/feel", 200.0, noise=Noise(0.1, 0.2)),
+        ContactSensor("bump", "/hit", 20.0, ("base_hull",)),
+    )
+
+
+def test_a_depth_camera(model: ModelReader) -> None:
+    plugin = (
+        '<plugin name="k" filename="libgazebo_ros_openni_kinect.so"><cameraName>kinect</cameraName>'
+        "<imageTopicName>rgb/image</imageTopicName><depthImageTopicName>"
+        "depth/image</depthImageTopicName></plugin>"
+    )
+    (camera,) = sensors_of(
+        model, f'<sensor name="c" type="depth"><update_rate>30</update_rate><camera/>{plugin}</sensor>'
+    )
+    assert isinstance(camera, Camera)
+    assert (camera.topic, camera.depth_topic, camera.info_topic) == (
+        "/robot/kinect/rgb/image",
+        "/robot/kinect/depth/image",
+        "/robot/kinect/camera_info",
+    )
+
+
+def test_a_force_torque_sensor_belongs_to_the_child_of_its_joint(model: ModelReader) -> None:
+    sensor = (
+        '<sensor name="ft" type="force_torque"><update_rate>50</update_rate><force_torque>'
+        "<frame>parent</frame>"
+        "<measure_direction>parent_to_child</measure_direction></force_torque></sensor>"
+    )
+    links = {link.name: link.sensors for link in model(ARM.format(sensor)).links}
+    expected = ForceTorque("ft", "/robot/wrist/ft/forcetorque", 50.0, "wrist", "parent", True)
+    assert links == {"base": (), "hand": (expected,)}
+
+
+def test_a_true_pose(model: ModelReader) -> None:
+    plugin = (
+        '<plugin name="p3d" filename="libgazebo_ros_p3d.so"><bodyName>hand</bodyName>'
+        "<topicName>truth</topicName>"
+        "<updateRate>25</updateRate><gaussianNoise>0.01</gaussianNoise><xyzOffset>1 0 0</xyzOffset></plugin>"
+    )
+    links = {link.name: link.sensors for link in model(ARM.format("") + plugin).links}
+    expected = GroundTruth("p3d", "/robot/truth", 25.0, Pose((1.0, 0.0, 0.0)), noise=Noise(0.0, 0.01))
+    assert links["hand"] == (expected,)
+
+
+def test_the_generic_controllers_of_the_neurorobotics_platform(model: ModelReader) -> None:
+    plugin = (
+        '<plugin name="c" filename="libgeneric_controller_plugin.so">'
+        '<controller joint_name="wrist"><type>{}</type>'
+        "<pid>100 1 2</pid></controller></plugin>"
+    )
+    for kind, topic in (("position", "cmd_pos"), ("velocity", "cmd_vel"), ("effort", "cmd_effort")):
+        read = model(ARM.format("") + plugin.format(kind))
+        expected = JointController("wrist", kind, f"/robot/wrist/{topic}", Pid(100.0, 1.0, 2.0))  # type: ignore[arg-type]
+        assert read.controllers == (expected,)
+        assert not read.warnings
+    with pytest.raises(SceneError, match="of type position, velocity, effort, not 'speed'"):
+        model(ARM.format("") + plugin.format("speed"))
+    with pytest.raises(SceneError, match="no joint 'wrost'; did you mean 'wrist'"):
+        model(ARM.format("") + plugin.format("position").replace("wrist", "wrost"))
+
+
+def test_the_controllers_of_gazebo_sim(model: ModelReader) -> None:
+    plugins = "".join(
+        f'<plugin name="gz::sim::systems::{system}" filename="x"><joint_name>wrist</joint_name></plugin>'
+        for system in ("JointPositionController", "JointController", "ApplyJointForce")
+    )
+    position, velocity, effort = model(ARM.format("") + plugins).controllers
+    start = "/model/robot/joint/wrist"
+    assert position == JointController(
+        "wrist", "position", f"{start}/0/cmd_pos", Pid(1.0, 0.1, 0.01, 1.0), initial=0.0
+    )
+    assert (velocity.kind, velocity.topic) == ("velocity", f"{start}/cmd_vel")
+    assert (effort.kind, effort.topic) == ("effort", f"{start}/cmd_force")
+
+
+def test_a_planar_move(model: ModelReader) -> None:
+    plugin = (
+        '<plugin name="m" filename="libgazebo_ros_planar_move.so"><odometryRate>40</odometryRate></plugin>'
+    )
+    (drive,) = model(BASE.format("") + plugin).drives
+    assert drive == PlanarMove("m", "/robot/cmd_vel", inf, 40.0, "/robot/odom")
+
+
+def test_a_car(model: ModelReader) -> None:
+    names = ("front_left", "front_right", "rear_left", "rear_right", "steer_left", "steer_right")
+    links = "".join(f'<link name="{name}"><inertial/></link>' for name in names)
+    joints = "".join(
+        f'<joint name="{n}_joint" type="revolute"><parent>base</parent><child>{n}</child>'
+        "<axis><xyz>0 1 0</xyz></axis></joint>"
+        for n in names
+    )
+    wheels = "".join(
+        f"<{side}_joint>{end}_{side}_joint</{side}_joint>"
+        for side in ("left", "right")
+        for end in ("front", "rear")
+    )
+    plugin = (
+        f'<plugin name="gz::sim::systems::AckermannSteering" filename="x">{wheels}<wheel_base>2</wheel_base>'
+        "<left_steering_joint>steer_left_joint</left_steering_joint><wheel_radius>0.3</wheel_radius>"
+        "<right_steering_joint>steer_right_joint</right_steering_joint><topic>drive</topic></plugin>"
+    )
+    (drive,) = model(BASE.format("") + links + joints + plugin).drives
+    assert isinstance(drive, Ackermann)
+    assert drive.left == ("rear_left_joint", "front_left_joint")
+    assert drive.steering == ("steer_left_joint", "steer_right_joint")
+    assert (drive.command_topic, drive.wheel_base, drive.wheel_diameter) == ("/robot/drive", 2.0, 0.6)
