@@ -68,8 +68,12 @@ def shipped_scene() -> Scene:
 
 
 def command(k: int) -> tuple[float, float]:
-    """Return forward velocity and turn rate of step ``k``; never the same twice in a row."""
-    return 0.1 + 0.05 * (k % 3), 0.5 + 0.1 * (k % 7)
+    """Return forward velocity and turn rate of step ``k``; never the same twice in a row.
+
+    They lead to and fro, so that both loops see the same all the time: pictures take as long as there is to see.
+    """
+    sign = 1 if k // 21 % 2 else -1
+    return sign * (0.1 + 0.05 * (k % 3)), sign * (0.5 + 0.1 * (k % 7))
 
 
 def picture_is_due(k: int) -> bool:
@@ -109,6 +113,7 @@ def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
     servo, actuators = next(iter(built.drives.values()))
     mujoco.mj_forward(model, data)
     cameras = open_cameras(case.renderer or "raster", built, data, optics)
+    seen = [cameras.picture(CAMERA)]  # a reader keeps the latest picture, too
 
     def step(k: int) -> None:
         forward, turn = command(k)
@@ -121,7 +126,7 @@ def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
         if case.renderer is not None and picture_is_due(k):
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
-            cameras.picture(CAMERA)
+            seen[0] = cameras.picture(CAMERA)
 
     yield step
     cameras.close()
@@ -142,6 +147,7 @@ def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
     wheels = [built.joints["husky"][wheel.joint] for wheel in servo.wheels]
     drive = Drive(client, servo, body, wheels[0].multibody, wheels, SUBSTEP_NS / 1e9, scene.gravity)
     cameras = open_cameras(case.renderer or "raster", built, client, optics_of(scene, case.scale))
+    seen = [cameras.picture(CAMERA)]
 
     def step(k: int) -> None:
         forward, turn = command(k)
@@ -152,7 +158,7 @@ def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
         bullet.getBasePositionAndOrientation(place.multibody, client)
         bullet.getBaseVelocity(place.multibody, client)
         if case.renderer is not None and picture_is_due(k):
-            cameras.picture(CAMERA)
+            seen[0] = cameras.picture(CAMERA)
 
     yield step
     bullet.disconnect(client)

@@ -89,8 +89,9 @@ class SampleSchedule:
 
     def sample_ns(self, k: int) -> int:
         """Time at which sample ``k`` (0, 1, ...) is taken."""
-        steps = -((-k * NS_PER_S) // (self.rate_hz * self.step_ns))
-        return int(steps) * self.step_ns
+        rate = self.rate_hz  # whole numbers do: fractions take many times as long
+        steps = -((-k * NS_PER_S * rate.denominator) // (rate.numerator * self.step_ns))
+        return steps * self.step_ns
 
     def index_at(self, t_ns: int) -> int:
         """Number of the last sample that was due by ``t_ns``."""

@@ -33,6 +33,13 @@ def describe() -> dict[str, object]:
     }
 
 
+def cores() -> int:
+    """Return the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def distributions() -> dict[str, str]:
     """Return name and version of everything installed.
 

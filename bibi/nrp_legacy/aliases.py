@@ -11,6 +11,9 @@ from typing import Any
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
 
+_JOINTS = "/joints"
+"""The end of the name under which the iCub told how its joints stand."""
+
 
 def find_alias(name: str, kind: Any, world: World) -> str | None:
     """Return the one topic that is served under another prefix than in this name, if there is one.
@@ -27,7 +30,14 @@ def find_alias(name: str, kind: Any, world: World) -> str | None:
         for topic in world.topics.values()
         if _differ_by_prefix(name, topic.name) and (kind is None or type_name(kind) == type_name(topic.type))
     ]
+    if not served and name.endswith(_JOINTS):
+        return find_alias(name.removesuffix(_JOINTS) + "/joint_states", kind, world) or _states(name, world)
     return served[0] if len(served) == 1 else None
+
+
+def _states(name: str, world: World) -> str | None:
+    states = name.removesuffix(_JOINTS) + "/joint_states"
+    return states if states in world.topics else None
 
 
 def _differ_by_prefix(name: str, served: str) -> bool:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -14,28 +16,41 @@ from nrp_core.errors import NetworkError
 from nrp_core.xml_tree import Element
 from nrp_legacy.code import Source, as_of_old
 from nrp_legacy.elements import attribute, children, local, number
+from nrp_legacy.h5_brain import read_h5_brain
+from nrp_legacy.injections import Injection, kept_injections
+from nrp_legacy.nest.api import nest_module
+from nrp_legacy.nest.kernel import Kernel
+from nrp_legacy.nest.network import network_of
 from nrp_legacy.pynn07 import add_spellings
 
 CIRCUIT = "circuit"
-_SIMULATORS = ("hbp_nrp_cle.brainsim.simulator", "python_cle.brainsim.simulator")
+_HDF5 = (".h5", ".hdf5")
+_SIMULATORS = (
+    "hbp_nrp_cle.brainsim.simulator", "hbp_nrp_cle.brainsim.pynn.simulator", "python_cle.brainsim.simulator",
+    "pyNN.spiNNaker", "spynnaker.pyNN", "spynnaker7.pyNN", "spynnaker8", "pyNN.hardware",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class NotedNetwork(Network):
+    """A network of which something is to be told."""
+
+    notes: tuple[str, ...] = ()
+    injections: tuple[Injection, ...] = ()
 
 
 def load_brain(path: Path, populations: Mapping[str, Element], seed: int) -> Network:
     """Return the network of a brain file, with the names that an experiment gives its neurons.
 
     Args:
-        path: the file.
+        path: a script in PyNN or NEST, or an HDF5 file.
         populations: elements that choose neurons of the file's ``circuit``, by the names for them.
         seed: all that is random follows from it.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
     """
-    if path.suffix != ".py":
-        raise NetworkError(f"brains are read from .py files, not from '{path.name}'", path=path)
-    code = Source.of_file(path).compiled(_unheard)
-    with as_of_old():
-        network = load_network(path, seed=seed, simulators=_SIMULATORS, code=code, adapt=add_spellings)
+    network = read_h5_brain(path) if path.suffix in _HDF5 else _scripted(path, seed)
     views = dict(network.views)
     for name, chosen in populations.items():
         ids = _chosen(chosen, name, views)
@@ -44,11 +59,37 @@ def load_brain(path: Path, populations: Mapping[str, Element], seed: int) -> Net
     return replace(network, views=views)
 
 
+def _scripted(path: Path, seed: int) -> Network:
+    if path.suffix != ".py":
+        raise NetworkError(f"brains are read from .py and .h5 files, not from '{path.name}'", path=path)
+    code = Source.of_file(path).compiled(_unheard)
+    kernel, currents = Kernel(seed), list[Injection]()
+
+    def by_nest(variables: Mapping[str, Any]) -> Network | None:
+        return network_of(kernel, variables) if kernel.groups else None
+
+    def adapt(sim: ModuleType) -> None:
+        nonlocal currents
+        add_spellings(sim)
+        currents = kept_injections(sim)
+
+    with as_of_old():
+        made = load_network(
+            path, seed=seed, simulators=_SIMULATORS, code=code, adapt=adapt,
+            modules={"nest": nest_module(kernel)}, other=by_nest,
+        )  # fmt: skip
+    parts = made.populations, made.projections, made.views, made.timestep_ms
+    return NotedNetwork(*parts, tuple(kernel.notes), tuple(currents))
+
+
 def remark(
     path: Path, populations: Mapping[str, Element], network: Network, notes: Callable[[str], None]
 ) -> None:
     """Tell what was converted in a brain file, and which names mean nothing in the network it became."""
-    Source.of_file(path).compiled(notes)
+    if path.suffix == ".py":
+        Source.of_file(path).compiled(notes)
+    for note in getattr(network, "notes", ()):
+        notes(f"{path.name}: {note}")
     for name in populations:
         if name not in (*network.views, *network.populations):
             notes(f"population '{name}' has no neurons in {path.name}")

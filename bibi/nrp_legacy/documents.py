@@ -42,7 +42,7 @@ class FileNamed:
     def of(cls, element: Element) -> FileNamed:
         """Read a file that stands in an attribute, in an element below, or is all that the element says."""
         model = attribute(element, "model")
-        name = attribute(element, "src", "assetPath") or text(element, "file") or element.text
+        name = attribute(element, "src", "assetPath") or text(element, "file", "src") or element.text
         return cls(name.strip() or model or "", element, model)
 
 
@@ -94,6 +94,11 @@ class Bibi:
     bodies: dict[str, FileNamed]
     functions: tuple[Element, ...]
     ignored: tuple[Element, ...]
+
+    @property
+    def nest_units(self) -> bool:
+        """Whether devices are set in pA, nS and pF, as where NEST is used without PyNN."""
+        return any(word in self.mode.lower() for word in ("directnest", "nestclient"))
 
 
 def read_experiment(path: Path) -> Experiment:

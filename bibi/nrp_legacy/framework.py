@@ -9,6 +9,7 @@ from typing import Any
 
 from nrp_core import dsl
 from nrp_core.dsl.kinds import DeviceKind
+from nrp_legacy.devices import device_kinds, in_our_units
 from nrp_legacy.shims.graph import absolute
 from nrp_legacy.shims.modules import module
 
@@ -47,15 +48,17 @@ def resolve(function: Callable[..., Any]) -> Any:
     return dsl.resolve(lambda root: function(*(root, None)[:count]))
 
 
-def framework(notes: Callable[[str], None]) -> ModuleType:
+def framework(notes: Callable[[str], None], *, nest_units: bool = False) -> ModuleType:
     """Return the module for one experiment.
 
     Args:
         notes: told what is left out of a mapping.
+        nest_units: whether settings and attributes of devices are in pA, nS and pF.
     """
 
     def settings(device_type: Any, given: Mapping[str, Any]) -> dict[str, Any]:
-        return _settings(device_type, given, notes)
+        taken = _settings(device_type, given, notes)
+        return in_our_units(taken) if nest_units and isinstance(device_type, DeviceKind) else taken
 
     class MapSpikeSink(dsl.MapSpikeSink):
         def __init__(self, key: str, value: Any, device_type: Any, **kwargs: Any) -> None:
@@ -81,6 +84,7 @@ def framework(notes: Callable[[str], None]) -> ModuleType:
         "hbp_nrp_cle.tf_framework",
         **{
             **own,
+            **device_kinds(nest_units=nest_units),
             **{mapping.__name__: mapping for mapping in mappings},
             "Topic": topic, "resolve": resolve,
             "raw_signal": Unavailable("raw_signal"),

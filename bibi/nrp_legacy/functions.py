@@ -66,6 +66,25 @@ def sources_of(element: Element, root: Element, library: Library, notes: Notes) 
     return [listing.Source(source.path, tree, has_columns=False)]
 
 
+def code_of(element: Element, library: Library) -> str:
+    """Return the code of one element, in whatever version; of building blocks the Python that they stand for.
+
+    Raises:
+        ExperimentError: it is not there.
+    """
+    if _is_python(element):
+        return _source(element, library).text
+    return "\n".join(_texts(element))
+
+
+def _texts(element: Element) -> Iterator[str]:
+    """Yield the names of topics in an element, as code has them."""
+    for each in (element, *element.children):
+        topic = attribute(each, "topic")
+        if topic is not None:
+            yield repr(topic)
+
+
 def _is_python(element: Element) -> bool:
     kind = local(attribute(element, "type") or element.tag)
     return kind in _PYTHON or not element.children

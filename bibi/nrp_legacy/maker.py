@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,12 +18,17 @@ from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.run import Run
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.interface import World
+from nrp_core.world.scene.left_out import read_without
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_legacy.aliases import find_alias
 from nrp_legacy.brains import load_brain, remark
 from nrp_legacy.documents import Bibi
 from nrp_legacy.eavesdrop import let_all_talk, plain_name
 from nrp_legacy.files import Library
-from nrp_legacy.functions import load, sources_of
+from nrp_legacy.functions import code_of, load, sources_of
+from nrp_legacy.injections import let_flow
+from nrp_legacy.joint_topics import with_commanded_joints
 from nrp_legacy.machines import StateMachines
 from nrp_legacy.namespace import Namespace
 
@@ -45,12 +52,34 @@ class LegacyMaker(Maker):
         return not self._machines
 
     def _namespace(self) -> Namespace:
-        return Namespace(self._note, self._folders)
+        return Namespace(self._note, self._folders, nest_units=self._bibi.nest_units)
 
     @property
     def _folders(self) -> tuple[Path, ...]:
         """The folders whose modules can be imported."""
         return self._library.folder / "resources", self._library.folder
+
+    def room(self, experiment: Experiment) -> Scene:
+        path = experiment.world.scene
+        scene, left_out = read_without(
+            lambda without: read_scene(path, search_path=experiment.models, without=without)
+        )
+        return replace(scene, warnings=(*scene.warnings, *left_out))
+
+    def robot(self, experiment: Experiment, name: str) -> Model:
+        section = experiment.world.robots[name]
+        model, left_out = read_without(
+            lambda without: read_model(
+                section.model, name=name, pose=section.start, search_path=experiment.models, without=without
+            )
+        )
+        return with_commanded_joints(replace(model, warnings=(*model.warnings, *left_out)), self._codes())
+
+    def _codes(self) -> Iterator[str]:
+        """Yield the code of all transfer functions, as it stands there."""
+        for element in self._bibi.functions:
+            with suppress(NrpError):
+                yield code_of(element, self._library)
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         path, populations = experiment.brain.model, self._bibi.populations
@@ -95,6 +124,7 @@ class LegacyMaker(Maker):
 
     def begin(self, run: Run) -> None:
         self._names.graph.begin(run)
+        let_flow(getattr(run.brain.network, "injections", ()), run.brain)
         machines = StateMachines(self._machines, self._names, run)
         run.on_close.append(machines.close)
 

@@ -43,6 +43,7 @@ class Namespace:
     Args:
         notes: told what is left out.
         folders: whose modules can be imported.
+        nest_units: whether devices are set in the units of NEST.
 
     Attributes:
         graph: what the shims know of the run.
@@ -50,10 +51,12 @@ class Namespace:
         scope: what can be imported.
     """
 
-    def __init__(self, notes: Callable[[str], None], folders: Iterable[Path] = ()) -> None:
+    def __init__(
+        self, notes: Callable[[str], None], folders: Iterable[Path] = (), *, nest_units: bool = False
+    ) -> None:
         self.graph = Graph()
         services = Services(self.graph)
-        nrp = framework(notes)
+        nrp = framework(notes, nest_units=nest_units)
         vars(nrp)["tf_lib"] = file_names()["nrp"].tf_lib
         logger, messages = ClientLogger(), message_modules()
         vars(nrp).update(clientLogger=logger)

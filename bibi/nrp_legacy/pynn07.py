@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
+from nrp_legacy.nest.native import native_cell
+
 _CONNECTORS = (
     "AllToAllConnector",
     "FixedNumberPostConnector",
@@ -13,6 +15,8 @@ _CONNECTORS = (
     "FixedProbabilityConnector",
     "OneToOneConnector",
 )
+_AT_ONCE_MS = 1e-3
+"""What a time constant of 0 means: synapses that recover at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +46,19 @@ def add_spellings(sim: ModuleType) -> None:
         SynapseDynamics=SynapseDynamics,
         TsodyksMarkramMechanism=TsodyksMarkramMechanism,
         Projection=_projection(sim, names["Projection"]),
+        TsodyksMarkramSynapse=_recovering(names["TsodyksMarkramSynapse"]),
+        native_cell_type=lambda name: native_cell(sim, name),
         **{name: _connector(names[name]) for name in _CONNECTORS},
     )
+
+
+def _recovering(today: type) -> type:
+    class TsodyksMarkramSynapse(today):  # type: ignore[misc]
+        def __init__(self, *values: Any, tau_rec: Any = 100.0, **more: Any) -> None:
+            at_once = isinstance(tau_rec, (int, float)) and tau_rec <= 0
+            super().__init__(*values, tau_rec=_AT_ONCE_MS if at_once else tau_rec, **more)
+
+    return TsodyksMarkramSynapse
 
 
 def _connector(today: type) -> type:

@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
+from nrp_core.brain.grid import Grid
 from nrp_core.brain.network import STDP, FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.report import Report
 from nrp_core.brain.sinks import SinkPort, SinkSpec
@@ -30,7 +31,7 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError, SnapshotError
 from nrp_core.seeds import Seeds
-from nrp_core.simulation import INTERFACE_VERSION, Simulation
+from nrp_core.simulation import Simulation
 
 
 class BrainOptions(BaseModel):
@@ -124,8 +125,13 @@ class Brain(Simulation):
         if variable not in self.capabilities.state_variables:
             known = ", ".join(sorted(self.capabilities.state_variables)) or "none"
             raise CapabilityError(f"{type(self).__name__} does not show '{variable}'; it shows: {known}")
+        ids = self._selected(neurons)
+        if (label := self._source_among(ids)) is not None:
+            raise CapabilityError(
+                f"the cells of population '{label}' have no '{variable}', they only emit spikes"
+            )
         with self._guarded("read state"):
-            return self._do_read_state(variable, self._selected(neurons))
+            return self._do_read_state(variable, ids)
 
     # -- changes of the network while it runs; a reset undoes them
 
@@ -216,6 +222,8 @@ class Brain(Simulation):
         return Seeds(self._seed).child("brain")
 
     def _advance(self, t_ns: int) -> None:
+        if self.capabilities.resolution_ns is not None:
+            Grid(self.capabilities.resolution_ns, type(self).__name__).number_of(t_ns)
         since_ms, until_ms = milliseconds(self._now_ns), milliseconds(t_ns)
         emitted = [train.emitted(since_ms, until_ms) for train in self._trains]
         for ids, times_ms in emitted:
@@ -315,13 +323,19 @@ class Brain(Simulation):
 
     def _targets(self, neurons: npt.ArrayLike, name: str) -> IntArray:
         ids = self._selected(neurons)
+        if (label := self._source_among(ids)) is not None:
+            raise NeuronSelectionError(
+                f"'{name}' cannot drive neurons of population '{label}', which only emit spikes"
+            )
+        return ids
+
+    def _source_among(self, ids: IntArray) -> str | None:
+        """Return the first population of source cells that some of these neurons belong to."""
         for label, population in self.network.populations.items():
             first = self.network.offsets[label]
             if population.is_source and ((ids >= first) & (ids < first + population.size)).any():
-                raise NeuronSelectionError(
-                    f"'{name}' cannot drive neurons of population '{label}', which only emit spikes"
-                )
-        return ids
+                return label
+        return None
 
     def _selected(self, neurons: npt.ArrayLike) -> IntArray:
         ids = np.atleast_1d(np.asarray(neurons, dtype=np.int64))
@@ -344,7 +358,7 @@ class Brain(Simulation):
 
     @abstractmethod
     def _do_run_until(self, t_ns: int) -> None:
-        """Simulate to exactly ``t_ns``."""
+        """Simulate to exactly ``t_ns``, which lies on the declared grid."""
 
     @abstractmethod
     def _do_take_spikes(self) -> Spikes:
@@ -371,7 +385,7 @@ class Brain(Simulation):
         return False
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
-        """Return a declared state variable of cells."""
+        """Return a declared state variable of cells, none of which are source cells."""
         raise NotImplementedError(variable)
 
     def _do_set_parameters(self, change: ParameterChange) -> None:
@@ -399,11 +413,11 @@ class BrainBackend(ABC):
     """The entry point of a brain simulator; importing and constructing it is cheap.
 
     Attributes:
-        interface_version: the version of the interfaces it was written for.
+        interface_version: the version of the interfaces it was written for; the first, if it does not say.
         options: the model of its options.
     """
 
-    interface_version: ClassVar[int] = INTERFACE_VERSION
+    interface_version: ClassVar[int] = 1
     options: ClassVar[type[BrainOptions]] = BrainOptions
 
     @abstractmethod

@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import CodeType, MappingProxyType, ModuleType
+from typing import Any
 
 from nrp_core.brain.network import Network
-from nrp_core.brain.picking import Selection
+from nrp_core.brain.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.paths import MissingFileError, existing_file
 from nrp_core.scoped_import import Scope
@@ -38,6 +39,8 @@ def load_network(
     simulators: Iterable[str] = (),
     code: CodeType | None = None,
     adapt: Callable[[ModuleType], None] | None = None,
+    modules: Mapping[str, ModuleType] | None = None,
+    other: Callable[[Mapping[str, Any]], Network | None] | None = None,
 ) -> Network:
     """Execute a brain script and return its network.
 
@@ -51,6 +54,9 @@ def load_network(
         simulators: further modules, ``package.module``, that the script imports as its simulator.
         code: what the script means, where it is not Python itself.
         adapt: changes the simulator before the script sees it, say for the spellings of another version.
+        modules: further modules that the script sees, by name.
+        other: returns the network that the script built with one of these, from its variables; None where
+            it used PyNN.
 
     Raises:
         NetworkError: the script is missing, is not Python, raises, or builds what cannot be; with
@@ -69,32 +75,41 @@ def load_network(
     sim = builder(seed)
     if adapt is not None:
         adapt(sim)
-    scope = scope_of(sim, simulators)
+    scope = scope_of(sim, simulators, modules or {})
     try:
         module = scope.run(file, code=code)
     except (Exception, SystemExit) as error:
         raise scope.located(error, NetworkError, file) from error
     try:
+        network = other(vars(module)) if other is not None else None
+        if network is not None:
+            return with_views(network, populations or {})
         return network_of(sim.state, views_of(vars(module), populations or {}, sim.state))
     except ExperimentError as error:
         error.path = error.path or file
         raise
 
 
-def scope_of(sim: ModuleType, simulators: Iterable[str] = ()) -> Scope:
+def scope_of(
+    sim: ModuleType, simulators: Iterable[str] = (), modules: Mapping[str, ModuleType] = MappingProxyType({})
+) -> Scope:
     """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses its classes.
 
     Args:
         sim: the simulator.
         simulators: dotted names of further modules that are this simulator.
+        modules: further modules, by name.
     """
     from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
 
     more = dict.fromkeys(simulators, sim)
     for name in list(more):
-        parent, _, child = name.rpartition(".")
+        parent, dot, child = name.rpartition(".")
+        if not dot:
+            continue
         package = more.setdefault(parent, ModuleType(parent))
         setattr(package, child, sim)
+    more.update(modules)
 
     @cache
     def substitute(name: str) -> ModuleType | None:

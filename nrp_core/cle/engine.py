@@ -20,6 +20,7 @@ from nrp_core.cle.latency import LoopPath, paths
 from nrp_core.cle.pacing import AsFastAsPossible, Pacing
 from nrp_core.cle.requests import Requests
 from nrp_core.cle.sides import Sides
+from nrp_core.cle.time_limit import DEFAULT_S, TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.closing import Closing
@@ -43,6 +44,8 @@ class ClosedLoop(Closing):
             data, or at its ``start``.
         on_error: what happens when a function raises: the run ``stop``s, or the function goes to
             ``quarantine`` (it runs no more, its devices fall silent) and the rest runs on.
+        function_time_limit_s: wall time that one call of a function may take, s; one that takes longer is
+            interrupted and has failed. None: no limit.
         pacing: how fast time passes; by default as fast as possible.
         concurrent: whether brain and world advance at once; None: where it pays.
 
@@ -61,6 +64,7 @@ class ClosedLoop(Closing):
         period_ns: int,
         tf_time: Literal["end", "start"] = "end",
         on_error: Literal["stop", "quarantine"] = "stop",
+        function_time_limit_s: float | None = DEFAULT_S,
         pacing: Pacing | None = None,
         concurrent: bool | None = None,
     ) -> None:
@@ -73,6 +77,7 @@ class ClosedLoop(Closing):
         self._wiring.change(functions)
         self._requests = Requests()
         self.tf_time, self.on_error = tf_time, on_error
+        self._time_limit = TimeLimit(function_time_limit_s)
         self.pacing = AsFastAsPossible() if pacing is None else pacing
         self.hooks = Hooks()
         self.account = TimeAccount()
@@ -103,8 +108,8 @@ class ClosedLoop(Closing):
 
         Raises:
             TimestepError: ``t_ns`` is not a whole number of steps away.
-            TransferFunctionRaisedError: a function raised (with ``on_error="stop"``); what it raised
-                is the cause.
+            TransferFunctionRaisedError: a function raised or did not return (with ``on_error="stop"``);
+                what it raised is the cause.
             SimulationError: an engine failed.
         """
         if (t_ns - self.now_ns) % self.plan.period_ns:
@@ -114,7 +119,7 @@ class ClosedLoop(Closing):
             )
         self._stopping = False
         self.pacing.start(self.now_ns)
-        with self._requests.running():
+        with self._requests.running(), self._time_limit.watching():
             while self.now_ns < t_ns and not self._stopping:
                 with DeferredInterrupt():
                     self._requests.serve()
@@ -165,10 +170,10 @@ class ClosedLoop(Closing):
 
     def _run(self, function: TransferFunction, now_ns: int, t: float) -> Failure | None:
         try:
-            function.run(now_ns, t)
+            self._time_limit.call(function.run, now_ns, t)
         except (SimulationError, LifecycleError):
             raise  # an engine failed while the function used it
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever users write may raise anything
+        except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
             return Failure.of(function, error, step=self.steps, t_ns=now_ns)
         return None
 

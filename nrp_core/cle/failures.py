@@ -1,10 +1,11 @@
-"""What is reported of a transfer function that raised."""
+"""What is reported of a transfer function that raised, or did not return."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
+from nrp_core.cle.time_limit import TimeLimitExceeded
 from nrp_core.clock import seconds
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.place import line_in
@@ -13,12 +14,12 @@ from nrp_core.errors import ExperimentError, TransferFunctionRaisedError
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A transfer function that raised, or returned what its topic cannot carry.
+    """A transfer function that raised, did not return, or returned what its topic cannot carry.
 
     Args:
         function: its name.
         path: its file.
-        line: the line in it.
+        line: the line in it; of a function that did not return, where it was.
         step: number of the step, the first is 1.
         t_ns: time that brain and world had reached.
         error: what it raised.
@@ -41,14 +42,19 @@ class Failure:
         return cls(function.name, Path(path), line, step, t_ns, error, function.inputs())
 
     def __str__(self) -> str:
-        error = self.error
-        message = error.message if isinstance(error, ExperimentError) else str(error)
-        what = f"{type(error).__name__}{': ' if message else ''}{message}"
         return "\n".join([
-            f"{self.path}:{self.line}: transfer function '{self.function}' raised {what}",
+            f"{self.path}:{self.line}: transfer function '{self.function}' {self._what}",
             f"  in step {self.step}, at {seconds(self.t_ns):g} s{', with' if self.inputs else ''}",
             *(f"    {name}: {seen}" for name, seen in self.inputs.items()),
         ])  # fmt: skip
+
+    @property
+    def _what(self) -> str:
+        error = self.error
+        message = error.message if isinstance(error, ExperimentError) else str(error)
+        if isinstance(error, TimeLimitExceeded):
+            return message
+        return f"raised {type(error).__name__}{': ' if message else ''}{message}"
 
     def to_error(self) -> TransferFunctionRaisedError:
         """Return the error that stops a run."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter_ns
 
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.account import TimeAccount
+from nrp_core.machine import cores
 from nrp_core.world.interface import World
 
 WORTH_A_THREAD_NS = 500_000
@@ -30,7 +30,7 @@ class Sides:
 
     def __init__(self, brain: Brain, world: World, *, concurrent: bool | None = None) -> None:
         self._brain, self._world = brain, world
-        can = brain.capabilities.releases_gil and _cores() > 1
+        can = brain.capabilities.releases_gil and cores() > 1
         self._concurrent = False if concurrent is None and not can else concurrent
         self._thread = ThreadPoolExecutor(1, "brain")
         self._last_ns = 0
@@ -66,13 +66,6 @@ class Sides:
                 error.add_note(f"the brain failed too: {failure}")
             raise
         return brain.result(), world_ns
-
-
-def _cores() -> int:
-    """Number of processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _timed(side: Brain | World, t_ns: int) -> int:

@@ -10,6 +10,7 @@ import typer
 
 from nrp_core.cli.backends import backends
 from nrp_core.cli.conformance import conformance
+from nrp_core.cli.diff import diff
 from nrp_core.cli.doctor import doctor
 from nrp_core.cli.explain import explain
 from nrp_core.cli.export import export
@@ -18,6 +19,7 @@ from nrp_core.cli.failure import report, report_interrupt, report_usage
 from nrp_core.cli.functions import functions
 from nrp_core.cli.inspect import inspect
 from nrp_core.cli.map import map as map_
+from nrp_core.cli.new import new
 from nrp_core.cli.output import reserve_stdout
 from nrp_core.cli.plot import plot
 from nrp_core.cli.publish import publish
@@ -36,9 +38,11 @@ COMMANDS = (
     map_,
     inspect,
     replay,
+    diff,
     plot,
     export,
     recover,
+    new,
     backends,
     conformance,
     doctor,

@@ -62,6 +62,11 @@ class Display(ABC):
         self._end_s = end_s
         run.on_step.append(self._after_step)
 
+    def count(self, what: str, done: int, total: int, last: str = "") -> None:
+        """Show how many of something are done, and which was the last."""
+        self._stop_waiting()
+        self._show_count(what, done, total, last)
+
     def _after_step(self, run: Run) -> None:
         now_s = monotonic()
         if self._timer is not None:
@@ -92,6 +97,9 @@ class Display(ABC):
 
     @abstractmethod
     def _show_progress(self, run: Run, factor: float) -> None: ...
+
+    @abstractmethod
+    def _show_count(self, what: str, done: int, total: int, last: str) -> None: ...
 
 
 class Bar(Display):
@@ -138,6 +146,10 @@ class Bar(Display):
         name = run.experiment.name
         self._progress.update(self._task, description=name, total=self._end_s, completed=run.now_s, told=told)
 
+    def _show_count(self, what: str, done: int, total: int, last: str) -> None:
+        told = f"{done} of {total} [dim]{last}[/dim]"
+        self._progress.update(self._task, description=what, total=total, completed=done, told=told)
+
 
 class Lines(Display):
     """A line whenever something takes long."""
@@ -152,6 +164,11 @@ class Lines(Display):
     def _show_progress(self, run: Run, factor: float) -> None:
         shares = shares_text(run.loop.account.shares())
         self._write(f"{run.now_s:.1f} of {self._end_s:g} s, {factor:.1f} x real time ({shares})")
+
+    def _show_count(self, what: str, done: int, total: int, last: str) -> None:
+        if monotonic() >= self._next_s or done == total:
+            self._next_s = monotonic() + self.interval_s
+            self._write(f"{what}: {done} of {total}")
 
     def _write(self, line: str) -> None:
         sys.stderr.write(f"{line}\n")

@@ -33,7 +33,7 @@ class RunSignals:
     @property
     def label(self) -> str:
         """Backends and seed, for people."""
-        return f"{self.brain} × {self.world}, seed {self.run.get('seed', '?')}"
+        return f"{self.brain} x {self.world}, seed {self.run.get('seed', '?')}"
 
     @property
     def brain(self) -> str:
@@ -73,15 +73,21 @@ class RunSignals:
     @cached_property
     def times_s(self) -> FloatArray:
         """The ends of all steps, s, from 0 on."""
-        return np.arange(round(self.end_s / self.step_s) + 1) * self.step_s
+        times: FloatArray = np.arange(round(self.end_s / self.step_s) + 1, dtype=float) * self.step_s
+        return times
 
-    def on_steps(self, series: Series) -> FloatArray:
-        """Return values that hold until the next, at every step; NaN before the first.
+    def held(self, series: Series, times_s: FloatArray | None = None) -> FloatArray:
+        """Return values that hold until the next, at some times; NaN before the first.
+
+        Args:
+            series: of this run.
+            times_s: by default the ends of all steps.
 
         Returns:
-            shape ``(n_steps, columns)``.
+            shape ``(n_times, columns)``.
         """
-        index = np.searchsorted(series.times_s, self.times_s + self.step_s * 1e-3, side="right") - 1
+        at_s = (self.times_s if times_s is None else times_s) + self.step_s * 1e-3
+        index = np.searchsorted(series.times_s, at_s, side="right") - 1
         return np.where(index[:, None] >= 0, series.values[np.maximum(index, 0)], np.nan)
 
     # -- the body

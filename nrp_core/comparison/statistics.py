@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import erf, exp, inf, nan, pi, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -121,8 +122,9 @@ def excess_values(within_a: FloatArray, between: FloatArray, within_b: FloatArra
     pairs of different seeds only; they are those of the jackknife (Tukey 1958).
 
     Args:
-        within_a, within_b: distances between the seeds of one group, shape ``(n, n)``.
-        between: from the seeds of the one to those of the other, shape ``(n, n)``.
+        within_a: distances between the seeds of one group, shape ``(n, n)``, n at least 3.
+        between: from the seeds of that group to those of the other, shape ``(n, n)``.
+        within_b: between the seeds of the other, shape ``(n, n)``.
     """
     n = len(between)
     excess = between - (within_a + within_b) / 2
@@ -134,7 +136,8 @@ def excess_values(within_a: FloatArray, between: FloatArray, within_b: FloatArra
     return pseudo
 
 
-def _t() -> type | object:
+def _t() -> Any:
+    """Return Student's distribution; SciPy takes its time to import."""
     from scipy.stats import t
 
     return t

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
 LEVELS = ("contract", "capability", "accuracy", "sequences", "statistical", "cross", "speed")
 """The questions that tests answer, in the order of asking."""
+
+_CAUSE = re.compile(r"^E +(.+)$", re.MULTILINE)
+"""The first error of what pytest tells of a failure."""
 
 
 class Outcome(StrEnum):
@@ -95,10 +99,20 @@ def lines(report: Mapping[str, Any]) -> Iterator[str]:
         yield from [level] if chosen else []
         for result in chosen:
             yield from _about(result)
+    yield from _shared_causes(results)
     told = ", ".join(f"{count} {outcome}" for outcome, count in report["counts"].items())
     verdict = "conforms" if report["conforms"] else "does not conform"
     seconds = sum(result.seconds for result in results)
     yield f"{report['kind']} {report['name']} {verdict}: {told or 'no tests'} in {seconds:.0f} s"
+
+
+def _shared_causes(results: Sequence[Result]) -> Iterator[str]:
+    """Tell what made several tests fail; whoever has just begun sees what to do next."""
+    errors = [result.reason for result in results if result.outcome is Outcome.FAILED]
+    causes = Counter(found[1] for error in errors if (found := _CAUSE.search(error)))
+    for cause, count in causes.most_common():
+        if count > 1:
+            yield f"{count} failed by the same: {cause}"
 
 
 def _about(result: Result) -> Iterator[str]:

@@ -12,7 +12,6 @@ from nrp_core.experiment.happenings import Event, TopicIs, When
 from nrp_core.experiment.whereabouts import Proximity, Whereabouts
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
-from nrp_core.world.topics import Subscription
 
 Times = Mapping[str, int]
 """When each event that has happened did, ns."""
@@ -42,7 +41,7 @@ def _all_of(when: When, world: World, where: Whereabouts) -> Condition:
         proximity, within = Proximity(when.near, world.scene), when.near.within
         conditions.append(lambda _now_ns, _times: proximity.distance(where) <= within)
     if when.topic is not None:
-        conditions.append(_topic_says(when.topic, world))
+        conditions.append(TopicSays(when.topic, world))
     return lambda now_ns, times: all(holds(now_ns, times) for holds in conditions)
 
 
@@ -50,25 +49,35 @@ def _has_happened(event: str, after_ns: int, now_ns: int, times: Times) -> bool:
     return event in times and now_ns >= times[event] + after_ns
 
 
-def _topic_says(wanted: TopicIs, world: World) -> Condition:
-    subscription = world.subscribe(wanted.name)
-    field = attrgetter(wanted.field)
-    try:
-        field(subscription.topic.type())
-    except AttributeError:
-        kind = type_name(subscription.topic.type)
-        raise TopicError(f"{wanted.name} carries {kind}, which has no field '{wanted.field}'") from None
-    return lambda _now_ns, _times: _says(wanted, field, subscription)
+class TopicSays:
+    """Whether a topic says something; as long as it has said nothing, it does not.
 
+    Raises:
+        TopicError: there is no such topic, or its message has no such field.
+    """
 
-def _says(wanted: TopicIs, field: Callable[[Any], Any], subscription: Subscription) -> bool:
-    stamped = subscription.latest
-    if stamped is None:
-        return False
-    value = field(stamped.message)
-    above, below, equals = wanted.above, wanted.below, wanted.equals
-    return bool(
-        (above is None or value > above)
-        and (below is None or value < below)
-        and (equals is None or value == equals)
-    )
+    def __init__(self, wanted: TopicIs, world: World) -> None:
+        self._wanted, self._field = wanted, attrgetter(wanted.field)
+        self._subscription = world.subscribe(wanted.name)
+        try:
+            self._field(self._subscription.topic.type())
+        except AttributeError:
+            kind = type_name(self._subscription.topic.type)
+            raise TopicError(f"{wanted.name} carries {kind}, which has no field '{wanted.field}'") from None
+
+    @property
+    def value(self) -> Any:
+        """What it said last, None for nothing."""
+        stamped = self._subscription.latest
+        return None if stamped is None else self._field(stamped.message)
+
+    def __call__(self, _now_ns: int, _times: Times) -> bool:
+        value = self.value
+        if value is None:
+            return False
+        above, below, equals = self._wanted.above, self._wanted.below, self._wanted.equals
+        return bool(
+            (above is None or value > above)
+            and (below is None or value < below)
+            and (equals is None or value == equals)
+        )

@@ -6,13 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot, inf
+from numbers import Real
 from typing import Any, final
 
 from nrp_core.clock import seconds
-from nrp_core.experiment.conditions import Times
+from nrp_core.experiment.conditions import Times, TopicSays
 from nrp_core.experiment.geometry import GroundPoint
-from nrp_core.experiment.happenings import START, Criterion, Near, StaysWithin, WithinOf
+from nrp_core.experiment.happenings import START, Criterion, During, Near, StaysWithin, TopicStays, WithinOf
 from nrp_core.experiment.whereabouts import Proximity, Whereabouts
+from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Scene
 
 
@@ -25,7 +27,7 @@ class Outcome:
         decided_s: simulated time of the decision, s.
         took_s: from when the criterion began to count until then, s.
         distance: what decides, m: the least distance of a ``near``, the greatest of a ``stays_within``.
-        limit: what it is compared with, m.
+        limit: what it is compared with, m; None where no distance decides.
         reason: the same in words.
     """
 
@@ -33,7 +35,7 @@ class Outcome:
     decided_s: float | None
     took_s: float | None
     distance: float | None
-    limit: float
+    limit: float | None
     reason: str
 
 
@@ -42,10 +44,10 @@ class Judge(ABC):
 
     Args:
         begins: the moment from which on it counts.
-        limit: the distance that decides, m.
+        limit: the distance that decides, m, if one does.
     """
 
-    def __init__(self, begins: int | str, limit: float) -> None:
+    def __init__(self, begins: int | str, limit: float | None = None) -> None:
         self._begins, self._limit = begins, limit
         self._began_ns: int | None = None
         self._decided_ns: int | None = None
@@ -106,7 +108,7 @@ class ComesNear(Judge):
 
     def __init__(self, near: Near, within_of: WithinOf | None, scene: Scene) -> None:
         super().__init__(START if within_of is None else within_of.event, near.within)
-        self._proximity = Proximity(near, scene)
+        self._proximity, self._within = Proximity(near, scene), near.within
         self._time_ns = None if within_of is None else within_of.time
 
     def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None:
@@ -115,23 +117,44 @@ class ComesNear(Judge):
             return
         distance = self._proximity.distance(where)
         self._distance = min(distance, inf if self._distance is None else self._distance)
-        if distance <= self._limit:
+        if distance <= self._within:
             self._decide(True, now_ns, f"{distance:.2f} m after {seconds(now_ns - began_ns):g} s")
 
     def _finish(self, now_ns: int) -> None:
         self._decide(False, now_ns, f"{self._nearest()} by the end of the run")
 
     def _nearest(self) -> str:
-        return f"no nearer than {self._distance:.2f} m, not {self._limit:g} m,"
+        return f"no nearer than {self._distance:.2f} m, not {self._within:g} m,"
 
 
-class Stays(Judge):
+class Throughout(Judge):
+    """Something is so at every step of a part of the run."""
+
+    def __init__(self, during: During, limit: float | None = None) -> None:
+        super().__init__(during.since, limit)
+        self._until = during.until
+
+    def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None:
+        until_ns = moment_ns(self._until, times)
+        if until_ns is None or now_ns <= until_ns:
+            wrong = self._wrong(now_ns, times, where)
+            if wrong is not None:
+                self._decide(False, now_ns, wrong)
+                return
+        if until_ns is not None and now_ns >= until_ns:
+            self._finish(now_ns)
+
+    @abstractmethod
+    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
+        """Return in words what is not as it should be now, if anything is."""
+
+
+class Stays(Throughout):
     """A model does not leave a circle on the ground."""
 
     def __init__(self, stays: StaysWithin, scene: Scene) -> None:
-        super().__init__(stays.during.since, stays.distance)
-        self._model = scene.model(stays.model).name
-        self._until = stays.during.until
+        super().__init__(stays.during, stays.distance)
+        self._model, self._radius = scene.model(stays.model).name, stays.distance
         self._centre: GroundPoint | None = None if isinstance(stays.of, str) else stays.of
 
     def save(self) -> Any:
@@ -141,33 +164,49 @@ class Stays(Judge):
         judged, self._centre = saved
         super().restore(judged)
 
-    def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None:
+    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
         x, y = where.ground(self._model)
         self._centre = self._centre or (x, y)
         distance = hypot(x - self._centre[0], y - self._centre[1])
-        until_ns = moment_ns(self._until, times)
-        if until_ns is None or now_ns <= until_ns:
-            self._distance = max(distance, self._distance or 0.0)
-            if distance > self._limit:
-                self._decide(False, now_ns, f"{distance:.2f} m away, more than {self._limit:g} m")
-                return
-        if until_ns is not None and now_ns >= until_ns:
-            self._finish(now_ns)
+        self._distance = max(distance, self._distance or 0.0)
+        return f"{distance:.2f} m away, more than {self._radius:g} m" if distance > self._radius else None
 
     def _finish(self, now_ns: int) -> None:
-        self._decide(True, now_ns, f"never more than {self._distance:.2f} m away")
+        self._decide(True, now_ns, f"never more than {self._distance or 0.0:.2f} m away")
 
 
-def judge_of(criterion: Criterion, scene: Scene) -> Judge:
+class StaysSo(Throughout):
+    """A topic keeps saying something."""
+
+    def __init__(self, stays: TopicStays, world: World) -> None:
+        super().__init__(stays.during)
+        self._topic, self._says = stays.name, TopicSays(stays, world)
+
+    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
+        if self._says(now_ns, times):
+            return None
+        value = self._says.value
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        said = "nothing" if value is None else f"{value:.6g}" if is_number else repr(value)
+        return f"{self._topic} said {said} at {seconds(now_ns):g} s"
+
+    def _finish(self, now_ns: int) -> None:
+        self._decide(True, now_ns, f"{self._topic} never said anything else")
+
+
+def judge_of(criterion: Criterion, world: World) -> Judge:
     """Return what decides a criterion.
 
     Raises:
         SceneError: it names something that is not in the scene.
+        TopicError: it names a topic or a field that does not exist.
     """
     if criterion.stays_within is not None:
-        return Stays(criterion.stays_within, scene)
+        return Stays(criterion.stays_within, world.scene)
+    if criterion.topic_stays is not None:
+        return StaysSo(criterion.topic_stays, world)
     assert criterion.near is not None  # checked when it was read
-    return ComesNear(criterion.near, criterion.within_of, scene)
+    return ComesNear(criterion.near, criterion.within_of, world.scene)
 
 
 def moment_ns(moment: int | str, times: Times) -> int | None:

@@ -178,6 +178,13 @@ class StaysWithin(Section):
     """When it counts; by default the whole run."""
 
 
+class TopicStays(TopicIs):
+    """A topic keeps saying something."""
+
+    during: During = During()
+    """When it counts; by default the whole run."""
+
+
 class Criterion(Section):
     """What must be so for the run to pass."""
 
@@ -187,10 +194,12 @@ class Criterion(Section):
     """Soon enough after an event; without it at any time. Goes with ``near``."""
     stays_within: StaysWithin | None = None
     """A model stays where it is."""
+    topic_stays: TopicStays | None = None
+    """A topic keeps saying something."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> Criterion:
-        self._require_one_of(("near", "stays_within"))
+        self._require_one_of(("near", "stays_within", "topic_stays"))
         if self.within_of is not None and self.near is None:
             raise ValueError("'within_of' goes with 'near'")
         return self

@@ -28,7 +28,7 @@ from nrp_core.experiment.making import Maker
 from nrp_core.experiment.section import Name, Section, TopicName
 from nrp_core.experiment.tree import Key, Place, Tree
 from nrp_core.paths import ExistingFile, ExistingFolder
-from nrp_core.quantities import AngleRad, DurationNs, LengthM
+from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
 from nrp_core.world.scene.pose import Pose
 
 _SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
@@ -59,6 +59,13 @@ def _six_values(value: object) -> object:
     return value
 
 
+def _limit(value: object) -> object:
+    try:
+        return None if value in (None, "off") else time_ns(value)
+    except ValueError as error:
+        raise ValueError(f"{error}; or 'off' for no limit") from None
+
+
 Selection = Annotated[
     str | int | list[int],
     PlainValidator(_selection),
@@ -68,6 +75,11 @@ Pace = Annotated[
     str | float,
     PlainValidator(_pace),
     WithJsonSchema({"type": ["string", "number"], "examples": ["max", "realtime", 2.0]}),
+]
+TimeLimit = Annotated[
+    Annotated[int, Field(gt=0)] | None,
+    BeforeValidator(_limit),
+    WithJsonSchema({"type": ["string", "number"], "examples": ["60 s", "off"]}),
 ]
 MessageType = Annotated[
     type, PlainValidator(message_type), WithJsonSchema({"type": "string", "examples": ["std_msgs/Float64"]})
@@ -164,7 +176,9 @@ class Experiment(Section):
     criteria: dict[Name, Criterion] = Field(default_factory=dict)
     """What must be so for the run to pass."""
     on_error: Literal["stop", "quarantine"] = "stop"
-    """What a transfer function that raises does: stop the run, or be set aside."""
+    """What a transfer function that raises, or does not return, does: stop the run, or be set aside."""
+    function_time_limit: TimeLimit = 60_000_000_000
+    """Wall time that one call of a transfer function may take, or ``off``; see ``on_error``."""
     tf_time: Literal["end", "start"] = "end"
     """Which time transfer functions get: that of their data, or the start of the step."""
     strict: bool = True

@@ -248,11 +248,12 @@ def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], 
     for name, criterion in experiment.criteria.items():
         if criterion.within_of is not None:
             yield ("criteria", name, "within_of", "event"), criterion.within_of.event
-        if criterion.stays_within is not None:
-            for key in ("since", "until"):
-                moment = getattr(criterion.stays_within.during, key)
+        for kind in ("stays_within", "topic_stays"):
+            stays = getattr(criterion, kind)
+            for key in ("since", "until") if stays is not None else ():
+                moment = getattr(stays.during, key)
                 if isinstance(moment, str) and moment not in (START, END):
-                    yield ("criteria", name, "stays_within", "during", key), moment
+                    yield ("criteria", name, kind, "during", key), moment
 
 
 def _warning(text: str) -> Finding:

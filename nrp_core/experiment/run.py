@@ -99,6 +99,7 @@ class Run(Closing):
             self._close = opened.pop_all().close
 
     def _close_loop(self, plan: Plan) -> ClosedLoop:
+        limit_ns = self.experiment.function_time_limit
         loop = ClosedLoop(
             self.brain,
             self.world,
@@ -106,6 +107,7 @@ class Run(Closing):
             period_ns=self.experiment.timestep,
             tf_time=self.experiment.tf_time,
             on_error=self.experiment.on_error,
+            function_time_limit_s=None if limit_ns is None else seconds(limit_ns),
             pacing=pacing_of(self.experiment.pace),
         )
         loop.hooks.before_step.append(self._look)

@@ -57,7 +57,6 @@ class Watch:
     """
 
     def __init__(self, experiment: Experiment, world: World, collector: Collector) -> None:
-        self._experiment, self._scene = experiment, world.scene
         self.where = Whereabouts(world)
         self.events = Events()
         for name, event in experiment.events.items():
@@ -67,19 +66,17 @@ class Watch:
                     actions.append(action_of(publish, world))
             with collector.during(Code.NRP213, "events", name, "when"):
                 self.events.add(name, trigger(event, world, self.where), actions)
-        self._judges = self._appointed(collector)
-
-    def _appointed(self, collector: Collector) -> dict[str, Judge]:
-        judges: dict[str, Judge] = {}
-        for name, criterion in self._experiment.criteria.items():
-            with collector.during(Code.NRP213, "criteria", name, "near", "stays_within"):
-                judges[name] = judge_of(criterion, self._scene)
-        return judges
+        self._judges: dict[str, Judge] = {}
+        for name, criterion in experiment.criteria.items():
+            with collector.during(Code.NRP213, "criteria", name, "near", "stays_within", "topic_stays"):
+                self._judges[name] = judge_of(criterion, world)
+        self._unspoilt = {name: judge.save() for name, judge in self._judges.items()}
 
     def reset(self) -> None:
         """Begin anew at time 0."""
         self.events.reset()
-        self._judges = self._appointed(Collector(self._experiment))
+        for name, judge in self._judges.items():
+            judge.restore(self._unspoilt[name])
 
     def save(self) -> Any:
         """Return which events have happened and what the criteria have seen."""

@@ -123,14 +123,25 @@ class Comparison:
             hashes: its hashes.
             codec: knows the types of the messages.
         """
-        if self.difference is not None:
-            return
+        if self.difference is None:
+            after = [
+                (entry.topic, entry.about["role"], codec.name(entry.kind), b"".join(parts))
+                for entry, parts in zip(step.entries, encoded, strict=True)
+            ]
+            self._add(recorded, after, hashes, codec)
+
+    def add_recorded(self, recorded: RecordedStep, other: RecordedStep, codec: Codec) -> None:
+        """Compare a step of another recording, unless there was a difference already."""
+        if self.difference is None:
+            for topic, _ in (*recorded.messages, *other.messages):
+                codec.define(topic.type_name, topic.definition)
+            self._add(recorded, _messages(other), other.hashes, codec)
+
+    def _add(
+        self, recorded: RecordedStep, after: Sequence[_Message], hashes: Sequence[str], codec: Codec
+    ) -> None:
         self.steps += 1
-        before = [(topic.name, topic.role, topic.type_name, data) for topic, data in recorded.messages]
-        after = [
-            (entry.topic, entry.about["role"], codec.name(entry.kind), b"".join(parts))
-            for entry, parts in zip(step.entries, encoded, strict=True)
-        ]
+        before = _messages(recorded)
         found: dict[int, tuple[str, str, str]] = {}
         for group in self._groups:
             then, now = _in_group(before, group), _in_group(after, group)
@@ -157,6 +168,10 @@ class Comparison:
 
 _Message = tuple[str, str, str, bytes]
 """Topic, role, type and bytes of a message."""
+
+
+def _messages(step: RecordedStep) -> list[_Message]:
+    return [(topic.name, topic.role, topic.type_name, data) for topic, data in step.messages]
 
 
 def _causes_first(groups: Collection[int]) -> list[int]:

@@ -14,9 +14,12 @@ class WorldCapabilities:
     Args:
         step_ns: what is its physics step?
         determinism: how far do two runs agree?
-        renderers: which camera renderers are there, the preferred one first? None: no cameras.
+        renderers: which camera renderers are there, the preferred one first? None: no cameras. The core draws
+            with ``raster`` where the backend does not.
         snapshot: can its state be saved and restored?
         releases_gil: can it step while Python code runs in another thread?
+        dynamics: do things fall, push and swing? Otherwise only robots with a drive move, as one rigid body, as
+            they are commanded and as far as there is room; a scene with other movable models is refused.
         links: does it tell where every link is? Lasers, inertial sensors and poses of links need it.
         contacts: does it tell what touches what?
         joint_control: can single joints be driven, and bodies pushed by forces?
@@ -29,6 +32,7 @@ class WorldCapabilities:
     renderers: tuple[str, ...] = ()
     snapshot: bool = False
     releases_gil: bool = False
+    dynamics: bool = True
     links: bool = False
     contacts: bool = False
     joint_control: bool = False

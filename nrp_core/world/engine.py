@@ -25,12 +25,13 @@ from nrp_core.world.parts.base import (
 )
 from nrp_core.world.physics.bodies import Body, bodies_of, body_of
 from nrp_core.world.physics.mass import rotation_matrix
-from nrp_core.world.render.optics import Optics
+from nrp_core.world.render.optics import Optics, optics_of
 from nrp_core.world.scene.model import Camera, Rgba, Scene
 from nrp_core.world.scene.sensing import Laser
 
 if TYPE_CHECKING:
     from nrp_core.world.physics.collisions import CollisionSpace
+    from nrp_core.world.render.raster import RasterCameras
 
 FloatArray = npt.NDArray[np.float64]
 ReadFrames = Callable[[FloatArray], None]
@@ -54,6 +55,7 @@ class PhysicsEngine(Engine):
         self.image_scale = 1.0
         self._bodies: dict[str, tuple[Body, ...]] = {}
         self._space: CollisionSpace | None = None
+        self._raster: RasterCameras | None = None
 
     @property
     def step_ns(self) -> int:
@@ -163,10 +165,21 @@ class PhysicsEngine(Engine):
             self._space = CollisionSpace(bodies, self._do_frames)
         return self._space
 
+    def _pictures(self) -> RasterCameras:
+        from nrp_core.world.render.raster import RasterCameras  # compiled code takes time to load
+
+        if "raster" not in self.capabilities.renderers:
+            raise self._lacks("has no cameras")
+        if self._raster is None:
+            bodies = {model.name: self._bodies_of(model.name) for model in self.scene.models}
+            self._raster = RasterCameras(bodies, optics_of(self.scene, self.image_scale), self._do_frames)
+        return self._raster
+
     def _forget_scene(self) -> None:
         """Forget what followed from the scene, because it has changed."""
         self._bodies = {}
         self._space = None
+        self._raster = None
 
     def _lacks(self, what: str) -> CapabilityError:
         return CapabilityError(f"{type(self).__name__} {what}")
@@ -189,17 +202,18 @@ class PhysicsEngine(Engine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         """Let a drive aim at a velocity of the body from now on."""
 
-    @abstractmethod
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
         """Colour a visual, named by its path ``model/link/visual``, from the next picture on."""
+        if self.capabilities.renderers:
+            self._pictures().set_color(visual, rgba)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         """Return what a camera sees now, shape ``(height, width, 3)``, RGB, a fresh array."""
-        raise self._lacks("has no cameras")
+        return self._pictures().picture((model, link, camera))
 
     def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
         """Return the depth that a camera sees now, m, shape ``(height, width)``, a fresh array."""
-        raise self._lacks("has no depth cameras")
+        return self._pictures().depth((model, link, camera))
 
     def _do_joint_states(self, model: str) -> JointStates:
         """Return the state of the movable joints of a model, in the order of its file."""
@@ -207,6 +221,8 @@ class PhysicsEngine(Engine):
 
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
         """Return where a link is and how it moves, in the frame of the world."""
+        if not self.capabilities.dynamics:  # joints stay as the files have them
+            return self._do_model_motion(model).at(self.scene.model(model).link(link).pose)
         bodies = self._bodies_of(model)
         body = bodies[body_of(bodies, link)]
         first = self.scene.model(model).links[0].name

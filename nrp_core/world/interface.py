@@ -1,25 +1,25 @@
 """The world side: what a physics engine must offer to take part in the loop.
 
-A minimal backend steps its engine, tells where models are, takes a body velocity, renders a camera and
-changes a colour: the ``_do_*`` methods of :class:`~nrp_core.world.engine.PhysicsEngine`. Topics, messages,
-rates, time-outs, odometry, controllers and services are supplied here, once for all backends, by the parts in
+A minimal backend steps its engine, resets it, tells where models are and takes a body velocity: the abstract
+``_do_*`` methods of :class:`~nrp_core.world.engine.PhysicsEngine`. Pictures, topics, messages, rates,
+time-outs, odometry, controllers and services are supplied here, once for all backends, by the parts in
 :mod:`nrp_core.world.parts` and the :mod:`~nrp_core.world.switchboard`.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
 
 from nrp_core.clock import milliseconds
 from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, TimestepError
-from nrp_core.simulation import INTERFACE_VERSION, Simulation
+from nrp_core.simulation import Simulation
 from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
 from nrp_core.world.engine import PhysicsEngine
 from nrp_core.world.parts.base import ImageArray as ImageArray
@@ -32,6 +32,9 @@ from nrp_core.world.scene.model import Light, Model, Scene
 from nrp_core.world.services import Services
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Stamped, check_message
+
+if TYPE_CHECKING:
+    from nrp_core.world.batch import WorldBatch
 
 
 class WorldOptions(BaseModel):
@@ -60,6 +63,7 @@ class World(Simulation, Switchboard, PhysicsEngine):
         Simulation.__init__(self, seed=seed, identity=f"{identity}:{scene.digest}")
         Switchboard.__init__(self, capabilities.step_ns)
         PhysicsEngine.__init__(self, scene, capabilities)
+        self._require_dynamics(scene)
         self._opened = scene
         self.paused = False
         self.warnings: list[str] = list(scene.warnings)
@@ -171,10 +175,16 @@ class World(Simulation, Switchboard, PhysicsEngine):
                 part.restore(saved)
 
     def _load_scene(self, scene: Scene) -> None:
+        self._require_dynamics(scene)
         self._do_load(scene)
         self.scene = scene
         self._forget_scene()
         self._take_stock()
+
+    def _require_dynamics(self, scene: Scene) -> None:
+        for model in scene.models:
+            if not (self.capabilities.dynamics or model.static or model.drives):
+                raise self._lacks(f"has no dynamics: '{model.name}' could not move; make it static")
 
     def _take_stock(self) -> None:
         """Serve the parts of the models that are there now, and no others."""
@@ -281,11 +291,11 @@ class WorldBackend(ABC):
     """The entry point of a physics engine; importing and constructing it is cheap.
 
     Attributes:
-        interface_version: the version of the interfaces it was written for.
+        interface_version: the version of the interfaces it was written for; the first, if it does not say.
         options: the model of its options.
     """
 
-    interface_version: ClassVar[int] = INTERFACE_VERSION
+    interface_version: ClassVar[int] = 1
     options: ClassVar[type[WorldOptions]] = WorldOptions
 
     @abstractmethod
@@ -299,3 +309,32 @@ class WorldBackend(ABC):
     @abstractmethod
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
         """Load a scene into the engine, at time 0."""
+
+    def open_batch(
+        self, scene: Scene, *, seeds: Sequence[int], options: WorldOptions, threads: int = 0
+    ) -> WorldBatch:
+        """Open a scene many times, once for each seed; each copy does what it would do alone.
+
+        Args:
+            scene: what is simulated.
+            seeds: of the copies.
+            options: of all copies.
+            threads: how many step them; 0: as many as help.
+
+        Raises:
+            ValueError: there are no seeds.
+        """
+        from nrp_core.world.batch import WorldBatch  # which needs this module
+
+        if not seeds:
+            raise ValueError("a batch needs at least one seed")
+        def copies() -> Iterator[World]:
+            yield (first := self.open(scene, seed=seeds[0], options=options))
+            for seed in seeds[1:]:
+                yield self._open_again(first, seed=seed, options=options)
+
+        return WorldBatch.open(copies(), threads)
+
+    def _open_again(self, first: World, *, seed: int, options: WorldOptions) -> World:
+        """Open once more what was just opened; a backend may use what it has built for the first."""
+        return self.open(first.scene, seed=seed, options=options)

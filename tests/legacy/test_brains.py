@@ -83,5 +83,5 @@ def test_a_name_without_neurons_is_told(tmp_path: Path) -> None:
 
 
 def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(NetworkError, match=r"brains are read from \.py files, not from 'brain.h5'"):
-        load_brain(tmp_path / "brain.h5", {}, 0)
+    with pytest.raises(NetworkError, match=r"brains are read from \.py and \.h5 files, not from 'brain.sli'"):
+        load_brain(tmp_path / "brain.sli", {}, 0)

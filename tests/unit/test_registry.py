@@ -6,6 +6,7 @@ from shutil import copytree
 
 import pytest
 
+from nrp_core import registry
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.errors import (
     BackendLoadError,
@@ -103,6 +104,16 @@ def test_another_interface_version_says_which_side_to_upgrade(
     install(f"v{version}", GOOD + f"    interface_version = {version}\n")
     with pytest.raises(IncompatibleBackendError, match=f"interface version {version}.*--upgrade {what}"):
         brains().load(f"v{version}")
+
+
+def test_a_backend_that_does_not_say_was_written_for_the_first_version_of_the_interface(
+    install: Install, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install("old")
+    assert brains().load("old").interface_version == 1
+    monkeypatch.setattr(registry, "INTERFACE_VERSION", 2)
+    with pytest.raises(IncompatibleBackendError, match=r"version 1; .* version 2: .*--upgrade acme-brain"):
+        brains().load("old")
 
 
 def test_something_that_is_no_backend_is_refused(install: Install) -> None:

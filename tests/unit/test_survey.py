@@ -67,9 +67,10 @@ def test_a_backend_whose_simulator_is_missing_is_not_available(install_brain: In
         ("raise RuntimeError('no licence')", "RuntimeError: no licence"),
         ("import os; os._exit(7)", "ends the interpreter with exit code 7"),
         ("import os; os.abort()", "ends the interpreter: SIGABRT"),
+        ("import ctypes; ctypes.string_at(0)", "ends the interpreter: SIGSEGV"),
         ("Backend = 5", "is not a subclass of BrainBackend"),
     ],
-    ids=["raises", "exits", "aborts", "no class"],
+    ids=["raises", "exits", "aborts", "crashes", "no class"],
 )
 def test_a_backend_that_cannot_be_imported_is_reported_with_a_remedy(
     install_brain: Install, source: str, reason: str
@@ -89,7 +90,7 @@ def test_a_backend_that_takes_forever_is_given_up(install_brain: Install) -> Non
 
 
 def test_one_bad_backend_hides_no_other(install_brain: Install) -> None:
-    install_brain("bad", "import os; os._exit(7)")
+    install_brain("bad", "import os; os.abort()")
     install_brain("good", GOOD)
     found = {one.provider.name: one.available for one in survey() if one.kind == "brain"}
     assert found["good"]

@@ -29,8 +29,8 @@ from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network import FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.clock import NS_PER_MS, milliseconds
-from nrp_core.errors import CapabilityError, TimestepError
+from nrp_core.clock import NS_PER_MS
+from nrp_core.errors import CapabilityError
 
 
 class SpinnakerBrain(Brain):
@@ -76,12 +76,7 @@ class SpinnakerBrain(Brain):
         return {label: (int(both[0]), int(both[1])) for label, both in sums.items()}
 
     def _do_run_until(self, t_ns: int) -> None:
-        until, rest = divmod(t_ns, self._options.timestep)
-        if rest:
-            raise TimestepError(
-                f"the machine runs in time steps of {milliseconds(self._options.timestep):g} ms and cannot "
-                f"stop at {milliseconds(t_ns):g} ms"
-            )
+        until = t_ns // self._options.timestep
         self._take_injected()
         self._draw_until(until)
         self._spikes.append(self._reported(self._engine.run(until)))

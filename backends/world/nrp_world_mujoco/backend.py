@@ -71,6 +71,12 @@ class MujocoBackend(WorldBackend):
             ) from error
         return MujocoWorld(scene, seed=seed, capabilities=capabilities, options=options)
 
+    def _open_again(self, first: World, *, seed: int, options: WorldOptions) -> World:
+        from nrp_world_mujoco.world import MujocoWorld
+
+        assert isinstance(first, MujocoWorld)
+        return first.copy(seed)
+
 
 def _renderers(options: MujocoOptions) -> tuple[str, ...]:
     if options.renderer == "auto":

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +29,7 @@ from nrp_core.world.render.optics import optics_of
 from nrp_core.world.scene.model import Link, Model, Rgba, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_world_mujoco.backend import MujocoOptions
-from nrp_world_mujoco.build import build
+from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Drive
@@ -39,19 +41,31 @@ class MujocoWorld(World):
     """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoBackend` for the options."""
 
     def __init__(
-        self, scene: Scene, *, seed: int, capabilities: WorldCapabilities, options: MujocoOptions
+        self,
+        scene: Scene,
+        *,
+        seed: int,
+        capabilities: WorldCapabilities,
+        options: MujocoOptions,
+        built: Built | None = None,
     ) -> None:
         identity = f"mujoco {mujoco.__version__} {options.model_dump_json()}"
         super().__init__(scene, seed=seed, capabilities=capabilities, identity=identity)
         self._options = options
         self.image_scale = options.image_scale
         self._cameras: Cameras | None = None
-        self._do_load(scene)
+        self._do_load(scene, built)
 
-    def _do_load(self, scene: Scene) -> None:
+    def copy(self, seed: int) -> MujocoWorld:
+        """Open the same scene once more; what was compiled is copied."""
+        built = replace(self._built, model=copy(self._built.model))
+        has, options = self.capabilities, self._options
+        return MujocoWorld(self._opened, seed=seed, capabilities=has, options=options, built=built)
+
+    def _do_load(self, scene: Scene, built: Built | None = None) -> None:
         options, renderer = self._options, self.capabilities.renderers[0]
-        optics = optics_of(scene, options.image_scale)
-        self._built = build(scene, timestep_ns=options.timestep, optics=optics, visuals=renderer != "raster")
+        optics, visuals = optics_of(scene, options.image_scale), renderer != "raster"
+        self._built = built or build(scene, timestep_ns=options.timestep, optics=optics, visuals=visuals)
         self._model = self._built.model
         self._data = mujoco.MjData(self._model)
         self._buffer = np.empty(mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION))

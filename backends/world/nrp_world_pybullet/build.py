@@ -16,7 +16,14 @@ from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import ForceTorque
 from nrp_world_pybullet.engine import bullet, quiet
-from nrp_world_pybullet.shapes import Shapes, add_collisions, add_visuals, shapes_of
+from nrp_world_pybullet.shapes import (
+    NO_SHAPE,
+    Shapes,
+    add_collisions,
+    add_nothing_to_see,
+    add_visuals,
+    shapes_of,
+)
 
 BASE = -1
 UNLIMITED_SPEED = 1e6
@@ -151,7 +158,11 @@ class _Builder:
     def _create(self, links: Sequence[_Link]) -> int:
         base, *others = links
         collisions = [add_collisions(link.shapes.collisions, self._client) for link in links]
-        visuals = [add_visuals(link.shapes.visuals, self._client) for link in links]
+        unseen = add_nothing_to_see(self._client) if self._with_visuals else NO_SHAPE
+        visuals = [
+            add_visuals(link.shapes.visuals, self._client) if link.shapes.visuals else unseen
+            for link in links
+        ]
         multibody = bullet.createMultiBody(
             baseMass=base.inertial.mass,
             baseCollisionShapeIndex=collisions[0],

@@ -84,6 +84,14 @@ def add_visuals(visuals: Sequence[tuple[str, Visual]], client: int) -> int:
     return int(bullet.createVisualShapeArray(**arguments, rgbaColors=colors, physicsClientId=client))
 
 
+def add_nothing_to_see(client: int) -> int:
+    """Load a visual that is not drawn, and return its id.
+
+    A link with collision shapes needs it if it has no visuals: PyBullet would draw the collision shapes.
+    """
+    return add_visuals([("", Visual("nothing", Sphere(1e-3), rgba=(0.0, 0.0, 0.0, 0.0)))], client)
+
+
 def _arguments(shapes: Sequence[tuple[Geometry, Pose]], kind: str) -> dict[str, Any]:
     """Return the arguments of PyBullet's array functions, which want every size of every shape."""
     rows = [_row(geometry) for geometry, _ in shapes]

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any
 
 from nrp_core.dsl.messages import message_packages
+from nrp_core.world.messages import gazebo_srvs, std_srvs
+from nrp_core.world.messages.geometry_msgs import Pose
 
 _FURTHER_PACKAGES = (
     "actionlib_msgs", "control_msgs", "diagnostic_msgs", "dynamic_reconfigure", "gazebo_ros_muscle_interface",
     "hbp_nrp_cle_msgs", "iba_manager", "rosgraph_msgs", "shape_msgs", "tf2_msgs", "trajectory_msgs",
 )  # fmt: skip
-_SERVICE_PACKAGES = ("cle_ros_msgs", "dynamic_reconfigure", "gazebo_msgs", "std_srvs")
+_SERVICE_PACKAGES = (
+    "cle_ros_msgs", "controller_manager_msgs", "dynamic_reconfigure", "gazebo_msgs", "iba_manager",
+    "rosgraph_msgs", "std_srvs",
+)  # fmt: skip
 
 
 def module(name: str, /, **content: Any) -> ModuleType:
@@ -48,22 +53,32 @@ class ServiceType:
         return Request(values, fields)
 
 
-@dataclass(slots=True)
 class Request:
-    """What is asked of a service.
+    """What is asked of a service that is not known by this name; its fields are attributes.
 
     Args:
         values: by position.
-        fields: by name; attributes of the request.
+        fields: by name.
     """
 
-    values: tuple[Any, ...] = ()
-    fields: dict[str, Any] = field(default_factory=dict)
+    def __init__(self, values: tuple[Any, ...] = (), fields: Mapping[str, Any] = MappingProxyType({})) -> None:
+        vars(self).update(fields, _values=values)
+
+    @property
+    def values(self) -> tuple[Any, ...]:
+        """What was given by position."""
+        given: tuple[Any, ...] = vars(self)["_values"]
+        return given
+
+    @property
+    def fields(self) -> dict[str, Any]:
+        """What was given by name."""
+        return {name: value for name, value in vars(self).items() if name != "_values"}
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name not in self.fields:
+        if name.startswith("_"):
             raise AttributeError(name)
-        return self.fields[name]
+        return vars(self).setdefault(name, Pose() if name == "initial_pose" else OpenMessage())
 
 
 class OpenMessage:
@@ -92,7 +107,17 @@ def message_modules() -> dict[str, ModuleType]:
 
 def service_modules() -> dict[str, ModuleType]:
     """Return ``<package>.srv`` of the packages whose services experiments call."""
-    return {f"{package}.srv": open_module(f"{package}.srv", ServiceType, {}) for package in _SERVICE_PACKAGES}
+    known = {"gazebo_msgs": gazebo_srvs, "std_srvs": std_srvs}
+    return {
+        f"{package}.srv": open_module(f"{package}.srv", ServiceType, _requests(known.get(package)))
+        for package in _SERVICE_PACKAGES
+    }
+
+
+def _requests(known: ModuleType | None) -> dict[str, Any]:
+    """Return the requests and answers that a module has."""
+    ends = ("Request", "Response")
+    return {name: value for name, value in vars(known).items() if name.endswith(ends)} if known else {}
 
 
 def _open_message(known: ModuleType | None, name: str) -> type:

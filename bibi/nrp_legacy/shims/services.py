@@ -12,6 +12,11 @@ from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.modules import Request
 from nrp_legacy.shims.times import Duration, Time
 
+_SPELLINGS = {"entity_name": "model_name", "entity_xml": "model_xml", "entity_namespace": "robot_namespace"}
+"""Fields as the platform's own version of Gazebo called them."""
+_UNUSED = ("attenuation_constant", "attenuation_linear", "attenuation_quadratic")
+"""Fields of requests that worlds here know nothing of."""
+
 
 class ServiceException(Exception):  # noqa: N818 - the name that users catch
     """A service is not there, or does not do what is asked."""
@@ -44,9 +49,13 @@ class Services:
             raise ServiceException(f"service {name} answers once the simulation runs")
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
+        known = [field.name for field in dataclasses.fields(self._graph.world.topics[name].type)]
+        named = {_SPELLINGS.get(key, key): _message(value) for key, value in fields.items()}
         try:
             return self._graph.world.call(
-                name, *map(_message, values), **{key: _message(value) for key, value in fields.items()}
+                name,
+                *map(_message, values[: max(1, len(known))]),
+                **{key: value for key, value in named.items() if key in known or key not in _UNUSED},
             )
         except (NrpError, TypeError) as error:
             raise ServiceException(f"service {name}: {error}") from error

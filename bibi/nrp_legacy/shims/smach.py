@@ -7,6 +7,7 @@ from types import ModuleType
 from typing import Any, Self
 
 from nrp_core.errors import did_you_mean
+from nrp_legacy.shims.graph import log
 from nrp_legacy.shims.modules import module
 from nrp_legacy.shims.steps import Task
 
@@ -76,6 +77,22 @@ class State:
     recall_preempt = service_preempt
 
 
+OUTCOMES = "_smach_outcomes"
+"""Where a decorated function keeps its outcomes."""
+
+
+def cb_interface(
+    outcomes: Iterable[str] = (), *_keys: Iterable[str], **_more: Iterable[str]
+) -> Callable[[Callable[..., str]], Callable[..., str]]:
+    """Return a decorator that tells the outcomes of a function for :class:`CBState`."""
+
+    def told(function: Callable[..., str]) -> Callable[..., str]:
+        setattr(function, OUTCOMES, tuple(outcomes))
+        return function
+
+    return told
+
+
 class CBState(State):
     """A state that calls a function.
 
@@ -93,7 +110,7 @@ class CBState(State):
         output_keys: Iterable[str] = (),
         io_keys: Iterable[str] = (),
     ) -> None:
-        super().__init__(outcomes)
+        super().__init__([*outcomes, *getattr(cb, OUTCOMES, ())])
         self._callback, self._values, self._more = cb, tuple(cb_args), dict(cb_kwargs or {})
 
     def execute(self, userdata: Any) -> str:
@@ -251,5 +268,7 @@ def smach_module() -> ModuleType:
     return module(
         "smach",
         State=State, CBState=CBState, StateMachine=StateMachine, Concurrence=Concurrence, Sequence=Sequence,
-        UserData=UserData, InvalidTransitionError=InvalidTransitionError,
+        UserData=UserData, InvalidTransitionError=InvalidTransitionError, cb_interface=cb_interface,
+        set_loggers=lambda *_loggers: None, loginfo=log.info, logwarn=log.warning, logerr=log.error,
+        logdebug=log.debug,
     )  # fmt: skip

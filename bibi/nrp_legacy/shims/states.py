@@ -238,6 +238,19 @@ class ClientLogState(State):
         return "succeeded"
 
 
+class IntrospectionServer:
+    """Shows a machine to a viewer that is not there."""
+
+    def __init__(self, *_values: Any, **_more: Any) -> None:
+        """Show nothing."""
+
+    def start(self) -> None:
+        """Show nothing."""
+
+    def stop(self) -> None:
+        """Show nothing."""
+
+
 class UnavailableState(State):
     """A state that changes the scene in a way that no world of ours can; it says so and is aborted."""
 
@@ -263,6 +276,8 @@ def smach_ros_module(graph: Graph, services: Services) -> ModuleType:
         "smach_ros",
         MonitorState=partial(MonitorState, graph),
         ServiceState=partial(ServiceState, graph, services),
+        IntrospectionServer=IntrospectionServer,
+        set_preempt_handler=lambda _container: None,
     )
 
 

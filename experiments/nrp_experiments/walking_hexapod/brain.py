@@ -1,13 +1,13 @@
 """A central pattern generator for six legs: twelve half centres that inhibit each other.
 
-Each leg has a half centre that swings it forward and one that pushes it back. Cells of both fire by themselves;
-whichever half centre fires silences the other one of its leg. The silence does not last: inhibitory synapses
-tire (they recover with ``tau_rec``), the silent one escapes, and the roles change, about once a second. That
-is the half-centre oscillator of T. G. Brown (1911) with release by synaptic depression.
+Each leg has a half centre that swings it forward and one that pushes it back. Cells of both fire by
+themselves; whichever half centre fires silences the other one of its leg. The silence does not last:
+inhibitory synapses tire (they recover with ``tau_rec``), the silent one escapes, and the roles change, about
+once a second. That is the half-centre oscillator of T. G. Brown (1911), with synapses that depress.
 
 Swinging legs inhibit the swinging of their neighbours, which are the legs before and behind them on the same
 side and the one opposite. Neighbours so come to take turns, and three legs always stand: the tripod gait of
-insects. Nothing but that decides which three begin.
+insects. Which three begin follows from the random potentials at the start.
 
 Cells of leg ``i`` are ``[CELLS * i : CELLS * (i + 1)]`` in both populations; the order of legs is that of the
 robot's file: left front, middle, rear, then right. Units are PyNN's: mV, ms, nF, nA.

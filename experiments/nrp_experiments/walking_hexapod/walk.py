@@ -1,22 +1,39 @@
-"""From the half centres to the joints: the slow rates swing the legs, the quick ones lift them."""
+"""From half centres to joints: a leg lifts while its swing cells fire, and swings as far as they have lately.
+
+The rates are smoothed twice: quickly for the lift, slowly for the swing, which so lags a quarter of a cycle
+behind. A foot is then in the air while the leg goes forward, and on the ground while it goes back.
+"""
 
 import hbp_nrp_client.tf_framework as nrp
 from std_msgs.msg import Float64
 
 CELLS = 8
 LEGS = ("front_left", "middle_left", "rear_left", "front_right", "middle_right", "rear_right")
-FULL_RATE = 45.0 * CELLS  # Hz, of a half centre that fires
-SWING, LIFT = 0.4, 0.45  # rad
+FULL = 50.0 * CELLS  # Hz, the summed rate of a half centre that fires
+QUICK_MS, SLOW_MS = 40.0, 250.0
+LIFT, SWING = 0.5, 0.45  # rad
 
 
-def of_leg(population):
-    """Return what picks a leg's cells."""
-    return lambda leg: population[slice(CELLS * leg, CELLS * (leg + 1))]
+def named(name):
+    """Give each leg's function a name of its own."""
+
+    def name_it(function):
+        function.__name__ = name
+        return function
+
+    return name_it
 
 
-def joints(joint):
-    """Return, for each leg, what commands a joint of it."""
-    return [
-        nrp.MapRobotPublisher(f"{leg}_{joint}", nrp.Topic(f"/hexapod/{leg}_{joint}/cmd_pos", Float64))
-        for leg in LEGS
-    ]
+for number, leg in enumerate(LEGS):
+    cells = slice(CELLS * number, CELLS * (number + 1))
+
+    @nrp.MapSpikeSink("lifting", nrp.brain.swing[cells], nrp.population_rate, tau_fall=QUICK_MS)
+    @nrp.MapSpikeSink("forward", nrp.brain.swing[cells], nrp.population_rate, tau_fall=SLOW_MS)
+    @nrp.MapSpikeSink("back", nrp.brain.stance[cells], nrp.population_rate, tau_fall=SLOW_MS)
+    @nrp.MapRobotPublisher("alpha", nrp.Topic(f"/hexapod/{leg}_alpha/cmd_pos", Float64))
+    @nrp.MapRobotPublisher("beta", nrp.Topic(f"/hexapod/{leg}_beta/cmd_pos", Float64))
+    @nrp.Neuron2Robot()
+    @named(f"move_{leg}")
+    def move(t, lifting, forward, back, alpha, beta):
+        alpha.send_message(Float64(SWING * (forward.rate - back.rate) / FULL))
+        beta.send_message(Float64(LIFT * min(lifting.rate / FULL, 1.0)))

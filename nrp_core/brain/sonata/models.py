@@ -85,7 +85,7 @@ _ADAPTIVE = {
 LEAK_NS = {"iaf_cond_exp": 16.6667, "iaf_cond_alpha": 16.6667, "aeif_cond_exp": 30.0, "aeif_cond_alpha": 30.0}
 """Default leak conductance of models that have one in place of a membrane time constant."""
 
-_NEST = {
+NEST_CELLS: Mapping[str, Model] = {
     "iaf_psc_exp": Model("IF_curr_exp", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
     "iaf_psc_alpha": Model("IF_curr_alpha", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
     "iaf_psc_delta": Model("IF_curr_delta", _lif(), rests=True),
@@ -94,8 +94,9 @@ _NEST = {
     "aeif_cond_exp": Model("EIF_cond_exp_isfa_ista", _ADAPTIVE, _KILO, rests=True),
     "aeif_cond_alpha": Model("EIF_cond_alpha_isfa_ista", _ADAPTIVE, _KILO, rests=True),
 }
+"""NEST's cells by their names there."""
 _PYNN = {name: Model(name, {}) for name in CELLS}
-_SCHEMAS = {"pynn": _PYNN, "nest": _NEST}
+_SCHEMAS: Mapping[str, Mapping[str, Model]] = {"pynn": _PYNN, "nest": NEST_CELLS}
 STATIC_SYNAPSES = ("", "static_synapse", "StaticSynapse")
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from nrp_core.comparison.signals import RunSignals
@@ -68,7 +68,6 @@ class Metric(ABC):
         title: what it is called in a report.
         unit: of its values.
         is_finding: whether it is what an experiment is made for, not a detail of how it came about.
-        is_pooled: whether its parts are measured by one spread, that of all of them together.
         margin: how large a difference does not matter, unless somebody says otherwise.
     """
 
@@ -76,7 +75,6 @@ class Metric(ABC):
     title: ClassVar[str]
     unit: ClassVar[str] = ""
     is_finding: ClassVar[bool] = False
-    is_pooled: ClassVar[bool] = False
     margin: ClassVar[Margin] = Margin()
 
     def resolution(self, run: RunSignals) -> float:
@@ -130,32 +128,43 @@ def _made(name: str, kind: Any) -> Metric:
     return metric
 
 
-def margins_of(texts: Iterable[str], metrics: Iterable[Metric]) -> dict[str, Margin]:
-    """Read ``metric=value`` and ``metric/part=value``.
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """The margins that somebody set, by ``metric`` and by ``metric/part``; a metric has one by itself."""
 
-    Raises:
-        ValueError: one is written otherwise, or names no metric.
-    """
-    names = [metric.name for metric in metrics]
-    margins: dict[str, Margin] = {}
-    for text in texts:
-        key, equals, value = text.partition("=")
-        if not equals:
-            raise ValueError(f"a margin is written METRIC=VALUE, not '{text}'")
-        name = key.partition("/")[0]
-        if name not in names:
-            raise ValueError(f"no metric is called '{name}'{did_you_mean(name, names)}")
-        margins[key] = Margin.parse(value)
-    return margins
+    given: Mapping[str, Margin] = field(default_factory=dict)
 
+    @classmethod
+    def parse(cls, texts: Iterable[str], metrics: Iterable[Metric]) -> Margins:
+        """Read ``metric=value`` and ``metric/part=value``.
 
-def require_parts(margins: Iterable[str], parts: Iterable[str]) -> None:
-    """Refuse a margin of a part that no run has.
+        Raises:
+            ValueError: one is written otherwise, or names no metric.
+        """
+        names = [metric.name for metric in metrics]
+        margins: dict[str, Margin] = {}
+        for text in texts:
+            key, equals, value = text.rpartition("=")
+            if not equals:
+                raise ValueError(f"a margin is written METRIC=VALUE, not '{text}'")
+            name = key.partition("/")[0]
+            if name not in names:
+                raise ValueError(f"no metric is called '{name}'{did_you_mean(name, names)}")
+            margins[key] = Margin.parse(value)
+        return cls(margins)
 
-    Raises:
-        ExperimentError: there is one.
-    """
-    known = list(parts)
-    for key in margins:
-        if "/" in key and key not in known:
-            raise ExperimentError(f"no run has '{key}' to set a margin for{did_you_mean(key, known)}")
+    def of(self, metric: Metric, part: str) -> Margin:
+        """Return the margin of a part: its own, else that of the metric."""
+        named = (f"{metric.name}/{part}", metric.name)
+        return next((self.given[key] for key in named if key in self.given), metric.margin)
+
+    def require_parts(self, parts: Iterable[str]) -> None:
+        """Refuse a margin of a part (``metric/part``) that no run has.
+
+        Raises:
+            ExperimentError: there is one.
+        """
+        known = list(parts)
+        for key in self.given:
+            if "/" in key and key not in known:
+                raise ExperimentError(f"no run has '{key}' to set a margin for{did_you_mean(key, known)}")

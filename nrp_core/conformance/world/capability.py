@@ -40,6 +40,16 @@ class CapabilityTests(WorldKit):
             with pytest.raises(CapabilityError):
                 world.snapshot()
 
+    def test_what_could_only_fall_or_be_pushed_is_refused_where_nothing_falls(self) -> None:
+        ball = thing("ball", Sphere(0.1), at(0, 0, 5), mass=1.0)
+        if self.capabilities.dynamics:
+            assert self.open(ball).model_motion("ball").pose.position == pytest.approx((0, 0, 5))
+            return
+        with pytest.raises(CapabilityError, match="ball"):
+            self.open(ball)
+        with pytest.raises(CapabilityError):
+            self.open(floor(), robot()).joint_states("robot")
+
     def test_each_declared_renderer_can_be_chosen(self) -> None:
         self.require_camera()
         if "renderer" not in self.backend.options.model_fields:
@@ -53,6 +63,7 @@ class CapabilityTests(WorldKit):
             self.backend.options.model_validate({**self.options, "no_such_option": 1})
 
     def test_a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it(self) -> None:
+        self.require("dynamics")
         ball = thing("ball", Sphere(0.1), at(0, 0, 5), mass=1.0)
         world = self.open(ball, gravity=(0.0, 0.0, float("nan")))
         with pytest.raises(DivergedError):

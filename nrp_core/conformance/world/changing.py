@@ -35,6 +35,7 @@ class ChangingTests(WorldKit):
     level = "capability"
 
     def test_a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses(self) -> None:
+        self.require("dynamics")
         world = self.open(arm())
         command = world.advertise("/arm/cmd")
         if not self.capabilities.joint_control:
@@ -54,6 +55,7 @@ class ChangingTests(WorldKit):
         assert world.joint_states("arm").velocities[0] == pytest.approx(-0.25 / INERTIA, rel=0.02)
 
     def test_a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused(self) -> None:
+        self.require("dynamics")
         world = self.open(thing("ball", Sphere(0.1), at(0, 0, 5), mass=2.0), gravity=(0.0, 0.0, 0.0))
         if not self.capabilities.joint_control:
             with pytest.raises(CapabilityError):
@@ -65,10 +67,11 @@ class ChangingTests(WorldKit):
         assert world.model_motion("ball").linear == pytest.approx((0.0, 0.6, 0.0), abs=0.02)
 
     def test_models_are_put_where_they_are_wanted_or_that_is_refused(self) -> None:
-        world = self.open(floor(), robot(), thing("ball", Sphere(0.1), at(0, 2, 5), mass=1.0))
+        ball = thing("ball", Sphere(0.1), at(0, 2, 5), mass=1.0)
+        world = self.open(floor(), robot(), *self.movable(ball))
         state = ModelState("ball", Pose(Point(1.0, 2.0, 3.0)), Twist(Vector3(0.5)))
         answer = world.call("/gazebo/set_model_state", state)
-        assert answer.success == self.capabilities.changes
+        assert answer.success == (self.capabilities.changes and self.capabilities.dynamics)
         if answer.success:
             self.run(world, 0.1)
             motion = world.model_motion("ball")
@@ -76,6 +79,7 @@ class ChangingTests(WorldKit):
             assert world.model_motion("robot").pose.position[:2] == pytest.approx((0, 0), abs=0.01)
 
     def test_models_come_and_go_and_leave_the_others_as_they_are_or_that_is_refused(self) -> None:
+        self.require("dynamics")
         world = self.open(floor(), robot(), pendulum())
         self.drive(world, 0.5, 0.2, 0.5)
         before = states(world)
@@ -107,6 +111,7 @@ class ChangingTests(WorldKit):
             assert self.look(world, "late").any()
 
     def test_a_reset_brings_back_the_first_scene(self) -> None:
+        self.require("dynamics")
         self.require("changes")
         self.require_repeatable()
         models = floor(), robot(), thing("box", Box((0.3, 0.3, 0.3)), at(1, 1, 0.2), mass=1.0)
@@ -118,6 +123,7 @@ class ChangingTests(WorldKit):
         assert self._later(world) == self._later(fresh)
 
     def test_a_snapshot_keeps_what_was_spawned(self) -> None:
+        self.require("dynamics")
         self.require("changes")
         self.require_snapshot()
         self.require_repeatable()

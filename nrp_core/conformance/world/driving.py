@@ -82,6 +82,7 @@ class DrivingTests(WorldKit):
         assert turned / dt == pytest.approx(before.angular[2], abs=0.03)
 
     def test_wheels_turn_by_the_way_they_roll(self) -> None:
+        self.require("dynamics")
         world = self.open(floor(), robot())
         heard = world.subscribe("/robot/wheel_speeds")
         self.drive(world, 0.5, 0.6, 1.0)

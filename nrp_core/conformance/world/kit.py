@@ -66,6 +66,10 @@ class WorldKit(SimulatorTests[WorldBackend, WorldCapabilities]):
         world.unsubscribe(pictures)
         return np.asarray(stamped.message.data, dtype=np.int64)
 
+    def movable(self, *models: Model) -> tuple[Model, ...]:
+        """Return those of some models that the world can have; without dynamics, none that only falls."""
+        return tuple(m for m in models if self.capabilities.dynamics or m.static or m.drives)
+
     def require(self, capability: str) -> None:
         """Skip where a capability is not declared."""
         if not getattr(self.capabilities, capability):

@@ -26,6 +26,7 @@ class MotionTests(WorldKit):
 
     @pytest.mark.parametrize("direction", [(0, 0, -1), (1, 0, 0), (0, -1, 0)])
     def test_a_thing_falls_along_gravity_by_half_g_t_squared(self, direction: Vector) -> None:
+        self.require("dynamics")
         ball = thing("ball", Sphere(0.1), at(0, 0, 10), mass=1.0)
         world = self.open(ball, gravity=tuple(GRAVITY * d for d in direction))  # type: ignore[arg-type]
         self.run(world, 0.5)
@@ -38,11 +39,13 @@ class MotionTests(WorldKit):
         assert motion.linear == pytest.approx(speed, abs=GRAVITY * self.step_s)
 
     def test_without_gravity_nothing_moves(self) -> None:
+        self.require("dynamics")
         world = self.open(thing("ball", Sphere(0.1), at(0, 0, 1), mass=1.0), gravity=(0.0, 0.0, 0.0))
         self.run(world, 0.5)
         assert world.model_motion("ball").pose.position == pytest.approx((0, 0, 1), abs=1e-9)
 
     def test_a_thing_at_rest_stays_at_rest(self) -> None:
+        self.require("dynamics")
         world = self.open(floor(), thing("box", Box((0.4, 0.4, 0.4)), at(1, -2, 0.2), mass=5.0))
         self.run(world, 1.0)
         motion = world.model_motion("box")
@@ -50,6 +53,7 @@ class MotionTests(WorldKit):
         assert motion.linear == pytest.approx((0, 0, 0), abs=0.01)
 
     def test_a_static_thing_does_not_fall(self) -> None:
+        self.require("dynamics")
         world = self.open(
             thing("shelf", Box((1, 1, 0.1)), at(0, 0, 3)), thing("b", Sphere(0.1), at(5, 5, 9), mass=1)
         )
@@ -58,6 +62,7 @@ class MotionTests(WorldKit):
 
     @pytest.mark.parametrize(("rpy", "axis"), AXES)
     def test_a_quarter_turn_is_told_as_x_y_z_w(self, rpy: Vector, axis: Vector) -> None:
+        self.require("dynamics")
         turned = thing("box", Box((0.2, 0.3, 0.4)), Pose.from_rpy((0, 0, 5), *rpy), mass=1.0)
         world = self.open(turned, gravity=(0.0, 0.0, 0.0))
         expected = (*(HALF * a for a in axis), HALF)
@@ -69,12 +74,14 @@ class MotionTests(WorldKit):
 
     def test_a_turned_box_has_its_sides_where_they_belong(self) -> None:
         """A long box that was turned upright stands on its end: half its length is its height."""
+        self.require("dynamics")
         upright = Pose.from_rpy((0, 0, 0.52), 0.0, pi / 2, 0.0)
         world = self.open(floor(), thing("box", Box((1.0, 0.5, 0.5)), upright, mass=4.0))
         self.run(world, 1.0)
         assert world.model_motion("box").pose.position[2] == pytest.approx(0.5, abs=0.01)
 
     def test_a_robot_pushes_what_stands_in_its_way(self) -> None:
+        self.require("dynamics")
         box = thing("box", Box((0.3, 0.3, 0.3)), at(0.8, 0, 0.15), mass=0.5)
         world = self.open(floor(), robot(), box)
         self.drive(world, 0.5, 0.0, 1.5)
@@ -98,6 +105,7 @@ class MotionTests(WorldKit):
 
     def test_a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit(self) -> None:
         """The mass lies ahead of the joint; falling from x to -z is a positive turn about y."""
+        self.require("dynamics")
         world = self.open(pendulum())
         self.run(world, 0.1)
         falling = world.joint_states("pendulum")
@@ -109,6 +117,7 @@ class MotionTests(WorldKit):
         assert world.joint_states("pendulum").positions == pytest.approx([0.6], abs=0.03)
 
     def test_things_far_apart_do_not_disturb_each_other(self) -> None:
+        self.require("dynamics")
         ball = thing("ball", Sphere(0.2), at(0, 0, 0.5), mass=1.0)
         alone = self.open(floor(), ball)
         together = self.open(floor(), ball, robot("robot", 9.0, 9.0))

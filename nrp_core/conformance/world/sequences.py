@@ -34,7 +34,8 @@ class _WorldMachine(SequenceMachine):
         super().__init__(can_restore=kit.capabilities.snapshot, step_ns=5 * kit.capabilities.step_ns)
 
     def fresh(self) -> World:
-        world = self._kit.backend.open(Scene(busy()), seed=3, options=self._kit.chosen)
+        scene = Scene(self._kit.movable(*busy()))
+        world = self._kit.backend.open(scene, seed=3, options=self._kit.chosen)
         world.subscribe("/robot/odom", depth=1000)
         return world
 

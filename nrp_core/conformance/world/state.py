@@ -30,7 +30,7 @@ class StateTests(WorldKit):
 
     def test_a_reset_world_equals_a_fresh_one(self) -> None:
         self.require_repeatable()
-        world = self.open(*busy())
+        world = self._open_busy()
         expected = self._went(world, 20)
         self._went(world, 7, start=20)
         world.reset()
@@ -40,15 +40,15 @@ class StateTests(WorldKit):
     def test_a_reset_world_that_nobody_commands_equals_a_fresh_one(self) -> None:
         """Commands may hide what an engine keeps of contacts and motors."""
         self.require_repeatable()
-        expected = self._went(self.open(*busy()), 5, silent=True)
-        world = self.open(*busy())
+        expected = self._went(self._open_busy(), 5, silent=True)
+        world = self._open_busy()
         self._went(world, 3, silent=True)
         world.reset()
         assert self._went(world, 5, silent=True) == expected
 
     def test_a_reset_brings_back_the_first_colours(self) -> None:
         self.require_camera()
-        world = self.open(*busy())
+        world = self._open_busy()
         before = self.look(world)
         paint(world, "screen/link/visual", RED)
         self.look(world)
@@ -64,12 +64,12 @@ class StateTests(WorldKit):
 
     def test_two_runs_are_equal(self) -> None:
         self.require_repeatable()
-        assert self._went(self.open(*busy()), 25) == self._went(self.open(*busy()), 25)
+        assert self._went(self._open_busy(), 25) == self._went(self._open_busy(), 25)
 
     def test_two_worlds_in_one_process_do_not_disturb_each_other(self) -> None:
         self.require_repeatable()
-        expected = self._went(self.open(*busy()), 15)
-        one, two = self.open(*busy()), self.open(*busy())
+        expected = self._went(self._open_busy(), 15)
+        one, two = self._open_busy(), self._open_busy()
         for step in range(15):
             self._go(one, step)
             self._go(two, step + 100)
@@ -80,7 +80,7 @@ class StateTests(WorldKit):
         self.require_repeatable()
         ends = []
         for n_cuts in (0, 1, 9):
-            world = self.open(*busy())
+            world = self._open_busy()
             world.advertise("/robot/cmd_vel").publish(twist(0.8, 0.5))
             for cut in sorted(np.random.default_rng(3).uniform(0.0, 0.5, n_cuts)):
                 self.run(world, cut)
@@ -89,6 +89,7 @@ class StateTests(WorldKit):
         assert ends[0] == ends[1] == ends[2]
 
     def test_a_run_ends_exactly_where_it_was_told_to(self) -> None:
+        self.require("dynamics")
         world = self.open(thing("ball", Sphere(0.1), at(0, 0, 10), mass=1.0))
         step_ns = self.capabilities.step_ns
         speeds = []
@@ -100,14 +101,15 @@ class StateTests(WorldKit):
 
     def test_reading_and_looking_change_nothing(self) -> None:
         self.require_repeatable()
-        expected = self._went(self.open(*busy()), 15)
-        world = self.open(*busy())
+        expected = self._went(self._open_busy(), 15)
+        world = self._open_busy()
         world.subscribe("/robot/odom")
         pictures = [world.subscribe("/robot/camera")] if self.capabilities.renderers else []
         for step in range(15):
             self._go(world, step)
             states(world)
-            world.joint_states("robot")
+            if self.capabilities.dynamics:
+                world.joint_states("robot")
         assert states(world) == expected
         assert all(each.latest is not None for each in pictures)
 
@@ -123,7 +125,7 @@ class StateTests(WorldKit):
     def test_a_snapshot_keeps_colours(self) -> None:
         self.require_snapshot()
         self.require_camera()
-        world, fresh = self.open(*busy()), self.open(*busy())
+        world, fresh = self._open_busy(), self._open_busy()
         paint(world, "screen/link/visual", RED)
         snapshot, seen = world.snapshot(), self.look(world)
         paint(world, "screen/link/visual", BLUE)
@@ -139,7 +141,7 @@ class StateTests(WorldKit):
             self.open(floor(), robot(x=1.0)).restore(snapshot)
 
     def test_a_fresh_world_is_at_time_zero_where_its_scene_puts_it(self) -> None:
-        world = self.open(*busy(), seed=9)
+        world = self._open_busy(seed=9)
         assert (world.now_ns, world.seed) == (0, 9)
         assert self.backend.interface_version == INTERFACE_VERSION
         for model in world.scene.models:
@@ -166,11 +168,14 @@ class StateTests(WorldKit):
         self.drive(other, 0.5, 0.0, 0.5)
         assert other.model_motion("robot").pose.position[0] > 0.1
 
+    def _open_busy(self, seed: int = 1) -> World:
+        return self.open(*self.movable(*busy()), seed=seed)
+
     def _continued(self, setup: Callable[[World], None], *, steps: int = 12, silent: bool = False) -> None:
         """Check that running on from a snapshot equals never having left, also in another world."""
         self.require_snapshot()
         self.require_repeatable()
-        world, fresh = self.open(*busy()), self.open(*busy())
+        world, fresh = self._open_busy(), self._open_busy()
         self._went(world, 8)
         setup(world)
         snapshot, left, seen = world.snapshot(), world.now_ns, states(world)

@@ -57,6 +57,16 @@ class Time:
         """Build a stamp from nanoseconds."""
         return cls(*divmod(t_ns, NS_PER_S))
 
+    @property
+    def secs(self) -> int:
+        """Whole seconds, under the name of ROS 1."""
+        return self.sec
+
+    @property
+    def nsecs(self) -> int:
+        """The rest in nanoseconds, under the name of ROS 1."""
+        return self.nanosec
+
     def to_ns(self) -> int:
         """Return nanoseconds."""
         return self.sec * NS_PER_S + self.nanosec

@@ -45,8 +45,10 @@ class Codec:
             the only types known. By default ROS 2's are.
     """
 
+    _known_types = Stores.ROS2_JAZZY
+
     def __init__(self, definitions: Mapping[str, str] | None = None) -> None:
-        self._store = get_typestore(Stores.ROS2_JAZZY if definitions is None else Stores.EMPTY)
+        self._store = get_typestore(self._known_types if definitions is None else Stores.EMPTY)
         self._prepare: dict[str, Prepare | None] = {}
         self._packers: dict[type, Callable[[Any], bytes] | None] = {}
         self._names: dict[type, str] = {}
@@ -90,8 +92,7 @@ class Codec:
         """
         cls = type(message)
         if cls not in self._packers:
-            numbers = self._numbers(self.name(cls))
-            self._packers[cls] = _packer(numbers) if numbers else None
+            self._packers[cls] = self._fast(self.name(cls))
         pack = self._packers[cls]
         try:
             return memoryview(pack(message)) if pack is not None else self._serialized(message)
@@ -102,7 +103,7 @@ class Codec:
     def _serialized(self, message: Any) -> memoryview:
         name = self.name(type(message))
         prepare = self._prepare_of(name)
-        return self._store.serialize_cdr(message if prepare is None else prepare(message), name)
+        return self._serialize(message if prepare is None else prepare(message), name)
 
     def decode(self, data: bytes | memoryview, name: str) -> Any:
         """Return the message in ``data``, of our class where there is one of that name.
@@ -114,9 +115,22 @@ class Codec:
         if cls is not None and name in self._store.fielddefs and not self._defined(name):
             return cls()
         try:
-            return self._store.deserialize_cdr(data, name)
+            return self._deserialize(data, name)
         except (SerdeError, KeyError, TypeError) as error:
             raise TopicError(f"these {len(data)} bytes are no {name}: {error}") from error
+
+    # -- the encoding itself
+
+    def _fast(self, name: str) -> Callable[[Any], bytes] | None:
+        """Return what encodes messages of a type faster than the library, if there is such a thing."""
+        numbers = self._numbers(name)
+        return _packer(numbers) if numbers else None
+
+    def _serialize(self, message: Any, name: str) -> memoryview:
+        return self._store.serialize_cdr(message, name)
+
+    def _deserialize(self, data: bytes | memoryview, name: str) -> Any:
+        return self._store.deserialize_cdr(data, name)
 
     # -- learning types
 
@@ -133,13 +147,16 @@ class Codec:
                 f"{cls.__name__} has the fields {_field_names(cls)}, but {name} has {self._defined(name)}"
             )
         self._adopt(name)
+        self._decode_into(name, cls)
+
+    def _decode_into(self, name: str, cls: type) -> None:
         self._store.types[name] = cls
 
     def _adopt(self, name: str) -> None:
         """Decode a type, and those in it, into our own classes where these have the defined fields."""
         cls = type_of(name)
         if cls is not None and _field_names(cls) == self._defined(name):
-            self._store.types[name] = cls
+            self._decode_into(name, cls)
         for _, kind in self._store.fielddefs[name][1]:
             inner = _inner_type(kind)
             if inner is not None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from nrp_core.world.scene.left_out import Places
 from nrp_core.world.scene.resources import Resources
 from nrp_core.world.scene.xml_tree import Element
 
@@ -35,8 +36,10 @@ class Reading:
         resources: finds meshes and included files.
         notes: takes warnings.
         robot: name of the whole model; relative topics in its file resolve below it.
+        without: what is left out of files.
     """
 
     resources: Resources
     notes: Notes
     robot: str = ""
+    without: Places = field(default_factory=dict)

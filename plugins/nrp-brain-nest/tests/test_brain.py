@@ -105,7 +105,7 @@ def test_a_variable_that_cells_lack_is_refused_by_population(network, opened):
 
 def test_source_cells_have_no_state(network, opened):
     brain = opened(network(busy))
-    with pytest.raises(CapabilityError, match="source cells have no 'v'"):
+    with pytest.raises(CapabilityError, match="have no 'v', they only emit spikes"):
         brain.read_state("v", [0, 39])
 
 

@@ -129,6 +129,7 @@ class Parts:
     """Models to put scenes together from."""
 
     standing = STANDING
+    tyre: Rgba = (0.1, 0.1, 0.1, 1.0)
 
     @staticmethod
     def thing(
@@ -234,7 +235,7 @@ def _wheel(corner: str, x: float, y: float) -> Link:
         f"{corner}_wheel",
         Pose((x, y, AXLE_HEIGHT)),
         Inertial(2.6357, inertia=(0.0247, 0.0441, 0.0247, 0.0, 0.0, 0.0)),
-        (Visual("tyre", shape, lying, (0.1, 0.1, 0.1, 1.0)),),
+        (Visual("tyre", shape, lying, Parts.tyre),),
         (Collision("tyre", shape, lying),),
     )
 

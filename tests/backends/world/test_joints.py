@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import exp, inf, pi, sin, sqrt
+from dataclasses import replace
+from math import exp, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from nrp_core.world.messages.base import Duration, Time
 from nrp_core.world.messages.geometry_msgs import Point, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.scene.acting import JointController, Pid
-from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Scene, Sphere
+from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene, Sphere
 from nrp_core.world.scene.pose import Pose
 
 MASS, ARM, MOMENT = 2.0, 0.5, 0.02
@@ -282,9 +283,6 @@ def test_a_reset_ends_all_pushes(open_world, parts, advance):
     assert world.model_motion("ball").linear == (0.0, 0.0, 0.0)
 
 
-_UNUSED = (Box, inf)
-
-
 def test_without_gains_a_joint_follows_at_once(open_world, advance):
     control = JointController("hinge", "position", "/arm/hinge/cmd_position", gains=None)
     world = open_world(arm(control))
@@ -305,3 +303,14 @@ def test_a_reset_joint_moves_as_a_fresh_one(open_world, advance, kind):
     for each in (fresh, world):
         advance(each, 0.3)
     assert turned(world) == turned(fresh)
+
+
+def test_a_push_on_a_jointed_link_acts_along_the_axes_of_the_world(open_world, advance):
+    lying = replace(arm(), pose=Pose.from_rpy((0.0, 0.0, 1.0), pi / 2, 0.0, 0.7))
+    axis = lying.pose.rotate((0.0, 0.0, 1.0))
+    for wrench in (Wrench(torque=Vector3(*(0.2 * x for x in axis))), Wrench(Vector3(z=0.4))):
+        world = open_world(Scene((lying,), gravity=(0.0, 0.0, 0.0)))
+        world.call("/gazebo/apply_body_wrench", "arm::bob", wrench=wrench, duration=Duration(-1))
+        advance(world, 0.2)
+        # the bob is 0.5 m ahead along the model's x axis, so a force upwards turns it about the hinge
+        assert turned(world)[1] == pytest.approx(0.2 * 0.2 / INERTIA, rel=0.01)

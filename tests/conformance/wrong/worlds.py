@@ -116,6 +116,7 @@ class SeesWithTheFirstCamera(MujocoWorld):
 @found_by(
     "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
     "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
+    "depth_is_the_distance_along_the_line_of_sight",
     "left_is_left",
 )
 class TakesTheFieldOfViewForVertical(_Changes):
@@ -221,8 +222,10 @@ class KnowsGravityAlongZOnly(_Changes):
 
 
 @found_by(
+    "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
     "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
+    "an_effort_accelerates_a_joint",
     "without_gravity_nothing_moves",
 )
 class HasGravityOfItsOwn(_Changes):
@@ -232,6 +235,9 @@ class HasGravityOfItsOwn(_Changes):
 
 @found_by(
     "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+    "contacts_carry_the_weight_or_are_refused",
+    "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
 )
 class HasALittleLessGravity(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -254,10 +260,14 @@ class MakesEverythingSolid(_Changes):
 
 
 @found_by(
+    "a_laser_measures_the_distance_to_a_wall",
+    "a_laser_sees_what_moves",
     "a_robot_pushes_what_stands_in_its_way",
     "a_thing_at_rest_stays_at_rest",
     "a_turned_box_has_its_sides_where_they_belong",
     "a_wall_stops_a_robot",
+    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+    "contacts_carry_the_weight_or_are_refused",
 )
 class LetsNothingTouch(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -285,6 +295,7 @@ class TurnsTheWrongWay(MujocoWorld):
 
 @found_by(
     "a_curve_is_a_circle_of_speed_over_turn",
+    "a_spawned_robot_drives_and_sees",
     "forward_is_along_the_robots_own_x",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
     "the_commanded_speed_is_reached",
@@ -317,7 +328,9 @@ class NeverStopsADrive(MujocoWorld):
 
 
 @found_by(
+    "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
     "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
+    "an_effort_accelerates_a_joint",
     "wheels_turn_by_the_way_they_roll",
 )
 class TellsJointsBackwards(MujocoWorld):
@@ -341,8 +354,10 @@ class SortsJoints(MujocoWorld):
     "a_curve_is_a_circle_of_speed_over_turn",
     "a_positive_turn_is_to_the_left",
     "a_run_ends_exactly_where_it_was_told_to",
+    "a_spawned_robot_drives_and_sees",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
     "a_velocity_is_the_change_of_the_position",
+    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
     "forward_is_along_the_robots_own_x",
     "splitting_a_run_is_invisible",
 )
@@ -365,6 +380,7 @@ class JoltsWithEveryCall(MujocoWorld):
 @found_by(
     "a_snapshot_keeps_a_command_and_its_time_out",
     "a_snapshot_keeps_everything_that_moves",
+    "a_snapshot_keeps_what_was_spawned",
 )
 class ForgetsVelocitiesInASnapshot(MujocoWorld):
     def _do_restore(self, saved: Any) -> None:

@@ -79,7 +79,7 @@ def test_by_default_a_thread_is_used_where_it_pays(
     expected: list[tuple[str, bool]],
 ) -> None:
     monkeypatch.setattr("nrp_core.cle.sides.WORTH_A_THREAD_NS", worth_ns)
-    monkeypatch.setattr("nrp_core.cle.sides._cores", lambda: cores)
+    monkeypatch.setattr("nrp_core.cle.sides.cores", lambda: cores)
     assert threads_used(None, releases_gil=releases_gil) == expected
 
 

@@ -5,12 +5,14 @@ from typing import Any
 
 import pytest
 
+from nrp_core.errors import TopicError
 from nrp_core.experiment.conditions import Times
 from nrp_core.experiment.criteria import Judge, Outcome, all_passed, judge_of
 from nrp_core.experiment.happenings import Criterion, Near
 from nrp_core.experiment.whereabouts import Proximity, Whereabouts
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_core.world.scene.pose import Pose
 
@@ -20,7 +22,7 @@ TO_GLASS = {"model": "husky", "visual": "wall/body/glass", "within": "1 m"}
 
 def judged(world: World, criterion: dict[str, Any], times: Times, *, speed: float, steps: int = 150) -> Judge:
     """Drive the husky forward for 3 s, look at every step."""
-    judge, where = judge_of(Criterion.model_validate(criterion), world.scene), Whereabouts(world)
+    judge, where = judge_of(Criterion.model_validate(criterion), world), Whereabouts(world)
     drive = world.advertise("/husky/cmd_vel")
     for step in range(steps):
         judge.look(step * 20 * MS, {k: t for k, t in times.items() if t <= step * 20 * MS}, where)
@@ -113,6 +115,43 @@ def test_a_moment_that_is_not_on_a_step_cuts_before_the_next_one(world: World) -
     assert (outcome.passed, outcome.distance) == (True, pytest.approx(0.5))
 
 
+CALM = {"name": "/level", "below": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("since", "level", "passed", "reason"),
+    [
+        ("20 ms", 0.2, True, "/level never said anything else"),
+        ("20 ms", 0.7, False, "/level said 0.7 at 0.04 s"),
+        ("start", 0.2, False, "/level said nothing at 0 s"),
+    ],
+)
+def test_what_a_topic_keeps_saying_decides(
+    world: World, since: str, level: float, passed: bool, reason: str
+) -> None:
+    world.declare("/level", Float64)
+    criterion = {"topic_stays": CALM | {"during": {"since": since, "until": "60 ms"}}}
+    judge, where = judge_of(Criterion.model_validate(criterion), world), Whereabouts(world)
+    says = world.advertise("/level")
+    for step, value in enumerate((0.1, level, 0.1, 9.0)):  # after the last moment anything may be said
+        judge.look(step * 20 * MS, {}, where)
+        says.publish(Float64(value))
+        world.run_until((step + 1) * 20 * MS)
+    judge.finish(world.now_ns)
+    assert (judge.outcome.passed, judge.outcome.reason) == (passed, reason)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"), [({"name": "/levle"}, "'/level'"), ({"field": "x"}, "no field 'x'")]
+)
+def test_a_topic_or_field_that_is_not_there_is_refused(
+    world: World, wrong: dict[str, str], message: str
+) -> None:
+    world.declare("/level", Float64)
+    with pytest.raises(TopicError, match=message):
+        judge_of(Criterion.model_validate({"topic_stays": CALM | wrong}), world)
+
+
 def test_distances_to_a_moving_visual_follow_its_model(world: World) -> None:
     near = Near.model_validate({"model": "cart", "visual": "husky/base/glass", "within": "1 m"})
     proximity, where = Proximity(near, world.scene), Whereabouts(world)
@@ -128,9 +167,9 @@ def test_a_visual_that_a_joint_moves_has_no_known_distance(room: Scene) -> None:
     links = (Link("base"), Link("arm", visuals=(visual,)), Link("hand", visuals=(visual,)))
     joints = (Joint("elbow", "revolute", "base", "arm"), Joint("wrist", "fixed", "arm", "hand"))
     scene = room.with_model(Model("crane", links, joints, pose=Pose((9.0, 0.0, 0.0))))
-    near = {"near": {"model": "husky", "visual": "crane/hand/glass", "within": "1 m"}}
+    near = Near.model_validate({"model": "husky", "visual": "crane/hand/glass", "within": "1 m"})
     with pytest.raises(ValueError, match="'crane/hand' is not known: joint 'elbow' moves it"):
-        judge_of(Criterion.model_validate(near), scene)
+        Proximity(near, scene)
 
 
 def outcome(passed: bool | None) -> Outcome:

@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.left_out import Places
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Notes, Reading
@@ -30,6 +32,7 @@ def read_model(
     name: str | None = None,
     pose: Pose | None = None,
     search_path: Iterable[Path | str] = (),
+    without: Places = MappingProxyType({}),
 ) -> Model:
     """Read a file that holds one model.
 
@@ -39,11 +42,12 @@ def read_model(
             file resolve below it.
         pose: where it stands in the world; by default where the file says.
         search_path: folders that ``model://`` and relative paths are looked for in.
+        without: what is left out; see :mod:`nrp_core.world.scene.left_out`.
 
     Raises:
         SceneError: the file cannot be used; file and line are named.
     """
-    reading = Reading(Resources(search_path), Notes())
+    reading = Reading(Resources(search_path), Notes(), without=without)
     source = Source.open(Path(path), reading)
     holder = source.root.find("world") or source.root
     models = read_placed(holder, source, reading, "model")
@@ -58,17 +62,20 @@ def read_model(
     return replace(model, warnings=reading.notes.texts)
 
 
-def read_scene(path: Path | str, *, search_path: Iterable[Path | str] = ()) -> Scene:
+def read_scene(
+    path: Path | str, *, search_path: Iterable[Path | str] = (), without: Places = MappingProxyType({})
+) -> Scene:
     """Read a file that holds a world, or models without one.
 
     Args:
         path: the file.
         search_path: folders that ``model://`` and relative paths are looked for in.
+        without: what is left out; see :mod:`nrp_core.world.scene.left_out`.
 
     Raises:
         SceneError: the file cannot be used; file and line are named.
     """
-    reading = Reading(Resources(search_path), Notes())
+    reading = Reading(Resources(search_path), Notes(), without=without)
     source = Source.open(Path(path), reading)
     worlds = source.root.all("world")
     if len(worlds) > 1:

@@ -10,6 +10,7 @@ from pathlib import Path
 from nrp_core.archives import unpacked
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.formats import read_added
+from nrp_core.world.scene.left_out import leave_out
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.resources import main_file
 from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
@@ -44,6 +45,7 @@ class Source:
         if path.suffix.lower() == ".zip":
             path = _in_archive(path)
         root = read_xml(path)
+        leave_out(root, reading.without)
         if root.tag == "robot":
             if is_xacro(root):
                 root = expanded(path, partial(reading.resources.package, user=path))

@@ -14,36 +14,34 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.brain.grid import Grid
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network import STATIC, TSODYKS_MARKRAM, FloatArray, IntArray, Network
+from nrp_core.brain.short_term import CONSTANTS, released_share
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.clock import milliseconds
-from nrp_core.errors import CapabilityError, TimestepError
 
-STEP_NS = 100_000
-STEP_MS = milliseconds(STEP_NS)
+GRID = Grid(100_000)
+STEP_MS = GRID.step_ms
 RECEPTORS = ("excitatory", "inhibitory")
 
-
-SYNAPSE = np.dtype(
-    [(name, np.int64) for name in ("pre", "target", "receptor", "plastic")]
-    + [(name, float) for name in ("weight", "delay_ms", "U", "tau_rec", "tau_facil", "tau_psc")]
-)
-RESOURCES = np.dtype([(name, float) for name in ("u", "y", "z", "used_ms")])
+WIRE = [(name, np.int64) for name in ("pre", "target", "receptor", "plastic")]
+STRENGTH = [(name, np.float64) for name in ("weight", "delay_ms")]
+SHORT_TERM = [(name, np.float64) for name in (*CONSTANTS, "tau_psc", "t", "u", "y", "z")]
+SYNAPSE = np.dtype((np.record, [*WIRE, *STRENGTH, *SHORT_TERM]))
 
 
 def outgoing(network: Network, tau_syn: FloatArray) -> Any:
-    """Return all synapses as one table, sorted by source; ``tau_syn`` has shape (2, n)."""
-    tables = [np.empty(0, SYNAPSE)]
+    """Return all synapses at rest as one table, sorted by source; ``tau_syn`` has shape ``(2, n)``."""
+    tables = [np.zeros(0, SYNAPSE)]
     for p in network.projections:
-        rows = np.empty(p.size, SYNAPSE)
+        rows = np.zeros(p.size, SYNAPSE)
         rows["pre"] = network.offsets[p.pre] + p.pre_index
         rows["target"] = network.offsets[p.post] + p.post_index
         rows["receptor"] = RECEPTORS.index(p.receptor)
         rows["weight"], rows["delay_ms"] = p.weight, p.delay_ms
         rows["plastic"] = p.synapse_type == TSODYKS_MARKRAM
-        for name in ("U", "tau_rec", "tau_facil"):
-            rows[name] = p.synapse_parameters.get(name, 1.0)
+        for name in CONSTANTS if p.synapse_type == TSODYKS_MARKRAM else ():
+            rows[name] = p.synapse_parameters[name]
         rows["tau_psc"] = tau_syn[rows["receptor"], rows["target"]]
         tables.append(rows)
     joined = np.concatenate(tables)
@@ -52,17 +50,14 @@ def outgoing(network: Network, tau_syn: FloatArray) -> Any:
 
 @dataclass
 class Moving:
-    """Everything that changes; ``g`` and ``rise`` have shape (2, n), ``arriving`` is by tick.
-
-    The ``resources`` of each synapse are as of ``used_ms``.
-    """
+    """Everything that changes; ``g`` and ``rise`` have shape ``(2, n)``, ``arriving`` is by tick."""
 
     v: FloatArray
     g: FloatArray
     rise: FloatArray
     current_na: FloatArray
     free_at: IntArray
-    resources: Any
+    synapses: Any
     tick: int = 0
     arriving: dict[int, FloatArray] = field(default_factory=dict)
 
@@ -86,23 +81,20 @@ class MinimalBrain(Brain):
         self._tau = np.stack([parameters[f"tau_syn_{side}"] for side in "EI"])
         self._reversal = np.stack([parameters[f"e_rev_{side}"] for side in "EI"])
         self._leak = parameters["cm"] / parameters["tau_m"]  # uS
-        self._synapses = outgoing(network, self._tau)
-        self._first = np.searchsorted(self._synapses["pre"], np.arange(network.size + 1))
+        self._at_rest = outgoing(network, self._tau)
+        self._first = np.searchsorted(self._at_rest["pre"], np.arange(network.size + 1))
         self._now = self._fresh()
         self._spikes: list[tuple[IntArray, float]] = []
 
     def _fresh(self) -> Moving:
-        n, resources = self.network.size, np.zeros(len(self._synapses), RESOURCES)
+        n = self.network.size
         g, rise, free_at = np.zeros((2, n)), np.zeros((2, n)), np.zeros(n, np.int64)
-        return Moving(self._v0.copy(), g, rise, np.zeros(n), free_at, resources)
+        return Moving(self._v0.copy(), g, rise, np.zeros(n), free_at, self._at_rest.copy())
 
     # -- what the interface asks for
 
     def _do_run_until(self, t_ns: int) -> None:
-        ticks, rest = divmod(t_ns, STEP_NS)
-        if rest:
-            raise TimestepError(f"{milliseconds(t_ns):g} ms is not on the grid of {STEP_MS:g} ms")
-        while self._now.tick < ticks:
+        while self._now.tick < GRID.number_of(t_ns):
             self._step()
 
     def _do_take_spikes(self) -> Spikes:
@@ -123,9 +115,9 @@ class MinimalBrain(Brain):
     def _do_reset(self, seed: int) -> None:
         self._now, self._spikes = self._fresh(), []
 
+    # -- what it offers beyond that
+
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
-        if not self._is_cell[neurons].all():
-            raise CapabilityError(f"source cells have no '{variable}'")
         return self._now.v[neurons]
 
     def _do_save(self) -> object:
@@ -161,45 +153,31 @@ class MinimalBrain(Brain):
             self._send(neuron, time_ms)
 
     def _send(self, neuron: int, time_ms: float) -> None:
-        own = slice(self._first[neuron], self._first[neuron + 1])
-        q = self._synapses[own]
-        weights = q["weight"] * np.where(q["plastic"], self._released(q, own, time_ms), 1.0)
-        self._post(q["target"], q["receptor"], weights, time_ms + q["delay_ms"])
+        own = self._now.synapses[self._first[neuron] : self._first[neuron + 1]]
+        weights = own["weight"].copy()
+        for i in np.flatnonzero(own["plastic"]):
+            weights[i] *= released_share(own[i], time_ms)
+        self._post(own["target"], own["receptor"], weights, time_ms + own["delay_ms"])
 
     def _post(self, target: IntArray, receptor: IntArray, weight: FloatArray, at_ms: FloatArray) -> None:
         """Let weights arrive at the first step at or after a time."""
         s = self._now
-        ticks = np.maximum(s.tick, np.ceil(at_ms / STEP_MS - 1e-9).astype(np.int64))
+        ticks = np.maximum(s.tick, GRID.first_at(at_ms))
         for tick in np.unique(ticks).tolist():
             now = ticks == tick
             arriving = s.arriving.setdefault(tick, np.zeros_like(s.g))
             np.add.at(arriving, (receptor[now], target[now]), weight[now])
 
-    def _released(self, q: Any, own: slice, time_ms: float) -> FloatArray:
-        """Return the shares that synapses release (Tsodyks, Uziel & Markram 2000, J Neurosci 20:RC50)."""
-        now = self._now.resources[own]
-        passed = time_ms - now["used_ms"]
-        recovery, decay = np.exp(-passed / q["tau_rec"]), np.exp(-passed / q["tau_psc"])
-        gap = 1 / q["tau_psc"] - 1 / q["tau_rec"]
-        inflow = np.where(gap == 0, passed * decay, (recovery - decay) / np.where(gap == 0, 1, gap))
-        now["z"] = now["z"] * recovery + now["y"] * inflow / q["tau_psc"]
-        now["y"] *= decay
-        with np.errstate(divide="ignore", invalid="ignore"):  # tau_facil of 0: no facilitation
-            facilitated = np.nan_to_num(now["u"] * np.exp(-passed / q["tau_facil"]))
-        now["u"] = facilitated + q["U"] * (1 - facilitated)
-        released = now["u"] * (1 - now["y"] - now["z"])
-        now["y"] += released
-        now["used_ms"] = time_ms
-        return released
-
 
 class MinimalBackend(BrainBackend):
     """Opens :class:`MinimalBrain`."""
 
+    interface_version = 1
+
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
         return BrainCapabilities(
             cells=frozenset({"IF_cond_alpha"}), synapses=frozenset({STATIC, TSODYKS_MARKRAM}),
-            resolution_ns=STEP_NS, state_variables=frozenset({"v"}), snapshot=True,
+            resolution_ns=GRID.step_ns, state_variables=frozenset({"v"}), snapshot=True,
         )  # fmt: skip
 
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:

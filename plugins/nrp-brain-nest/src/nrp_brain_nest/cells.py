@@ -61,10 +61,7 @@ class Cells:
             CapabilityError: one of the cells does not have it.
         """
         values = np.empty(len(neurons))
-        found = list(self._by_population(neurons))
-        if sum(len(which) for *_, which in found) < len(neurons):
-            raise CapabilityError(f"source cells have no '{variable}'")
-        for population, collection, index, which in found:
+        for population, collection, index, which in self._by_population(neurons):
             kind = CELL_TYPES[population.cell_type]
             if variable not in kind.readable:
                 raise CapabilityError(

@@ -132,7 +132,7 @@ def test_short_term_plasticity_is_that_of_the_exact_mode(
 
 
 def test_a_time_off_the_grid_is_refused(cells: Cells, open_brain: Open) -> None:
-    with pytest.raises(TimestepError, match=r"the grid runs in steps of 0\.1 ms and cannot stop at 0\.25 ms"):
+    with pytest.raises(TimestepError, match=r"runs in steps of 0\.1 ms and cannot stop at 0\.25 ms"):
         open_brain(cells("n", "IF_curr_exp"), resolution="0.1 ms").run_until(250_000)
 
 

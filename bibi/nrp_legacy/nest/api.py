@@ -1,0 +1,245 @@
+"""The module ``nest`` for one brain file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import ModuleType
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+
+from nrp_core.brain.network import IntArray
+from nrp_core.errors import NetworkError, did_you_mean
+from nrp_legacy.nest import kernel as of
+from nrp_legacy.nest.kernel import Block, Kernel, Node, Nodes
+from nrp_legacy.nest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES
+from nrp_legacy.nest.rules import pairs
+from nrp_legacy.shims.modules import module
+
+
+class Synapse(NamedTuple):
+    """A synapse as ``GetConnections`` shows it, with the array in which it stands."""
+
+    source: int
+    target: int
+    target_thread: int
+    synapse_id: int
+    port: int
+    block: Block
+    place: int
+
+
+class Synapses(tuple[Synapse, ...]):
+    """Synapses, with the methods of NEST 3."""
+
+    def set(self, params: Any = None, **fields: Any) -> None:
+        """Set parameters."""
+        _set_synapses(self, {**(params or {}), **fields})
+
+    def get(self, name: str) -> Any:
+        """Return a parameter of each."""
+        return tuple(_synapse_values(one).get(name) for one in self)
+
+
+def nest_module(made: Kernel) -> ModuleType:
+    """Return the module; what it is asked to make goes to a kernel."""
+    api = _Interface(made)
+    functions = {
+        name: getattr(api, name)
+        for name in vars(_Interface)
+        if not name.startswith("_")
+    }
+    quiet = dict.fromkeys(_QUIET, _nothing)
+    random = module("nest.random", uniform=of.uniform, normal=of.normal, lognormal=of.lognormal,
+                    exponential=of.exponential)  # fmt: skip
+    here = module("nest", **functions, **quiet, random=random, __version__="2.18.0")
+    vars(here).update(ll_api=here, hl_api=here, NodeCollection=lambda nodes: Nodes.of(made, nodes))
+    vars(here)["__getattr__"] = _unknown(tuple(vars(here)))
+    return here
+
+
+_QUIET = (
+    "set_verbosity", "sli_run", "sr", "sli_push", "Install", "Prepare", "Cleanup", "CatchInterrupt", "M_WARNING",
+    "M_ERROR", "M_FATAL", "M_INFO", "M_QUIET", "PrintNetwork", "PrintNodes", "DisableStructuralPlasticity",
+    "SetStructuralPlasticityStatus", "EnableStructuralPlasticity", "Rank", "SyncProcesses",
+)  # fmt: skip
+
+
+class _Interface:
+    """The functions of the module."""
+
+    def __init__(self, made: Kernel) -> None:
+        self._made = made
+
+    def Create(self, model: str, n: int = 1, params: Any = None, positions: Any = None) -> Nodes:  # noqa: N802
+        """Make nodes."""
+        if isinstance(n, Mapping):
+            n, params = 1, n
+        return self._made.create(str(model), int(n), params)
+
+    def SetStatus(self, nodes: Any, params: Any, val: Any = None) -> None:  # noqa: N802
+        """Set parameters of nodes or synapses: ``params`` may be a name and ``val`` its values."""
+        given = {params: val} if isinstance(params, str) else params
+        if _are_synapses(nodes):
+            _set_synapses(_several(nodes), given)
+        elif _several(nodes):
+            whole = given[0] if isinstance(given, (list, tuple)) and len(given) == 1 else given
+            self._made.set_nodes(_several(nodes), whole)
+
+    def GetStatus(self, nodes: Any, keys: Any = None, output: str = "") -> Any:  # noqa: N802
+        """Return parameters of nodes or synapses."""
+        values = _synapse_values if _are_synapses(nodes) else self._made.node_values
+        found = [values(one) for one in _several(nodes)]
+        if keys is None:
+            return tuple(found)
+        if isinstance(keys, str):
+            return tuple(one.get(keys) for one in found)
+        return tuple(tuple(one.get(key) for key in keys) for one in found)
+
+    def Connect(  # noqa: N802
+        self, pre: Any, post: Any, conn_spec: Any = None, syn_spec: Any = None, *more: Any,
+        model: Any = None, params: Any = None, delay: Any = None, **_options: Any,
+    ) -> None:  # fmt: skip
+        """Connect nodes; also as it was once written: ``Connect(pre, post, weight, delay, model)``."""
+        sources, targets = _several(pre), _several(post)
+        if isinstance(conn_spec, (int, float, np.number)) or _is_plain_list(conn_spec):
+            rule, given = "one_to_one", {"weight": conn_spec, "delay": syn_spec if delay is None else delay}
+            name = more[0] if more else model
+        else:
+            rule, given = conn_spec or "all_to_all", dict(params or {})
+            if isinstance(syn_spec, Mapping):
+                given.update(syn_spec)
+            name = given.pop("model", given.pop("synapse_model", None)) or (
+                syn_spec if isinstance(syn_spec, str) else model
+            )
+        options = dict(rule) if isinstance(rule, Mapping) else {"rule": rule}
+        self._connect(sources, targets, options, str(name or "static_synapse"), given)
+
+    def ConvergentConnect(self, pre: Any, post: Any, weight: Any = None, delay: Any = None, model: Any = None) -> None:  # noqa: N802
+        """Connect all to all."""
+        given = {"weight": weight, "delay": delay}
+        self._connect(_several(pre), _several(post), {}, str(model or "static_synapse"), given)
+
+    DivergentConnect = ConvergentConnect
+
+    def _connect(self, pre: Any, post: Any, rule: dict[str, Any], name: str, given: dict[str, Any]) -> None:
+        i, j = pairs(rule, len(pre), len(post), self._made.random, same=list(pre) == list(post))
+        sources, targets = (np.array(list(map(int, nodes)), dtype=np.int64) for nodes in (pre, post))
+
+        def weave(value: Any) -> Any:
+            array = np.asarray(value, dtype=float)
+            if array.size == 1:
+                return array.reshape(())
+            if array.ndim == 2:  # rows are targets
+                return array[j, i]
+            if array.size == len(i):
+                return array
+            raise NetworkError(f"nest: {array.size} values for {len(i)} synapses")
+
+        values = {key: value for key, value in given.items() if value is not None and key != "receptor_type"}
+        self._made.connect(sources[i], targets[j], name, values, weave)
+
+    def GetConnections(self, source: Any = None, target: Any = None, synapse_model: Any = None, **_more: Any) -> Synapses:  # noqa: N802
+        """Return the synapses between nodes."""
+        found: list[Synapse] = []
+        for number, block in enumerate(self._made.blocks):
+            if synapse_model is not None and block.model != synapse_model:
+                continue
+            chosen = _among(block.pre, source) & _among(block.post, target)
+            found += (
+                Synapse(int(block.pre[k]), int(block.post[k]), 0, number, k, block, k)
+                for k in np.flatnonzero(chosen).tolist()
+            )
+        return Synapses(found)
+
+    def SetDefaults(self, model: str, params: Any, val: Any = None) -> None:  # noqa: N802
+        """Change the defaults of a model."""
+        self._made.set_defaults(model, {params: val} if isinstance(params, str) else params)
+
+    def GetDefaults(self, model: str, keys: Any = None) -> Any:  # noqa: N802
+        """Return the defaults of a model."""
+        values = self._made.defaults(model)
+        if isinstance(keys, str):
+            return values.get(keys)
+        return values if keys is None else [values.get(key) for key in keys]
+
+    def CopyModel(self, existing: str, new: str, params: Any = None) -> None:  # noqa: N802
+        """Make a model of another one."""
+        self._made.copy(existing, new, params or {})
+
+    def Models(self, *_values: Any, **_fields: Any) -> list[str]:  # noqa: N802
+        """Return the names of all models."""
+        return sorted({*CELLS, *GENERATORS, *RECORDERS, *SYNAPSES})
+
+    def ResetKernel(self) -> None:  # noqa: N802
+        """Forget everything."""
+        self._made.clear()
+
+    def ResetNetwork(self) -> None:  # noqa: N802
+        """Do nothing: nothing has run."""
+
+    def SetKernelStatus(self, params: Mapping[str, Any]) -> None:  # noqa: N802
+        """Take settings of the simulator; the resolution is that of the network."""
+        self._made.status.update(params)
+
+    def GetKernelStatus(self, keys: Any = None) -> Any:  # noqa: N802
+        """Return settings of the simulator."""
+        values = {**self._made.status, "network_size": sum(group.size for group in self._made.groups) + 1}
+        if isinstance(keys, str):
+            return values.get(keys)
+        return values if keys is None else tuple(values.get(key) for key in keys)
+
+    def NumProcesses(self) -> int:  # noqa: N802
+        """Return 1."""
+        return 1
+
+    def Simulate(self, t: float) -> None:  # noqa: N802
+        """Do nothing: the experiment runs the network."""
+        self._made.note("the brain file runs the network itself; here the experiment does")
+
+    Run = Simulate
+
+
+def _nothing(*_values: Any, **_fields: Any) -> int:
+    return 0
+
+
+def _unknown(names: tuple[str, ...]) -> Callable[[str], NoReturn]:
+    def attribute(name: str) -> NoReturn:
+        raise AttributeError(f"there is no nest.{name} here{did_you_mean(name, names)}")
+
+    return attribute
+
+
+def _several(nodes: Any) -> Any:
+    """Return nodes or synapses, of which there may be one, as a sequence."""
+    if isinstance(nodes, (int, np.integer)):
+        return [Node(nodes)]
+    return [nodes] if isinstance(nodes, Synapse) else nodes
+
+
+def _are_synapses(items: Any) -> bool:
+    several = _several(items)
+    return len(several) > 0 and isinstance(several[0], Synapse)
+
+
+def _is_plain_list(value: Any) -> bool:
+    return isinstance(value, (list, tuple, np.ndarray))
+
+
+def _among(nodes: IntArray, wanted: Any) -> Any:
+    return np.ones(len(nodes), bool) if wanted is None else np.isin(nodes, list(map(int, _several(wanted))))
+
+
+def _synapse_values(synapse: Synapse) -> dict[str, Any]:
+    block, place = synapse.block, synapse.place
+    values = {name: float(column[place]) for name, column in block.values.items()}
+    return {"source": synapse.source, "target": synapse.target, "synapse_model": block.model, **values}
+
+
+def _set_synapses(synapses: Sequence[Synapse], given: Any) -> None:
+    for i, synapse in enumerate(synapses):
+        own = given if isinstance(given, Mapping) else given[i]
+        for name, value in own.items():
+            column = synapse.block.values.setdefault(name, np.full(len(synapse.block.pre), np.nan))
+            column[synapse.place] = value[i] if _is_plain_list(value) else value

@@ -1,0 +1,306 @@
+"""What calls of NEST have made so far: nodes with parameters, and synapses between them."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.seeds import Seeds
+from nrp_legacy.nest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES, SynapseModel, defaults_of
+
+_UNKNOWN = "nothing here is like it: it does nothing"
+
+
+class Node(int):
+    """A node, by its number."""
+
+
+class Nodes(tuple[Node, ...]):
+    """Nodes, in an order; also with the methods of NEST 3."""
+
+    _kernel: Kernel
+
+    @classmethod
+    def of(cls, kernel: Kernel, numbers: Iterable[int]) -> Nodes:
+        """Return the nodes of these numbers."""
+        made = cls(Node(number) for number in numbers)
+        made._kernel = kernel
+        return made
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, (list, np.ndarray)):
+            return Nodes.of(self._kernel, (int(self[i]) for i in np.arange(len(self))[np.asarray(index)]))
+        chosen = super().__getitem__(index)
+        return Nodes.of(self._kernel, chosen) if isinstance(index, slice) else chosen
+
+    def __add__(self, other: Any) -> Nodes:
+        return Nodes.of(self._kernel, (*self, *other))
+
+    def tolist(self) -> list[int]:
+        """Return the numbers."""
+        return list(map(int, self))
+
+    def set(self, params: Any = None, **fields: Any) -> None:
+        """Set parameters."""
+        self._kernel.set_nodes(self, {**(params or {}), **fields})
+
+    def get(self, *names: Any) -> Any:
+        """Return parameters: of one node the value, of several a tuple."""
+        found = [self._kernel.node_values(node) for node in self]
+        if names and isinstance(names[0], str):
+            values = tuple(one.get(names[0]) for one in found)
+            return values[0] if len(values) == 1 else values
+        return found[0] if len(found) == 1 else tuple(found)
+
+
+@dataclass
+class Group:
+    """The nodes of one call of ``Create``.
+
+    Args:
+        model: as it was called.
+        base: the model of NEST that this is.
+        first: number of the first.
+        size: how many.
+        values: parameters that were set, one for each node.
+        defaults: the others.
+    """
+
+    model: str
+    base: str
+    first: int
+    size: int
+    defaults: dict[str, Any]
+    values: dict[str, list[Any]] = field(default_factory=dict)
+
+    def set(self, name: str, places: Sequence[int], values: Sequence[Any]) -> None:
+        """Set a parameter of some nodes."""
+        kept = self.values.setdefault(name, [self.defaults.get(name, np.nan)] * self.size)
+        for place, value in zip(places, values, strict=True):
+            kept[place] = value
+
+    def column(self, name: str, default: float) -> FloatArray:
+        """Return a parameter of all nodes."""
+        given = self.values.get(name, [self.defaults.get(name, default)] * self.size)
+        values = np.array(given, dtype=float)
+        return np.where(np.isnan(values), default, values)
+
+
+@dataclass
+class Block:
+    """The synapses of one call of ``Connect``; every array has one value a synapse."""
+
+    model: str
+    base: SynapseModel
+    pre: IntArray
+    post: IntArray
+    values: dict[str, FloatArray]
+
+
+class Kernel:
+    """Everything that one brain file makes.
+
+    Args:
+        seed: all that is random follows from it.
+
+    Attributes:
+        notes: what has no meaning here.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self.random = np.random.RandomState(Seeds(seed).child("network").stream("nest").bit_generator)
+        self.notes: list[str] = []
+        self.status: dict[str, Any] = {}
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self.status = {
+            "resolution": 0.1, "time": 0.0, "local_num_threads": 1, "total_num_virtual_procs": 1,
+            "min_delay": 0.1, "max_delay": 20.0, "rng_seeds": (1,), "grng_seed": 1,
+        }  # fmt: skip
+        self.groups: list[Group] = []
+        self.blocks: list[Block] = []
+        self._models: dict[str, tuple[str, dict[str, Any]]] = {}
+        self._synapses: dict[str, SynapseModel] = dict(SYNAPSES)
+
+    def note(self, message: str) -> None:
+        """Keep what users should know, once."""
+        if message not in self.notes:
+            self.notes.append(message)
+
+    # -- models
+
+    def model(self, name: str) -> tuple[str, dict[str, Any]]:
+        """Return the model of NEST that a name stands for, and its defaults."""
+        if name not in self._models:
+            if name not in (*CELLS, *GENERATORS, *RECORDERS):
+                self.note(f"the model '{name}' of NEST{did_you_mean(name, CELLS)} is not known; {_UNKNOWN}")
+            self._models[name] = name, defaults_of(name)
+        return self._models[name]
+
+    def synapse_model(self, name: str) -> SynapseModel:
+        """Return a model of synapses."""
+        if name not in self._synapses:
+            self.note(f"synapses of the model '{name}' of NEST do not change here: static_synapse")
+            self._synapses[name] = SYNAPSES["static_synapse"]
+        return self._synapses[name]
+
+    def defaults(self, name: str) -> dict[str, Any]:
+        """Return the defaults of a model."""
+        return dict(self._synapses[name].defaults if name in self._synapses else self.model(name)[1])
+
+    def set_defaults(self, name: str, values: Mapping[str, Any]) -> None:
+        """Change the defaults of a model."""
+        self.copy(name, name, values)
+
+    def copy(self, name: str, new: str, values: Mapping[str, Any]) -> None:
+        """Make a model of another one."""
+        if name in self._synapses or name.rpartition("_")[2] == "synapse":
+            self._synapses[new] = self.synapse_model(name).changed(values)
+        else:
+            base, defaults = self.model(name)
+            self._models[new] = base, {**defaults, **values}
+
+    # -- nodes
+
+    def create(self, name: str, size: int, values: Any) -> Nodes:
+        """Make nodes."""
+        base, defaults = self.model(name)
+        first = self.groups[-1].first + self.groups[-1].size if self.groups else 1
+        self.groups.append(Group(name, base, first, size, dict(defaults)))
+        nodes = Nodes.of(self, range(first, first + size))
+        if values:
+            self.set_nodes(nodes, values)
+        return nodes
+
+    def group_of(self, node: int) -> Group:
+        """Return the group of a node.
+
+        Raises:
+            NetworkError: there is no such node.
+        """
+        place = bisect_right(self.groups, int(node), key=lambda group: group.first) - 1
+        if place < 0 or node >= self.groups[place].first + self.groups[place].size:
+            raise NetworkError(f"nest: there is no node {node}")
+        return self.groups[place]
+
+    def set_nodes(self, nodes: Sequence[int], values: Any) -> None:
+        """Set parameters of nodes: a dictionary for all, or one for each; a list has a value for each."""
+        if isinstance(values, Mapping):
+            spread = {name: _spread(value, len(nodes), name, self.random) for name, value in values.items()}
+            values = [{name: column[i] for name, column in spread.items()} for i in range(len(nodes))]
+        for node, given in zip(nodes, values, strict=True):
+            group = self.group_of(node)
+            for name, value in given.items():
+                group.set(name, [node - group.first], [value])
+
+    def node_values(self, node: int) -> dict[str, Any]:
+        """Return the parameters of a node."""
+        group = self.group_of(node)
+        own = {name: values[node - group.first] for name, values in group.values.items()}
+        known = {"global_id": int(node), "model": group.model, "element_type": "neuron", "V_m": own.get("E_L", group.defaults.get("E_L"))}
+        return {**known, "n_events": 0, "events": {}, **group.defaults, **own}
+
+    # -- synapses
+
+    def connect(self, pre: IntArray, post: IntArray, name: str, given: Mapping[str, Any], weave: Callable[[Any], Any]) -> None:
+        """Make synapses.
+
+        Args:
+            pre: a node for each synapse.
+            post: likewise.
+            name: of their model.
+            given: weight, delay and parameters: numbers, arrays, or distributions.
+            weave: returns the values, one a synapse, of an array that goes by pairs of nodes.
+        """
+        base = self.synapse_model(name)
+        values = {
+            key: _drawn(value, len(pre), self.random) if _is_random(value) else np.broadcast_to(np.asarray(weave(value), float), (len(pre),)).copy()
+            for key, value in {**base.defaults, **given}.items()
+            if not isinstance(value, str) and value is not None
+        }  # fmt: skip
+        self.blocks.append(Block(name, base, pre, post, values))
+
+
+def _spread(value: Any, n: int, name: str, random: np.random.RandomState) -> Sequence[Any]:
+    if _is_random(value):
+        return _drawn(value, n, random).tolist()
+    is_list = isinstance(value, (list, tuple, np.ndarray)) and np.ndim(value) > 0
+    if is_list and name != "spike_times" and len(value) == n:
+        return list(value)
+    return [value] * n
+
+
+def _is_random(value: Any) -> bool:
+    return isinstance(value, Random) or (isinstance(value, Mapping) and "distribution" in value)
+
+
+@dataclass(frozen=True)
+class Random:
+    """Numbers from a distribution, as ``nest.random.uniform`` asks for them; changed by arithmetic."""
+
+    draw: Callable[[np.random.RandomState, int], FloatArray]
+
+    def __add__(self, other: float) -> Random:
+        return Random(lambda random, n: self.draw(random, n) + other)
+
+    def __mul__(self, factor: float) -> Random:
+        return Random(lambda random, n: self.draw(random, n) * factor)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __sub__(self, other: float) -> Random:
+        return self + -other
+
+    def __neg__(self) -> Random:
+        return self * -1.0
+
+
+def uniform(low: float = 0.0, high: float = 1.0) -> Random:
+    """Return a uniform distribution."""
+    return Random(lambda random, n: random.uniform(low, high, n))
+
+
+def normal(mean: float = 0.0, std: float = 1.0) -> Random:
+    """Return a normal distribution."""
+    return Random(lambda random, n: random.normal(mean, std, n))
+
+
+def lognormal(mean: float = 0.0, std: float = 1.0) -> Random:
+    """Return a lognormal distribution."""
+    return Random(lambda random, n: random.lognormal(mean, std, n))
+
+
+def exponential(beta: float = 1.0) -> Random:
+    """Return an exponential distribution."""
+    return Random(lambda random, n: random.exponential(beta, n))
+
+
+def _drawn(value: Any, n: int, random: np.random.RandomState) -> FloatArray:
+    """Return numbers of a distribution, also as NEST 2 writes it.
+
+    Raises:
+        NetworkError: it is not known.
+    """
+    if isinstance(value, Mapping):
+        kind = str(value["distribution"])
+        numbers = {key: float(one) for key, one in value.items() if key != "distribution"}
+        known: dict[str, Callable[[], Random]] = {
+            "uniform": lambda: uniform(numbers.get("low", 0.0), numbers.get("high", 1.0)),
+            "normal": lambda: normal(numbers.get("mu", 0.0), numbers.get("sigma", 1.0)),
+            "lognormal": lambda: lognormal(numbers.get("mu", 0.0), numbers.get("sigma", 1.0)),
+            "exponential": lambda: exponential(1.0 / numbers.get("lambda", 1.0)),
+        }
+        root = kind.removesuffix("_clipped").removesuffix("_clipped_to_boundary")
+        if root not in known:
+            raise NetworkError(f"nest: the distribution '{kind}' is not known{did_you_mean(root, known)}")
+        return np.clip(known[root]().draw(random, n), numbers.get("low", -np.inf), numbers.get("high", np.inf))
+    drawn: FloatArray = value.draw(random, n)
+    return drawn

@@ -1,0 +1,98 @@
+"""What models of NEST are here: cells, generators, what only records, and synapses.
+
+Defaults are those of NEST 2, as its documentation lists them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.brain.sonata.models import LEAK_NS, NEST_CELLS, Model, Parameter
+
+PARROT: Final = "parrot_neuron"
+POISSON: Final = "poisson_generator"
+SPIKES: Final = "spike_generator"
+CURRENT: Final = "dc_generator"
+
+_KILO = 1e-3
+_PAIRS: Mapping[str, tuple[str, float, float]] = {
+    "gbar_Na": ("g_Na", _KILO, 20_000.0), "gbar_K": ("g_K", _KILO, 6000.0), "g_leak": ("g_L", _KILO, 10.0),
+    "cm": ("C_m", _KILO, 200.0), "v_offset": ("V_T", 1.0, -63.0), "e_rev_Na": ("E_Na", 1.0, 50.0),
+    "e_rev_K": ("E_K", 1.0, -90.0), "e_rev_leak": ("E_L", 1.0, -60.0), "e_rev_E": ("E_ex", 1.0, 0.0),
+    "e_rev_I": ("E_in", 1.0, -80.0), "tau_syn_E": ("tau_syn_ex", 1.0, 5.0),
+    "tau_syn_I": ("tau_syn_in", 1.0, 10.0), "i_offset": ("I_e", _KILO, 0.0),
+}  # fmt: skip
+_IZHIKEVICH = {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0}
+
+CELLS: Final[Mapping[str, Model]] = {
+    **NEST_CELLS,
+    "iaf_neuron": NEST_CELLS["iaf_psc_alpha"],
+    "izhikevich": Model(
+        "Izhikevich",
+        {**{name: Parameter(name, 1.0, value) for name, value in _IZHIKEVICH.items()},
+         "i_offset": Parameter("I_e", _KILO, 0.0)},
+    ),
+    "hh_cond_exp_traub": Model(
+        "HH_cond_exp", {name: Parameter(*pair) for name, pair in _PAIRS.items()}, _KILO
+    ),
+}  # fmt: skip
+"""Models of cells."""
+RECORDERS: Final = frozenset(
+    {"spike_detector", "spike_recorder", "multimeter", "voltmeter", "weight_recorder", "correlation_detector",
+     "volume_transmitter", "spin_detector"}
+)  # fmt: skip
+"""Models that only look; a network needs none."""
+GENERATORS: Final[Mapping[str, Mapping[str, Any]]] = {
+    POISSON: {"rate": 0.0, "start": 0.0, "stop": 1e12},
+    SPIKES: {"spike_times": ()},
+    CURRENT: {"amplitude": 0.0, "start": 0.0, "stop": 1e12},
+    PARROT: {},
+}
+"""Models that only emit, with their parameters."""
+
+_STDP = {"tau_plus": 20.0, "lambda": 0.01, "alpha": 1.0, "mu_plus": 1.0, "mu_minus": 1.0, "Wmax": 100.0}
+_TSODYKS = {"U": 0.5, "tau_rec": 800.0, "tau_fac": 0.0, "tau_psc": 3.0}
+
+
+@dataclass(frozen=True, slots=True)
+class SynapseModel:
+    """A model of synapses.
+
+    Args:
+        kind: what it is in a network.
+        defaults: of its parameters, weight and delay among them, NEST's names and units.
+    """
+
+    kind: str
+    defaults: Mapping[str, Any]
+
+    def changed(self, values: Mapping[str, Any]) -> SynapseModel:
+        """Return the model with other defaults."""
+        return SynapseModel(self.kind, {**self.defaults, **values})
+
+
+_PLAIN = {"weight": 1.0, "delay": 1.0}
+SYNAPSES: Final[Mapping[str, SynapseModel]] = {
+    "static_synapse": SynapseModel(STATIC, _PLAIN),
+    "static_synapse_hom_w": SynapseModel(STATIC, _PLAIN),
+    "tsodyks_synapse": SynapseModel(TSODYKS_MARKRAM, {**_PLAIN, **_TSODYKS}),
+    "tsodyks_synapse_hom": SynapseModel(TSODYKS_MARKRAM, {**_PLAIN, **_TSODYKS}),
+    "tsodyks2_synapse": SynapseModel(TSODYKS_MARKRAM, {**_PLAIN, **_TSODYKS}),
+    "stdp_synapse": SynapseModel(STDP, {**_PLAIN, **_STDP}),
+    "stdp_synapse_hom": SynapseModel(STDP, {**_PLAIN, **_STDP}),
+    "stdp_pl_synapse_hom": SynapseModel(STDP, {**_PLAIN, **_STDP}),
+}
+
+
+def defaults_of(name: str) -> dict[str, Any]:
+    """Return the parameters of a model of cells, generators or recorders, NEST's names and units."""
+    if name not in CELLS:
+        return dict(GENERATORS.get(name, {}))
+    values = {parameter.name: parameter.default for parameter in CELLS[name].parameters.values()}
+    if name in LEAK_NS:
+        values["g_L"] = LEAK_NS[name]
+        values.pop("tau_m")
+    return values

@@ -1,0 +1,134 @@
+"""What runs: an experiment with every brain, in every world, from every seed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+
+from nrp_core.comparison.varying import Varied
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.model import Experiment
+from nrp_core.recording.capsule import named_files
+from nrp_core.registry import Registry, brains, worlds
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One run of the grid.
+
+    Args:
+        brain, world: names of the backends.
+        seed: what everything random follows from.
+    """
+
+    brain: str
+    world: str
+    seed: int
+
+    def __str__(self) -> str:
+        return f"{self.brain}-{self.world}-{self.seed}"
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All runs that are compared.
+
+    Args:
+        experiment: its name, file or folder.
+        brains, worlds: names of the backends.
+        seeds: the same for every pair of backends.
+        overrides: ``dotted.key=value``, laid over the experiment in every run.
+        varied: settings that are drawn anew with each seed.
+
+    Raises:
+        BackendError: there is no such backend.
+        ExperimentError: a name or a seed is given twice, or none is.
+    """
+
+    experiment: str
+    brains: tuple[str, ...]
+    worlds: tuple[str, ...]
+    seeds: tuple[int, ...]
+    overrides: tuple[str, ...] = ()
+    varied: tuple[Varied, ...] = ()
+
+    def __post_init__(self) -> None:
+        for what, names in (("brain", self.brains), ("world", self.worlds), ("seed", self.seeds)):
+            _require_distinct(what, names)
+        for registry, names in self._sides():
+            for name in names:
+                registry.provider(name)
+
+    @classmethod
+    def of(
+        cls, experiment: str, brains: Sequence[str], worlds: Sequence[str], seeds: int,
+        overrides: Sequence[str] = (), varied: Sequence[Varied] = (),
+    ) -> Grid:  # fmt: skip
+        """Return a grid of so many seeds from the experiment's own on; without names its own backends."""
+        own = load_experiment(experiment, overrides)
+        return cls(
+            experiment,
+            tuple(brains) or (own.brain.backend,),
+            tuple(worlds) or (own.world.backend,),
+            tuple(range(own.seed, own.seed + seeds)),
+            tuple(overrides),
+            tuple(varied),
+        )
+
+    @property
+    def cells(self) -> list[Cell]:
+        """Every run; those of one seed follow each other, so that a part of them is of use already."""
+        return [Cell(b, w, seed) for seed, b, w in product(self.seeds, self.brains, self.worlds)]
+
+    def settings(self, cell: Cell) -> list[str]:
+        """Return the overrides of one run."""
+        return [
+            *self.overrides,
+            *(varied.override(cell.seed) for varied in self.varied),
+            f"brain.backend={cell.brain}",
+            f"world.backend={cell.world}",
+            f"seed={cell.seed}",
+            "pace=max",
+        ]
+
+    def folder(self, results: Path, cell: Cell) -> Path:
+        """Return where a run is recorded: its name tells all that it depends on."""
+        sides = zip(self._sides(), (cell.brain, cell.world), strict=True)
+        providers = [str(registry.provider(name)) for (registry, _), name in sides]
+        told = [self._digest, *providers, *self.settings(cell)]
+        digest = hashlib.blake2b(json.dumps(told).encode(), digest_size=4).hexdigest()
+        return results / f"{cell}-{digest}"
+
+    def load(self, cell: Cell) -> Experiment:
+        """Return the experiment of one run."""
+        return load_experiment(self.experiment, self.settings(cell))
+
+    @cached_property
+    def _digest(self) -> str:
+        """A digest of the files that the experiment names."""
+        digest = hashlib.blake2b(digest_size=16)
+        for path in sorted({*named_files(load_experiment(self.experiment, self.overrides))}):
+            if path.is_file():
+                digest.update(path.name.encode() + path.read_bytes())
+        return digest.hexdigest()
+
+    def _sides(self) -> list[tuple[Registry[object], tuple[str, ...]]]:
+        return [(brains(), self.brains), (worlds(), self.worlds)]  # type: ignore[list-item]
+
+
+def _require_distinct(what: str, names: Sequence[object]) -> None:
+    if not names:
+        raise ExperimentError(f"there is no {what} to compare")
+    for name in names:
+        if names.count(name) > 1:
+            raise ExperimentError(f"{what} '{name}' is given twice")
+
+
+Progress = Callable[[int, int, str], None]
+"""Told how many runs are done, of how many, and which was the last."""

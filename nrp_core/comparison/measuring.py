@@ -1,0 +1,213 @@
+"""Apply metrics to all runs and contrast the backends, seed by seed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray
+from nrp_core.comparison.grid import Cell, Grid
+from nrp_core.comparison.judgement import Cells, Contrast, Factor, Judgement, Part, corrected
+from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
+from nrp_core.comparison.signals import RunSignals
+from nrp_core.comparison.statistics import (
+    Estimate,
+    excess_of_shift,
+    excess_values,
+    pooled_sd,
+    shift_of_excess,
+)
+
+Runs = Mapping[Cell, RunSignals]
+
+_FEWEST_SEEDS = 3
+"""The spread of distances needs three seeds."""
+
+
+def judge(grid: Grid, runs: Runs, metrics: Sequence[Metric], margins: Margins) -> list[Judgement]:
+    """Measure everything and say on what each metric depends.
+
+    Raises:
+        ExperimentError: a margin was set for a part that no run has.
+    """
+    judged = [Judgement(metric, tuple(_parts(grid, runs, metric, margins))) for metric in metrics]
+    margins.require_parts(f"{j.metric.name}/{part.name}" for j in judged for part in j.parts)
+    return corrected(judged)
+
+
+def _parts(grid: Grid, runs: Runs, metric: Metric, margins: Margins) -> list[Part]:
+    resolution = max(metric.resolution(run) for run in runs.values())
+    if isinstance(metric, ScalarMetric):
+        return _of_numbers(grid, runs, metric, margins, resolution)
+    assert isinstance(metric, DistanceMetric)
+    return _of_distances(grid, runs, metric, margins, resolution)
+
+
+# -- numbers
+
+
+def _of_numbers(
+    grid: Grid, runs: Runs, metric: ScalarMetric, margins: Margins, resolution: float
+) -> list[Part]:
+    measured = {cell: metric.values(run) for cell, run in runs.items()}
+    tables = {
+        name: np.array([
+            [[_number(measured[Cell(b, w, s)].get(name)) for s in grid.seeds] for w in grid.worlds]
+            for b in grid.brains
+        ])
+        for name in dict.fromkeys(name for values in measured.values() for name in values)
+    }  # fmt: skip
+    return [
+        _of_table(
+            grid, metric, name, table, margins.of(metric, name), resolution,
+            _cells(grid, {cell: values.get(name) for cell, values in measured.items()}),
+        )
+        for name, table in tables.items()
+    ]  # fmt: skip
+
+
+def _of_table(
+    grid: Grid, metric: ScalarMetric, name: str, table: FloatArray, margin: Margin, resolution: float,
+    cells: tuple[Cells, ...],
+) -> Part:  # fmt: skip
+    sd = _spread(table, is_share=metric.is_share)
+    estimated = Estimate.of_matched_shares if metric.is_share else Estimate.of
+    differences = list(_differences(grid, table))
+    contrasts = []
+    for factor, one, other, values in differences:
+        if len(values):
+            estimate = estimated(values)
+            effect = _ratio(estimate.mean, sd)
+            contrasts.append(Contrast(factor, one, other, estimate, effect, estimate.p_different))
+    reach, n_seeds = max(margin.within(sd), resolution), min(len(values) for *_, values in differences)
+    return Part(name, reach, sd, _spread(table) > resolution, n_seeds, tuple(contrasts), cells)
+
+
+def _number(value: float | None) -> float:
+    return np.nan if value is None else float(value)
+
+
+def _cells(grid: Grid, values: Mapping[Cell, float | None]) -> tuple[Cells, ...]:
+    """Return the values of each pair of backends in the order of the seeds; missing ones are left out."""
+    return tuple(
+        Cells(b, w, [float(v) for s in grid.seeds if (v := values[Cell(b, w, s)]) is not None])
+        for b in grid.brains
+        for w in grid.worlds
+    )
+
+
+def _mean_of_seeds(values: FloatArray) -> FloatArray:
+    """Return the mean over the first axis for each seed, of what is there; seeds without any are left out."""
+    present = np.isfinite(values)
+    counts = present.sum(axis=0)
+    means: FloatArray = np.where(present, values, 0.0).sum(axis=0)[counts > 0] / counts[counts > 0]
+    return means
+
+
+def _spread(table: FloatArray, *, is_share: bool = False) -> float:
+    """Return the standard deviation from seed to seed, pooled over the pairs of backends.
+
+    That of yes and no follows from their share, taken with two of each more (Agresti and Coull 1998, Am.
+    Stat. 52:119), because that all of some runs agree does not mean that every run would.
+    """
+    if is_share:
+        share = (np.nansum(table) + 2) / (np.isfinite(table).sum() + 4)
+        return float(sqrt(share * (1 - share)))
+    cells = [values[np.isfinite(values)] for pair in table for values in pair]
+    return pooled_sd([float(values.std(ddof=1)) for values in cells if len(values) > 1])
+
+
+def _differences(grid: Grid, table: FloatArray) -> Iterator[tuple[Factor, str, str, FloatArray]]:
+    """Return every contrast with its value for each seed that has one."""
+    brains, worlds = list(enumerate(grid.brains)), list(enumerate(grid.worlds))
+    for (i, one), (j, other) in combinations(brains, 2):
+        yield Factor.BRAIN, one, other, _mean_of_seeds(table[j] - table[i])
+    for (k, one), (m, other) in combinations(worlds, 2):
+        yield Factor.WORLD, one, other, _mean_of_seeds(table[:, m] - table[:, k])
+    for (i, one), (j, other) in combinations(brains, 2):
+        for (k, here), (m, there) in combinations(worlds, 2):
+            moved = (table[j, m] - table[i, m] - table[j, k] + table[i, k]) / 2
+            yield Factor.BOTH, f"{one} to {other} in {here}", f"in {there}", _mean_of_seeds(moved[None])
+
+
+# -- distances
+
+
+def _of_distances(
+    grid: Grid, runs: Runs, metric: DistanceMetric, margins: Margins, resolution: float
+) -> list[Part]:
+    features = {cell: metric.features(run) for cell, run in runs.items()}
+    names = list(dict.fromkeys(name for found in features.values() for name in found))
+    return [_of_distance(grid, metric, name, features, margins, resolution) for name in names]
+
+
+def _of_distance(
+    grid: Grid, metric: DistanceMetric, name: str, features: Mapping[Cell, Mapping[str, Any]],
+    margins: Margins, resolution: float,
+) -> Part:  # fmt: skip
+    pairs = [(b, w) for b in grid.brains for w in grid.worlds]
+    seeds = [s for s in grid.seeds if all(name in features[Cell(b, w, s)] for b, w in pairs)]
+    if len(seeds) < _FEWEST_SEEDS:
+        return Part(name, resolution, 0.0, False, len(seeds), ())
+    matrix = _Distances(metric, name, features, seeds)
+    off = ~np.eye(len(seeds), dtype=bool)
+    spread = float(np.mean([matrix.between(pair, pair)[off].mean() for pair in pairs]))
+    margin = margins.of(metric, name)
+    reach = excess_of_shift(margin.amount) * spread if margin.in_sd else margin.amount
+    contrasts = tuple(
+        Contrast(
+            factor, one, other, estimate, shift_of_excess(_ratio(estimate.mean, spread)), estimate.p_different
+        )
+        for factor, one, other, values in _excesses(grid, matrix)
+        for estimate in [Estimate.of(values)]
+    )
+    return Part(name, max(reach, resolution), spread, spread > resolution, len(seeds), contrasts)
+
+
+class _Distances:
+    """Distances between the runs of two pairs of backends, each computed once."""
+
+    def __init__(
+        self, metric: DistanceMetric, name: str, features: Mapping[Cell, Mapping[str, Any]],
+        seeds: Sequence[int],
+    ) -> None:  # fmt: skip
+        self._metric, self._name, self._features, self._seeds = metric, name, features, seeds
+        self._known: dict[tuple[tuple[str, str], tuple[str, str]], FloatArray] = {}
+
+    def between(self, one: tuple[str, str], other: tuple[str, str]) -> FloatArray:
+        """Return the distances, shape ``(n_seeds, n_seeds)``, from the runs of one pair to the other's."""
+        if (one, other) not in self._known:
+            a, b = (
+                [self._features[Cell(*pair, s)][self._name] for s in self._seeds] for pair in (one, other)
+            )
+            if one == other:
+                found = np.zeros((len(a), len(a)))
+                for i, j in combinations(range(len(a)), 2):
+                    found[i, j] = found[j, i] = self._metric.distance(a[i], a[j])
+            else:
+                found = np.array([[self._metric.distance(x, y) for y in b] for x in a])
+            self._known[one, other] = found
+        return self._known[one, other]
+
+    def excess(self, one: tuple[str, str], other: tuple[str, str]) -> FloatArray:
+        """Return for each seed how much farther apart the two are than the runs of each."""
+        return excess_values(self.between(one, one), self.between(one, other), self.between(other, other))
+
+
+def _excesses(grid: Grid, matrix: _Distances) -> Iterator[tuple[Factor, str, str, FloatArray]]:
+    """Return every contrast with its value for each seed, the mean over the backends of the other side."""
+    for one, other in combinations(grid.brains, 2):
+        excess = [matrix.excess((one, world), (other, world)) for world in grid.worlds]
+        yield Factor.BRAIN, one, other, np.mean(excess, axis=0)
+    for one, other in combinations(grid.worlds, 2):
+        excess = [matrix.excess((brain, one), (brain, other)) for brain in grid.brains]
+        yield Factor.WORLD, one, other, np.mean(excess, axis=0)
+
+
+def _ratio(value: float, spread: float) -> float:
+    """Return an effect in units of a spread; infinite where there is an effect and no spread."""
+    return value / spread if spread else float(np.copysign(np.inf, value)) if value else 0.0

@@ -1,0 +1,28 @@
+"""What goes between brain and body: the values of devices, on average over the run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from nrp_core.comparison.metrics.base import ScalarMetric
+from nrp_core.comparison.signals import RunSignals
+from nrp_core.recording.layout import Role
+
+
+class DeviceValues(ScalarMetric):
+    """The mean over time of each device's value, in the device's own unit."""
+
+    name, title = "devices", "Device values (mean)"
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        series = run.numbers.with_role(Role.SINK, Role.SOURCE)
+        means = {one.name.removeprefix("/brain/devices/"): run.held(one) for one in series}
+        return {
+            name: float(np.nanmean(values)) if np.isfinite(values).any() else None
+            for name, values in means.items()
+        }
+
+    def resolution(self, run: RunSignals) -> float:
+        return 1e-9

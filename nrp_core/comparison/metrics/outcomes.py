@@ -1,0 +1,55 @@
+"""What an experiment is made for: whether its criteria are met, and when what it waits for happens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from nrp_core.comparison.metrics.base import Margin, ScalarMetric
+from nrp_core.comparison.signals import RunSignals
+
+
+class CriteriaMet(ScalarMetric):
+    """Whether each criterion is met; a run that failed meets none."""
+
+    name, title = "criteria", "Criteria met"
+    is_finding = is_share = True
+    margin = Margin(at_most=0.25)
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        failed = bool(run.result.get("error"))
+        outcomes = run.result.get("criteria") or {}
+        return {
+            name: 0.0 if failed else None if one["passed"] is None else float(one["passed"])
+            for name, one in outcomes.items()
+        }
+
+
+class TimeToEvent(ScalarMetric):
+    """How long it takes until something comes near something, and until an event that waits happens.
+
+    A criterion counts from the event it follows. An event that coincides with one adds nothing to it.
+    """
+
+    name, title, unit = "time_to_event", "Time to event", "s"
+    is_finding = True
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        settings, outcomes = run.settings, run.result.get("criteria") or {}
+        near = [
+            name
+            for name, criterion in (settings.get("criteria") or {}).items()
+            if criterion.get("near") and name in outcomes
+        ]
+        met = {name: outcomes[name] for name in near if outcomes[name]["passed"]}
+        decided = {one["decided_s"] for one in met.values()}
+        waiting = {
+            name: run.result["events"].get(name)
+            for name, event in (settings.get("events") or {}).items()
+            if event.get("when")
+        }
+        times = {name: met[name]["took_s"] if name in met else None for name in near}
+        return times | {name: t_s for name, t_s in waiting.items() if t_s not in decided}
+
+    def resolution(self, run: RunSignals) -> float:
+        """One step of the loop: events are looked for between steps."""
+        return run.step_s

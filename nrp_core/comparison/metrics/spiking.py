@@ -1,0 +1,88 @@
+"""What the neurons do: how often, how regularly, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray
+from nrp_core.comparison.distances import filtered_trains
+from nrp_core.comparison.metrics.base import DistanceMetric, ScalarMetric
+from nrp_core.comparison.signals import RunSignals
+
+_SMALL = 20
+"""Of populations up to this size each neuron is told by itself."""
+_MOST_TRAINS = 50
+"""Of larger groups so many neurons, evenly spread, stand for all in a distance."""
+_FEWEST_INTERVALS = 3
+_TAU_S = 0.02
+"""About the time constant of a membrane: what the next neuron can tell apart."""
+
+
+class FiringRate(ScalarMetric):
+    """Spikes for each neuron and second, of groups and of the neurons of small populations."""
+
+    name, title, unit = "rate", "Firing rate", "Hz"
+
+    def values(self, run: RunSignals) -> Mapping[str, float]:
+        return {
+            part: sum(map(len, trains)) / (max(len(trains), 1) * (run.end_s or 1.0))
+            for part, trains in _parts(run)
+        }
+
+    def resolution(self, run: RunSignals) -> float:
+        """One spike in a run."""
+        return 1.0 / (run.end_s or 1.0)
+
+
+class Irregularity(ScalarMetric):
+    """Coefficient of variation of the intervals between spikes: 0 of a clock, 1 of a Poisson process."""
+
+    name, title = "cv", "Irregularity (CV)"
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        return {part: _mean_cv(trains) for part, trains in _parts(run)}
+
+    def resolution(self, run: RunSignals) -> float:
+        return 1e-3
+
+
+class SpikeTrains(DistanceMetric):
+    """Distance of van Rossum between the trains of each neuron, the mean over the neurons of a population.
+
+    With 20 ms: a spike more or less is a distance of 1, one that is late by 2 ms one of 0.4.
+    """
+
+    name, title = "spike_trains", "Spike trains (van Rossum)"
+
+    def features(self, run: RunSignals) -> Mapping[str, FloatArray]:
+        found = {}
+        for label in run.numbers.spikes:
+            trains = run.trains_s(label)
+            chosen = np.linspace(0, len(trains) - 1, min(len(trains), _MOST_TRAINS)).round().astype(int)
+            found[label] = filtered_trains([trains[i] for i in chosen], run.end_s, _TAU_S)
+        return found
+
+    def distance(self, one: FloatArray, other: FloatArray) -> float:
+        samples = min(one.shape[1], other.shape[1])
+        return float(np.linalg.norm(one[:, :samples] - other[:, :samples], axis=1).mean())
+
+    def resolution(self, run: RunSignals) -> float:
+        return 1e-6
+
+
+def _parts(run: RunSignals) -> Iterator[tuple[str, list[FloatArray]]]:
+    for group in run.groups:
+        yield group, run.trains_s(group)
+    for label in run.numbers.spikes:
+        trains = run.trains_s(label)
+        if 1 < len(trains) <= _SMALL:
+            yield from ((f"{label}[{number}]", [train]) for number, train in enumerate(trains))
+
+
+def _mean_cv(trains_s: list[FloatArray]) -> float | None:
+    """Return the mean over the neurons that spike often enough, if there are any."""
+    intervals = [np.diff(train) for train in trains_s if len(train) > _FEWEST_INTERVALS]
+    values = [float(one.std(ddof=1) / one.mean()) for one in intervals if one.mean() > 0]
+    return float(np.mean(values)) if values else None

@@ -1,0 +1,1 @@
+"""A comparison for readers: as text, as one HTML page, as JSON."""

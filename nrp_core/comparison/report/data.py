@@ -1,0 +1,105 @@
+"""A comparison as plain data for JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nrp_core.comparison.judgement import Contrast, Judgement, Part
+from nrp_core.comparison.parting import Parting
+from nrp_core.comparison.result import GridDiff, PairDiff
+from nrp_core.recording.steps import Difference
+
+
+def grid_data(diff: GridDiff) -> dict[str, Any]:
+    """Return everything of a grid but the runs themselves, which are in their folders."""
+    return {
+        "experiment": diff.name,
+        "brains": diff.grid.brains,
+        "worlds": diff.grid.worlds,
+        "seeds": diff.grid.seeds,
+        "overrides": diff.grid.overrides,
+        "varied": list(map(str, diff.grid.varied)),
+        "independent": diff.answer.is_independent,
+        "answer": diff.answer,
+        "finding": [one.metric.name for one in diff.finding],
+        "metrics": {one.metric.name: _judgement(one) for one in diff.judgements},
+        "partings": [_parting(one) for one in diff.partings],
+        "failures": {str(cell): why for cell, why in diff.failures.items()},
+        "results": diff.folder,
+    }
+
+
+def pair_data(diff: PairDiff) -> dict[str, Any]:
+    """Return everything of two recordings."""
+    return {
+        "identical": diff.is_identical,
+        "parting": _parting(diff.parting),
+        "signals": diff.deviations,
+        "metrics": [
+            {
+                "metric": row.metric.name,
+                "part": row.part,
+                "unit": row.metric.unit,
+                "one": row.one,
+                "other": row.other,
+                "apart": row.apart,
+            }
+            for row in diff.measured
+        ],
+    }
+
+
+def _judgement(judged: Judgement) -> dict[str, Any]:
+    return {
+        "title": judged.metric.title,
+        "unit": judged.metric.unit,
+        "answer": judged.answer,
+        "parts": {part.name: _part(part) for part in judged.parts},
+    }
+
+
+def _part(part: Part) -> dict[str, Any]:
+    return {
+        "answer": part.answer,
+        "margin": part.margin,
+        "seed_sd": part.sd,
+        "seeds": part.n_seeds,
+        "contrasts": [_contrast(one, part.margin) for one in part.contrasts],
+        "cells": [cell._asdict() for cell in part.cells],
+    }
+
+
+def _contrast(one: Contrast, margin: float) -> dict[str, Any]:
+    return {
+        "factor": one.factor,
+        "one": one.one,
+        "other": one.other,
+        "relation": one.relation(margin),
+        "difference": one.estimate.mean,
+        "interval_90": one.estimate.interval,
+        "effect_sd": one.effect_sd,
+        "p_equivalent": one.estimate.p_equivalent(margin),
+        "p_different_holm": one.p_different,
+    }
+
+
+def _parting(one: Parting) -> dict[str, Any]:
+    return {
+        "one": one.one,
+        "other": one.other,
+        "steps": one.steps,
+        "first": None if one.first is None else difference_data(one.first),
+        "visible": one.visible,
+    }
+
+
+def difference_data(first: Difference) -> dict[str, Any]:
+    """Return where two runs first differ."""
+    return {
+        "step": first.step,
+        "t_ns": first.t_ns,
+        "side": first.group,
+        "signal": first.signal,
+        "one": first.recorded,
+        "other": first.now,
+    }

@@ -1,0 +1,97 @@
+"""A comparison for terminals."""
+
+from __future__ import annotations
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from nrp_core.comparison.judgement import Answer, Judgement, Part
+from nrp_core.comparison.parting import Parting
+from nrp_core.comparison.report import words
+from nrp_core.comparison.result import GridDiff, PairDiff
+
+_MOST_PARTS = 4
+_MOST_SIGNALS = 12
+_STYLES = {Answer.AGREES: "green", Answer.SEED: "green", Answer.OPEN: "yellow", Answer.NONE: "dim"}
+
+
+def tell_grid(diff: GridDiff, console: Console) -> None:
+    """Write the answer, then every metric with what differs most in it, then where runs part."""
+    style = f"bold {_style(diff.answer)}"
+    console.print(Text.assemble((words.HEADLINES[diff.answer], style)))
+    console.print(Text(f"{diff.name}, {words.subject(diff)}; {words.finding(diff)}", style="dim"))
+    table = _table("metric", "answer", "largest difference [90 %]")
+    for judged in diff.judgements:
+        _add(table, judged)
+    console.print(table)
+    for one in diff.partings:
+        _tell_parting(console, one)
+    for cell, why in diff.failures.items():
+        console.print(Text(f"{cell} failed: {why}", style="red"))
+
+
+def tell_pair(diff: PairDiff, console: Console) -> None:
+    """Write what two recordings have in common and where they part."""
+    if diff.is_identical:
+        console.print(Text(f"identical: {diff.parting.steps} steps", style="bold green"))
+        return
+    _tell_parting(console, diff.parting)
+    signals = _table("signal", "differs by at most", "at", "RMS", "range")
+    for one in [one for one in diff.deviations if one.largest][:_MOST_SIGNALS]:
+        numbers = (f"{one.largest:.3g}", f"{one.t_s:g} s", f"{one.rms:.3g}", f"{one.span:.3g}")
+        signals.add_row(one.signal, *numbers)
+    metrics = _table("metric", "part", "one", "other", "apart")
+    for row in diff.measured:
+        if row.apart or row.one != row.other:
+            values = (words.number(value) for value in (row.one, row.other))
+            metrics.add_row(row.metric.title, row.part, *values, words.number(row.apart, row.metric.unit))
+    for table in (signals, metrics):
+        if table.row_count:
+            console.print(table)
+
+
+def _add(table: Table, judged: Judgement) -> None:
+    """Add a metric: one row, and under it those parts that say something else or differ."""
+    answer, style = judged.answer, _style(judged.answer)
+    parts = sorted(judged.parts, key=_weight)
+    worst = parts[0] if parts else None
+    said = "" if worst is None else f"{worst.name}: {words.largest(worst, judged.metric)}"
+    table.add_row(Text(judged.metric.title, style="bold"), Text(answer, style=style), Text(said))
+    telling = [part for part in parts[1:] if part.answer is not Answer.AGREES and answer.is_dependent]
+    for part in telling[: _MOST_PARTS - 1]:
+        detail = f"{part.name}: {words.largest(part, judged.metric)}"
+        table.add_row("", Text(part.answer, style=_style(part.answer)), Text(detail))
+    if len(telling) >= _MOST_PARTS:
+        table.add_row("", "", Text(f"and {len(telling) - _MOST_PARTS + 1} more", style="dim"))
+
+
+def _weight(part: Part) -> tuple[int, float]:
+    """Return what sorts parts by how much they say: dependent ones first, large effects first."""
+    rank = 0 if part.answer.is_dependent else {Answer.OPEN: 1, Answer.NONE: 3}.get(part.answer, 2)
+    found = part.largest
+    return rank, 0.0 if found is None else -abs(found.estimate.mean) / (part.margin or 1.0)
+
+
+def _tell_parting(console: Console, one: Parting) -> None:
+    console.print(Text(f"{one.one} and {one.other}", style="bold"))
+    if one.first is None:
+        console.print(f"  the same to the last bit in {one.steps} steps")
+        return
+    first = one.first
+    told = f"  part in step {first.step}, {first.t_ns * 1e-9:g} s, with {first.signal} ({first.group}): "
+    console.print(Text(f"{told}{first.recorded}; {first.now}"))
+    if one.visible is not None:
+        console.print(Text(f"  visibly at {one.visible}"))
+
+
+def _style(answer: Answer) -> str:
+    return _STYLES.get(answer, "red")
+
+
+def _table(*titles: str) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for title in titles:
+        table.add_column(title, overflow="fold")
+    return table

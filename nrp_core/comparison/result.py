@@ -1,0 +1,156 @@
+"""What a comparison came to, as data: of a grid of runs, or of two recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from pathlib import Path
+
+from nrp_core.comparison.grid import Cell, Grid
+from nrp_core.comparison.judgement import Answer, Judgement, combined
+from nrp_core.comparison.measuring import judge
+from nrp_core.comparison.metrics.base import DistanceMetric, Margins, Metric, ScalarMetric
+from nrp_core.comparison.parting import Deviation, Parting, deviations, parting
+from nrp_core.comparison.signals import RunSignals
+from nrp_core.errors import ExperimentError
+from nrp_core.recording.read import Recording
+
+
+@dataclass(frozen=True)
+class GridDiff:
+    """What runs of one experiment on several backends came to.
+
+    Args:
+        name: of the experiment.
+        grid: what ran.
+        runs: every run.
+        judgements: of every metric, those of the finding first.
+        partings: for every two pairs of backends that differ on one side, where the runs of the first seed
+            part.
+        folder: where the recordings are.
+    """
+
+    name: str
+    grid: Grid
+    runs: Mapping[Cell, RunSignals]
+    judgements: Sequence[Judgement]
+    partings: Sequence[Parting]
+    folder: Path
+
+    @classmethod
+    def of(
+        cls, grid: Grid, runs: Mapping[Cell, RunSignals], metrics: Sequence[Metric], margins: Margins,
+        folder: Path,
+    ) -> GridDiff:  # fmt: skip
+        """Measure, judge, and find where runs part."""
+        name = str(next(iter(runs.values())).settings.get("name", grid.experiment))
+        return cls(name, grid, runs, judge(grid, runs, metrics, margins), _partings(grid, runs), folder)
+
+    @cached_property
+    def finding(self) -> Sequence[Judgement]:
+        """The metrics that make up the finding; all where the experiment has no criteria and events."""
+        measured = [one for one in self.judgements if one.answer is not Answer.NONE]
+        return [one for one in measured if one.metric.is_finding] or measured
+
+    @property
+    def answer(self) -> Answer:
+        """On what the finding depends."""
+        return combined(one.answer for one in self.finding)
+
+    @property
+    def failures(self) -> dict[Cell, str]:
+        """Runs that ended before their time, and why."""
+        errors = {cell: run.result.get("error") for cell, run in self.runs.items()}
+        return {cell: str(error) for cell, error in errors.items() if error}
+
+
+def _partings(grid: Grid, runs: Mapping[Cell, RunSignals]) -> list[Parting]:
+    seed = grid.seeds[0]
+    brains = [
+        (Cell(a, world, seed), Cell(b, world, seed))
+        for a, b in combinations(grid.brains, 2)
+        for world in grid.worlds
+    ]
+    worlds = [
+        (Cell(brain, a, seed), Cell(brain, b, seed))
+        for a, b in combinations(grid.worlds, 2)
+        for brain in grid.brains
+    ]
+    return [parting(runs[one], runs[other]) for one, other in (*brains, *worlds)]
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A part of a metric in two runs.
+
+    Args:
+        metric: what is measured.
+        part: of it.
+        one, other: the values, of metrics that are numbers.
+        apart: their difference, or the distance.
+    """
+
+    metric: Metric
+    part: str
+    one: float | None
+    other: float | None
+    apart: float | None
+
+
+@dataclass(frozen=True)
+class PairDiff:
+    """What two recordings have in common and where they part.
+
+    Args:
+        one, other: the runs.
+        parting: where they part.
+        deviations: by how much the signals differ.
+        measured: every part of every metric.
+    """
+
+    one: RunSignals
+    other: RunSignals
+    parting: Parting
+    deviations: Sequence[Deviation]
+    measured: Sequence[Measured]
+
+    @classmethod
+    def of(cls, one: Path, other: Path, metrics: Sequence[Metric]) -> PairDiff:
+        """Compare two recordings.
+
+        Raises:
+            ExperimentError: one is none, or they have no step in common.
+        """
+        ours, theirs = RunSignals(Recording(one)), RunSignals(Recording(other))
+        parted = parting(ours, theirs)
+        if not parted.steps:
+            raise ExperimentError(f"has no step in common with {other}", path=one)
+        measured = [row for metric in metrics for row in _measured(metric, ours, theirs)]
+        return cls(ours, theirs, parted, deviations(ours, theirs), measured)
+
+    @property
+    def is_identical(self) -> bool:
+        """Whether all steps that both have are the same to the last bit."""
+        return self.parting.first is None
+
+
+def _measured(metric: Metric, one: RunSignals, other: RunSignals) -> list[Measured]:
+    if isinstance(metric, ScalarMetric):
+        a, b = metric.values(one), metric.values(other)
+        return [
+            Measured(metric, part, a.get(part), b.get(part), _difference(a.get(part), b.get(part)))
+            for part in dict.fromkeys((*a, *b))
+        ]
+    assert isinstance(metric, DistanceMetric)
+    ours, theirs = metric.features(one), metric.features(other)
+    return [
+        Measured(metric, part, None, None, metric.distance(ours[part], theirs[part]))
+        for part in ours
+        if part in theirs
+    ]
+
+
+def _difference(one: float | None, other: float | None) -> float | None:
+    return None if one is None or other is None else other - one

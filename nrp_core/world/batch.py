@@ -1,0 +1,210 @@
+"""Many copies of one scene in one process: the ground for sweeps, evolution and learning.
+
+Each copy is a world like any other, with its own state, topics, seed and random streams: it does bit for bit what it
+would do alone. Where the engine lets other Python code run while it steps, the copies share some threads.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.closing import Closing
+from nrp_core.errors import NrpError, TopicError
+from nrp_core.simulation import State
+from nrp_core.world.interface import World
+from nrp_core.world.messages.base import type_name
+from nrp_core.world.parts.base import JointStates
+from nrp_core.world.topics import Publication, Subscription, TopicInfo
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class WorldBatch(Closing):
+    """Copies of one scene.
+
+    Args:
+        worlds: one for each copy, at time 0.
+        threads: how many step them; 0: one for each processor that this process may use, where that works.
+
+    Attributes:
+        worlds: the copies; what is not here for all of them is there for each.
+        failures: why copies failed since the last reset, by their numbers. They stay where they are.
+    """
+
+    def __init__(self, worlds: Sequence[World], threads: int = 0) -> None:
+        self.worlds = tuple(worlds)
+        self.failures: dict[int, NrpError] = {}
+        self._now_ns = 0
+        self._threads = min(threads or _threads_for(self.worlds), len(self.worlds))
+        self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
+
+    @classmethod
+    def open(cls, worlds: Iterable[World], threads: int = 0) -> WorldBatch:
+        """Take worlds as they are opened; if one cannot be, none stays open."""
+        with ExitStack() as opened:
+            batch = cls([opened.enter_context(world) for world in worlds], threads)
+            opened.pop_all()
+        return batch
+
+    def __len__(self) -> int:
+        return len(self.worlds)
+
+    @property
+    def now_ns(self) -> int:
+        """The time that all copies have reached, but for those that failed."""
+        return self._now_ns
+
+    def run_until(self, t_ns: int) -> None:
+        """Advance every copy to exactly ``t_ns``; one that fails does not stop the others.
+
+        Raises:
+            NrpError: all copies have failed; it is the error of the first.
+        """
+        self._for_each(lambda world: world.run_until(t_ns))
+        self._now_ns = t_ns
+
+    def reset(self, seeds: Sequence[int] | None = None) -> None:
+        """Return to time 0, with new seeds if they are given; failed copies work again."""
+        self.failures.clear()
+        chosen = [world.seed for world in self.worlds] if seeds is None else seeds
+        for world, seed in zip(self.worlds, chosen, strict=True):
+            world.reset(seed=seed)
+        self._now_ns = 0
+
+    def advertise(self, topic: str) -> BatchPublication:
+        """Return the right to publish on a topic of every copy.
+
+        Raises:
+            TopicError: there is no such topic, or it takes no messages.
+        """
+        return BatchPublication(self, [world.advertise(topic) for world in self.worlds])
+
+    def subscribe(self, topic: str, *, depth: int = 1) -> tuple[Subscription, ...]:
+        """Listen to a topic of every copy; see :meth:`World.subscribe`."""
+        return tuple(world.subscribe(topic, depth=depth) for world in self.worlds)
+
+    def motions(self, model: str) -> FloatArray:
+        """Return where a model is in every copy and how it moves, in the frame of the world.
+
+        Returns:
+            Shape ``(copies, 13)``: position (m), orientation (quaternion, x y z w), linear velocity (m/s) and
+            angular velocity (rad/s).
+        """
+        rows = np.empty((len(self), 13))
+        for row, world in zip(rows, self.worlds, strict=True):
+            motion = world.model_motion(model)
+            row[:] = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
+        return rows
+
+    def joint_states(self, model: str) -> JointStates:
+        """Return the joints of a model in every copy; the arrays have shape ``(copies, joints)``."""
+        states = [world.joint_states(model) for world in self.worlds]
+        positions, velocities, efforts = (
+            np.array([getattr(each, name) for each in states])
+            for name in ("positions", "velocities", "efforts")
+        )
+        return JointStates(states[0].names, positions, velocities, efforts)
+
+    def close(self) -> None:
+        """Close every copy."""
+        if self._pool is not None:
+            self._pool.shutdown()
+        for world in self.worlds:
+            world.close()
+
+    def _for_each(self, act: Callable[[World], None]) -> None:
+        """Act on every copy that has not failed, a share of them in each thread."""
+        shares = [range(first, len(self), self._threads) for first in range(self._threads)]
+
+        def work(share: range) -> None:
+            for number in share:
+                if number not in self.failures:
+                    try:
+                        act(self.worlds[number])
+                    except NrpError as error:
+                        if self.worlds[number].state is not State.FAILED:
+                            raise  # a mistake of the caller's, alike for all
+                        self.failures[number] = error
+
+        list(map(work, shares) if self._pool is None else self._pool.map(work, shares))
+        if len(self.failures) == len(self):
+            raise self.failures[min(self.failures)]
+
+
+class BatchPublication:
+    """The right to publish on one topic of every copy.
+
+    Args:
+        batch: the copies.
+        publications: one for each copy.
+    """
+
+    def __init__(self, batch: WorldBatch, publications: Sequence[Publication]) -> None:
+        self._batch, self._publications = batch, publications
+
+    @property
+    def topic(self) -> TopicInfo:
+        """The topic, the same in every copy."""
+        return self._publications[0].topic
+
+    def publish(self, messages: Sequence[Any] | FloatArray) -> None:
+        """Send each copy its message; copies that have failed get none.
+
+        Args:
+            messages: one for each copy; or of messages that are made of numbers only, these, in the order of the
+                fields: a ``Twist`` for each copy is an array of shape ``(copies, 6)``.
+
+        Raises:
+            TopicError: there are more or fewer messages than copies, or the topic cannot carry one.
+        """
+        if len(messages) != len(self._publications):
+            raise TopicError(
+                f"{self.topic.name}: {len(messages)} messages for {len(self._publications)} copies of the world"
+            )
+        made = self._of(messages) if isinstance(messages, np.ndarray) else messages
+        for number, (publication, message) in enumerate(zip(self._publications, made, strict=True)):
+            if number not in self._batch.failures:
+                publication.publish(message)
+
+    def _of(self, rows: FloatArray) -> list[Any]:
+        topic = self.topic
+        size = _numbers_in(topic.type())
+        if size is None or rows.shape[1:] != (size,):
+            needs = "not made of numbers only" if size is None else f"{size} numbers a message"
+            raise TopicError(
+                f"{topic.name}: {type_name(topic.type)} is {needs}; got an array of shape {rows.shape}"
+            )
+        return [_filled(topic.type(), iter(row)) for row in rows.tolist()]
+
+
+def _numbers_in(message: Any) -> int | None:
+    """Return how many numbers a message holds, None if it holds anything else."""
+    if not is_dataclass(message):
+        return 1 if isinstance(message, float) else None
+    sizes = [_numbers_in(getattr(message, field.name)) for field in fields(message)]
+    return None if None in sizes else sum(size for size in sizes if size is not None)
+
+
+def _filled(message: Any, numbers: Iterator[float]) -> Any:
+    """Write numbers into a message, field by field."""
+    for field in fields(message):
+        value = getattr(message, field.name)
+        setattr(message, field.name, _filled(value, numbers) if is_dataclass(value) else next(numbers))
+    return message
+
+
+def _threads_for(worlds: Sequence[World]) -> int:
+    """Return as many threads as there are processors, or one where the engine or its pictures are bound to it."""
+    for world in worlds:
+        has = world.capabilities
+        if not has.releases_gil or has.renderers[:1] not in ((), ("raster",)):
+            return 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

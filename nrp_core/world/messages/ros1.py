@@ -1,0 +1,67 @@
+"""Messages as bytes: the encoding of ROS 1, for every message class.
+
+The message classes have the fields of ROS 2. Where ROS 1 has one more (``seq`` of a header) or writes one
+otherwise (``K`` of a camera's optics), this is bridged here; a type that differs in more is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+from rosbags.typesys import Stores
+
+from nrp_core.world.messages.cdr import Codec
+
+_HEADER = "std_msgs/msg/Header"
+_OTHERWISE = {"sensor_msgs/msg/CameraInfo": {"D": "d", "K": "k", "R": "r", "P": "p"}}
+"""How fields are called in our classes, where ROS 1 calls them otherwise."""
+
+
+class Ros1Codec(Codec):
+    """Encodes and decodes messages as ROS 1 does."""
+
+    _known_types = Stores.ROS1_NOETIC
+
+    def definition(self, name: str) -> str:
+        """Return the text that defines a type, in the format of ROS 1."""
+        return self._store.generate_msgdef(name, ros_version=1)[0]
+
+    def md5(self, name: str) -> str:
+        """Return the sum by which ROS 1 compares types."""
+        return self._store.generate_msgdef(name, ros_version=1)[1]
+
+    def _fast(self, name: str) -> Callable[[Any], bytes] | None:
+        return None
+
+    def _serialize(self, message: Any, name: str) -> memoryview:
+        return self._store.serialize_ros1(message, name)
+
+    def _deserialize(self, data: bytes | memoryview, name: str) -> Any:
+        return self._store.deserialize_ros1(data, name)
+
+    def _defined(self, name: str) -> list[str]:
+        otherwise = _OTHERWISE.get(name, {})
+        names = [otherwise.get(field, field) for field in super()._defined(name)]
+        return [field for field in names if (name, field) != (_HEADER, "seq")]
+
+    def _decode_into(self, name: str, cls: type) -> None:
+        if name == _HEADER:
+            self._store.types[name] = lambda _seq, *fields: cls(*fields)  # type: ignore[assignment]
+        else:
+            super()._decode_into(name, cls)
+
+    def _prepare_of(self, name: str) -> Callable[[Any], Any] | None:
+        if name == _HEADER:
+            return lambda header: SimpleNamespace(seq=0, stamp=header.stamp, frame_id=header.frame_id)
+        if name not in _OTHERWISE:
+            return super()._prepare_of(name)
+        fields = [
+            (field, _OTHERWISE[name].get(field, field), self._prepare_field(kind))
+            for field, kind in self._store.fielddefs[name][1]
+        ]
+        return lambda message: SimpleNamespace(**{
+            field: getattr(message, ours) if prepare is None else prepare(getattr(message, ours))
+            for field, ours, prepare in fields
+        })  # fmt: skip

@@ -1,0 +1,28 @@
+"""What a brain need not offer it can leave out: the six methods that cannot be derived are enough."""
+
+from dataclasses import replace
+
+from nrp_brain_minimal.brain import MinimalBackend, MinimalBrain
+
+from nrp_core.brain.interface import Brain
+from nrp_core.conformance import BrainBackendTests
+
+
+class FewestBrain(MinimalBrain):
+    _do_read_state = Brain._do_read_state
+    _do_save = Brain._do_save
+    _do_restore = Brain._do_restore
+
+
+class FewestBackend(MinimalBackend):
+    def capabilities(self, options):
+        return replace(super().capabilities(options), state_variables=frozenset(), snapshot=False)
+
+    def open(self, network, *, seed, options):
+        return FewestBrain(network, seed=seed, capabilities=self.capabilities(options))
+
+
+class TestFewest(BrainBackendTests):
+    @classmethod
+    def make_backend(cls):
+        return FewestBackend()

@@ -1,0 +1,5 @@
+"""A complete world backend in plain NumPy, to read and to start from."""
+
+from nrp_world_minimal.world import MinimalBackend
+
+__all__ = ["MinimalBackend"]

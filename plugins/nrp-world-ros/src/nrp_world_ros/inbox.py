@@ -1,0 +1,81 @@
+"""Where messages wait that ROS delivers in threads of its own, until the loop takes them."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from nrp_world_ros.wire import CODEC
+
+DEPTH = 1000
+"""How many messages of a topic may wait; of more the oldest are lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Letter:
+    """A message as it came: its topic, its type, its bytes and the node that sent it."""
+
+    topic: str
+    kind: str
+    data: bytes
+    sender: str
+
+    @property
+    def message(self) -> Any:
+        """The message, of the platform's class.
+
+        Raises:
+            TopicError: the bytes are no such message.
+        """
+        return CODEC.decode(self.data, self.kind)
+
+
+class Inbox:
+    """Messages that wait; any thread may add one."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._letters: dict[str, deque[Letter]] = {}
+        self._counts: Counter[tuple[str, str]] = Counter()
+
+    def add(self, letter: Letter) -> None:
+        """Let a message wait."""
+        with self._changed:
+            self._letters.setdefault(letter.topic, deque(maxlen=DEPTH)).append(letter)
+            self._counts[letter.sender, letter.topic] += 1
+            self._changed.notify_all()
+
+    def take(self) -> list[Letter]:
+        """Take out all that wait, topic by topic, each in the order in which it came."""
+        with self._changed:
+            letters = [letter for queue in self._letters.values() for letter in queue]
+            self._letters.clear()
+            self._counts.clear()
+        return letters
+
+    def has(self, sender: str, counts: Mapping[str, int]) -> bool:
+        """Whether so many messages on these topics have come from a node since the last :meth:`take`."""
+        return all(self._counts[sender, topic] >= count for topic, count in counts.items())
+
+    def wait(
+        self, arrived: Callable[[], bool], timeout_s: float, meanwhile: Callable[[], None]
+    ) -> bool:
+        """Wait until something has come; return whether it has.
+
+        Args:
+            arrived: whether it has.
+            timeout_s: how long to wait at most.
+            meanwhile: called a few times a second; what it raises ends the waiting.
+        """
+        end_s = time.monotonic() + timeout_s
+        while True:
+            meanwhile()
+            with self._changed:
+                if self._changed.wait_for(arrived, min(0.2, max(0.0, end_s - time.monotonic()))):
+                    return True
+            if time.monotonic() >= end_s:
+                return False

@@ -1,0 +1,142 @@
+"""Many copies of a scene in one process: each does what it would do alone, and one that fails harms no other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nrp_core.errors import DivergedError, LifecycleError, TopicError
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.scene.model import Box, Scene
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sensing import Noise
+
+STEP_NS = 20_000_000
+SEEDS = (3, 1, 4, 1, 5)
+STEPS = 60
+
+
+@pytest.fixture
+def scene(parts):
+    """Return a robot with a noisy camera, a box to push and something that swings."""
+    box = parts.thing("box", Box((0.3, 0.3, 0.3)), Pose((0.8, 0.1, 0.16)), mass=2.0)
+    robot = parts.husky(pose=Pose((0, 0, 0.2)), noise=Noise(stddev=0.05))
+    return Scene((parts.floor(), box, robot, parts.hanging("revolute", (0, 1, 0), com=(0.3, 0.0, -0.3))))
+
+
+@pytest.fixture
+def batch(backend, scene):
+    with backend.open_batch(scene, seeds=SEEDS, options=backend.options(), threads=0) as batch:
+        yield batch
+
+
+def commands(step):
+    """Return a command for each copy, all different."""
+    random = np.random.default_rng(step)
+    rows = np.zeros((len(SEEDS), 6))
+    rows[:, 0], rows[:, 5] = random.uniform(0, 0.8, len(SEEDS)), random.uniform(-1, 1, len(SEEDS))
+    return rows
+
+
+def drive(batch):
+    publication = batch.advertise("/husky/cmd_vel")
+    for step in range(STEPS):
+        publication.publish(commands(step))
+        batch.run_until(batch.now_ns + STEP_NS)
+
+
+def test_every_copy_is_bit_for_bit_what_it_is_alone(backend, scene, batch):
+    cameras = batch.subscribe("/husky/camera")
+    drive(batch)
+    robots, joints = batch.motions("husky"), batch.joint_states("husky")
+    boxes, bobs = batch.motions("box"), batch.joint_states("hanging")
+    for copy, seed in enumerate(SEEDS):
+        with backend.open(scene, seed=seed, options=backend.options()) as alone:
+            camera, publication = alone.subscribe("/husky/camera"), alone.advertise("/husky/cmd_vel")
+            for step in range(STEPS):
+                forward, *_, turn = commands(step)[copy].tolist()
+                publication.publish(Twist(Vector3(forward), Vector3(z=turn)))
+                alone.run_until(alone.now_ns + STEP_NS)
+            motion, box = alone.model_motion("husky"), alone.model_motion("box")
+            assert (*motion.pose.position, *motion.pose.orientation) == tuple(robots[copy, :7].tolist())
+            assert (*motion.linear, *motion.angular) == tuple(robots[copy, 7:].tolist())
+            assert box.pose.position == tuple(boxes[copy, :3].tolist())
+            for name, stacked in (("husky", joints), ("hanging", bobs)):
+                states = alone.joint_states(name)
+                assert states.names == stacked.names
+                assert (states.positions == stacked.positions[copy]).all()
+                assert (states.velocities == stacked.velocities[copy]).all()
+                assert (states.efforts == stacked.efforts[copy]).all()
+            assert camera.latest.t_ns == cameras[copy].latest.t_ns
+            assert np.array_equal(camera.latest.message.data, cameras[copy].latest.message.data)
+
+
+def test_the_number_of_threads_changes_nothing(backend, scene):
+    ends = []
+    for threads in (1, 3):
+        with backend.open_batch(scene, seeds=SEEDS, options=backend.options(), threads=threads) as batch:
+            drive(batch)
+            ends.append(batch.motions("husky"))
+    assert (ends[0] == ends[1]).all()
+    assert len(np.unique(ends[0], axis=0)) == len(SEEDS)  # the copies went different ways
+
+
+def test_a_reset_batch_does_the_same_again(batch):
+    drive(batch)
+    first = batch.motions("husky")
+    batch.reset()
+    assert batch.now_ns == 0
+    drive(batch)
+    assert (batch.motions("husky") == first).all()
+
+
+def test_new_seeds_come_with_a_reset(batch):
+    batch.reset(seeds=range(len(SEEDS)))
+    assert [world.seed for world in batch.worlds] == list(range(len(SEEDS)))
+
+
+def test_a_copy_that_diverges_stops_and_the_others_go_on(batch):
+    batch.worlds[1].place("husky", ModelMotion(Pose((0.0, 0.0, 1.0)), linear=(1e200, 0.0, 0.0)))
+    drive(batch)
+    assert set(batch.failures) == {1}
+    assert isinstance(batch.failures[1], DivergedError)
+    assert [world.now_ns for number, world in enumerate(batch.worlds) if number != 1] == [batch.now_ns] * 4
+    batch.reset()
+    drive(batch)
+    assert not batch.failures
+
+
+def test_when_all_copies_have_failed_that_is_an_error(batch):
+    for world in batch.worlds:
+        world.place("husky", ModelMotion(Pose((0.0, 0.0, 1.0)), linear=(1e200, 0.0, 0.0)))
+    with pytest.raises(DivergedError):
+        batch.run_until(STEP_NS)
+
+
+def test_a_mistake_of_the_caller_breaks_no_copy(batch):
+    batch.run_until(STEP_NS)
+    with pytest.raises(LifecycleError, match="cannot run back"):
+        batch.run_until(0)
+    assert not batch.failures
+    batch.run_until(2 * STEP_NS)
+
+
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [((2, 6), "2 messages for 5 copies"), ((5, 3), "6 numbers a message"), ((5,), "6 numbers a message")],
+)
+def test_commands_that_do_not_fit_are_refused(batch, rows, why):
+    with pytest.raises(TopicError, match=why):
+        batch.advertise("/husky/cmd_vel").publish(np.zeros(rows))
+
+
+def test_an_array_is_no_message_where_there_are_texts(batch):
+    publication = batch.advertise("/gazebo/set_model_state")
+    with pytest.raises(TopicError, match="not made of numbers only"):
+        publication.publish(np.zeros((5, 13)))
+
+
+def test_a_batch_needs_a_seed(backend, scene):
+    with pytest.raises(ValueError, match="at least one seed"):
+        backend.open_batch(scene, seeds=(), options=backend.options())

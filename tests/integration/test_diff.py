@@ -1,0 +1,176 @@
+"""Bugs put into copies of backends are found and named; the copies without them agree."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from nrp_core.comparison.grid import Cell, Grid
+from nrp_core.comparison.judgement import Answer, Factor, Part, Relation
+from nrp_core.comparison.metrics.base import Margins, all_metrics
+from nrp_core.comparison.parting import Parting, parting
+from nrp_core.comparison.result import GridDiff, PairDiff
+from nrp_core.comparison.running import run_grid
+
+COPIES = '''
+from dataclasses import replace
+
+from nrp_brain_event import EventBackend
+from nrp_world_mujoco import MujocoBackend
+from nrp_world_mujoco.world import MujocoWorld
+
+
+class Same(EventBackend):
+    """A copy without a bug."""
+
+
+class LateSynapses(EventBackend):
+    """Every delay is a time step (0.1 ms) too long."""
+
+    def open(self, network, *, seed, options):
+        late = [replace(one, delay_ms=one.delay_ms + 0.1) for one in network.projections]
+        return super().open(replace(network, projections=tuple(late)), seed=seed, options=options)
+
+
+class FlippedSynapses(EventBackend):
+    """What inhibits excites."""
+
+    def open(self, network, *, seed, options):
+        flipped = [replace(one, receptor="excitatory") for one in network.projections]
+        return super().open(replace(network, projections=tuple(flipped)), seed=seed, options=options)
+
+
+class LargeWheels(MujocoBackend):
+    """Its wheels are 2 % larger than its drives believe."""
+
+    def open(self, scene, *, seed, options):
+        class World(MujocoWorld):
+            def _do_set_drive(self, model, drive, velocity):
+                faster = replace(velocity, forward=1.02 * velocity.forward, turn=1.02 * velocity.turn)
+                super()._do_set_drive(model, drive, faster)
+
+        return World(scene, seed=seed, capabilities=self.capabilities(options), options=options)
+'''
+ENTRIES = """
+[nrp_core.brain]
+same = copies_with_bugs:Same
+late = copies_with_bugs:LateSynapses
+flipped = copies_with_bugs:FlippedSynapses
+[nrp_core.world]
+large_wheels = copies_with_bugs:LargeWheels
+"""
+SETTINGS = ("world.options.image_scale=0.1", "events.left_red.at=0.5 s", "duration=3 s")
+SEEDS = 5
+BRAINS, WORLDS = ("event", "same", "late", "flipped"), ("mujoco", "large_wheels")
+
+
+@pytest.fixture(scope="module")
+def copies(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Install the copies of backends."""
+    folder = tmp_path_factory.mktemp("copies")
+    info = folder / "copies-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: copies\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(ENTRIES)
+    (folder / "copies_with_bugs.py").write_text(COPIES)
+    sys.path.insert(0, str(folder))
+    yield
+    sys.path.remove(str(folder))
+
+
+@pytest.fixture(scope="module")
+def diff(copies: None, tmp_path_factory: pytest.TempPathFactory) -> GridDiff:
+    folder = tmp_path_factory.mktemp("results")
+    grid = Grid.of("braitenberg_husky", BRAINS, WORLDS, SEEDS, SETTINGS)
+    runs = run_grid(grid, folder, 1, lambda done, total, last: None)
+    return GridDiff.of(grid, runs, all_metrics(), Margins(), folder)
+
+
+def part_of(diff: GridDiff, metric: str, part: str) -> Part:
+    (judged,) = [one for one in diff.judgements if one.metric.name == metric]
+    (found,) = [one for one in judged.parts if one.name == part]
+    return found
+
+
+def relations(part: Part, factor: Factor) -> dict[tuple[str, str], Relation]:
+    return {(one.one, one.other): one.relation(part.margin) for one in part.contrasts if one.factor is factor}
+
+
+def parted(diff: GridDiff, one: tuple[str, str], other: tuple[str, str]) -> Parting:
+    seed = diff.grid.seeds[0]
+    return parting(diff.runs[Cell(*one, seed)], diff.runs[Cell(*other, seed)])
+
+
+def test_a_wheel_that_is_two_percent_larger_is_named_with_its_size(diff: GridDiff) -> None:
+    for way in ("forward", "turn"):
+        part = part_of(diff, "drive_response", f"husky/{way}")
+        assert part.answer is Answer.WORLD
+        (one,) = [one for one in part.contrasts if one.factor is Factor.WORLD]
+        assert one.estimate.mean == pytest.approx(0.02, abs=0.002)
+
+
+def test_a_larger_wheel_parts_runs_in_the_world_while_brain_and_commands_are_the_same(diff: GridDiff) -> None:
+    first = parted(diff, ("event", "mujoco"), ("event", "large_wheels")).first
+    assert first is not None
+    assert (first.group, first.signal) == ("world", "/gazebo/model_states")
+    assert first.step == 2  # the first command acts after the first step
+
+
+def test_a_delay_of_one_step_more_is_named_by_the_spike_that_is_late(diff: GridDiff) -> None:
+    first = parted(diff, ("event", "mujoco"), ("late", "mujoco")).first
+    assert first is not None
+    assert (first.group, first.signal) == ("brain", "/brain/circuit/spikes")
+    then, now = (
+        float(told.split("times_ms[")[1].split()[1].strip(",")) for told in (first.recorded, first.now)
+    )
+    assert now - then == pytest.approx(0.1, abs=0.05)
+
+
+def test_a_synapse_of_the_wrong_sign_is_named_by_the_neurons_it_acts_on(diff: GridDiff) -> None:
+    for neuron in (4, 5):
+        part = part_of(diff, "rate", f"circuit[{neuron}]")
+        found = relations(part, Factor.BRAIN)
+        assert found["event", "flipped"] is Relation.DIFFERENT
+        assert found["event", "same"] is Relation.EQUIVALENT
+    first = parted(diff, ("event", "mujoco"), ("flipped", "mujoco")).first
+    assert first is not None
+    assert (first.group, first.signal) == ("brain", "/brain/circuit/spikes")
+
+
+def test_a_copy_without_a_bug_is_the_same_to_the_last_bit(diff: GridDiff) -> None:
+    found = parted(diff, ("event", "mujoco"), ("same", "mujoco"))
+    assert found.first is None
+    assert found.steps == 151
+    same = relations(part_of(diff, "spike_trains", "circuit"), Factor.BRAIN)["event", "same"]
+    assert same is not Relation.DIFFERENT
+
+
+def test_two_recordings_are_laid_side_by_side(diff: GridDiff) -> None:
+    seed = diff.grid.seeds[0]
+    folders = [diff.grid.folder(diff.folder, Cell("event", world, seed)) for world in WORLDS]
+    pair = PairDiff.of(*folders, all_metrics())
+    assert not pair.is_identical
+    response = next(row for row in pair.measured if row.metric.name == "drive_response")
+    assert response.apart == pytest.approx(0.02, abs=0.002)
+    worst = max(pair.deviations, key=lambda one: one.rms)
+    assert worst.largest > 0
+    again = PairDiff.of(folders[0], folders[0], all_metrics())
+    assert again.is_identical
+    assert all(not row.apart for row in again.measured)
+
+
+@pytest.mark.slow
+def test_the_braitenberg_finding_does_not_depend_on_brain_or_world(tmp_path: Path) -> None:
+    """What is reported for the four pairs; other seeds than those that the documentation shows."""
+    from nrp_core.comparison.varying import Varied
+
+    varied = [Varied.parse("events.left_red.at=4..10 s")]
+    settings = ("world.options.image_scale=0.1", "duration=20 s", "seed=7")
+    grid = Grid.of("braitenberg_husky", ("event", "spinnaker"), ("mujoco", "pybullet"), 20, settings, varied)
+    runs = run_grid(grid, tmp_path, 2, lambda done, total, last: None)
+    diff = GridDiff.of(grid, runs, all_metrics(), Margins(), tmp_path)
+    assert diff.failures == {}
+    assert [one.metric.name for one in diff.finding] == ["criteria", "time_to_event"]
+    assert diff.answer.is_independent
+    assert part_of(diff, "rate", "circuit[7]").answer is Answer.BRAIN

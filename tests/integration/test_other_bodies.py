@@ -1,0 +1,83 @@
+"""The experiments with other bodies than the Husky, on real engines: each does what it is for."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from nrp_core.analysis.validate import validate_file
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.run import Run
+from nrp_core.findings import Level
+
+PAIRS = [(brain, world) for brain in ("event", "spinnaker") for world in ("mujoco", "pybullet")]
+SHORT = {
+    "slalom_pioneer": ("duration=26 s",),
+    "walking_hexapod": ("duration=9 s",),
+    "following_head": ("duration=6 s", "world.options.image_scale=0.2"),
+}
+
+
+def opened(name: str, *overrides: str) -> Run:
+    return Run(load_experiment(name, [*SHORT[name], *overrides]))
+
+
+@pytest.fixture(params=["mujoco", "pybullet"])
+def engine(request: pytest.FixtureRequest) -> str:
+    if importlib.util.find_spec(request.param) is None:
+        pytest.skip(f"{request.param} is not installed")
+    return str(request.param)
+
+
+@pytest.mark.parametrize("name", SHORT)
+@pytest.mark.parametrize("brain", ["event", "spinnaker"])
+def test_each_body_does_what_it_is_for_with_every_brain(name: str, brain: str, engine: str) -> None:
+    with opened(name, f"brain.backend={brain}", f"world.backend={engine}") as run:
+        run.run()
+        result = run.result()
+    assert {key: outcome.reason for key, outcome in result.criteria.items() if not outcome.passed} == {}
+    assert result.warnings == []
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_nothing_is_wrong_with_these_experiments(name: str) -> None:
+    assert [finding for finding in validate_file(name) if finding.level is not Level.NOTE] == []
+
+
+def test_a_two_wheeler_that_feels_nothing_does_not_get_through(engine: str) -> None:
+    blind = "world.sensors={/pioneer/scan: {drop_out: 1}}"
+    with opened("slalom_pioneer", f"world.backend={engine}", blind) as run:
+        run.run()
+        result = run.result()
+    assert not result.criteria["gets_through"].passed
+    assert result.final_pose["pioneer"]["x"] < 2.0  # at the first pillar
+
+
+def test_legs_that_are_neighbours_take_turns(engine: str) -> None:
+    """In the order left front, middle, rear, right front, middle, rear; the gait has settled by 4 s."""
+    with opened("walking_hexapod", f"world.backend={engine}") as run:
+        run.run_until(4.0)
+        lifted = []
+        for _ in range(200):
+            run.step()
+            states = run.world.joint_states("hexapod")
+            lifted.append(
+                [q for name, q in zip(states.names, states.positions, strict=True) if "beta" in name]
+            )
+    together = np.corrcoef(np.array(lifted), rowvar=False)
+    tripod = np.array([1, -1, 1, -1, 1, -1])
+    assert (np.sign(together) == np.outer(tripod, tripod)).all()
+    assert abs(together).min() > 0.4
+
+
+def test_the_head_turns_to_and_fro_with_the_ball(engine: str) -> None:
+    with opened("following_head", f"world.backend={engine}") as run:
+        angles = []
+        for _ in range(200):
+            run.step()
+            states = run.world.joint_states("pan_tilt")
+            angles.append(dict(zip(states.names, states.positions, strict=True))["pan"])
+    assert max(angles) > 0.15
+    assert min(angles) < -0.15

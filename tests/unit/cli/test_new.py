@@ -1,0 +1,133 @@
+"""``nrp new``: what it makes is found, runs, and says what is missing yet."""
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from nrp_core.brain.interface import Brain
+from nrp_core.errors import NrpError
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.run import Run
+from nrp_core.registry import brains, worlds
+from nrp_core.simulation import INTERFACE_VERSION
+from nrp_core.world.interface import World
+
+SIDES = {"brain": (brains, Brain), "world": (worlds, World)}
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture
+def made(nrp, install, tmp_path, monkeypatch):
+    """Return a function that makes a distribution and installs it."""
+
+    def make(subject, name):
+        folder = tmp_path / name
+        done = nrp("new", subject, name, "-o", folder)
+        assert done.code == 0, done.err
+        project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
+        groups = project["entry-points"]
+        lines = [
+            f"[{group}]\n" + "".join(f"{key} = {value}\n" for key, value in entries.items())
+            for group, entries in groups.items()
+        ]
+        install(project["name"], "".join(lines))
+        monkeypatch.syspath_prepend(folder / "src")
+        path = os.pathsep.join([str(folder / "src"), os.environ["PYTHONPATH"]])
+        monkeypatch.setenv("PYTHONPATH", path)
+        return folder
+
+    return make
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_what_is_made_is_found_by_its_name_and_tells_its_interface_version(made, side):
+    made(side, "acme-two")
+    registry, _ = SIDES[side]
+    backend = registry().load("acme-two")
+    assert type(backend).__name__ == "AcmeTwoBackend"
+    assert vars(type(backend))["interface_version"] == INTERFACE_VERSION
+    assert backend.capabilities(backend.options())
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_its_methods_are_the_fewest_and_each_says_what_to_write(made, side):
+    folder = made(side, f"acme_{side}")
+    registry, base = SIDES[side]
+    module = sys.modules[type(registry().load(f"acme_{side}")).__module__]
+    written = getattr(module, f"Acme{2 * side.capitalize()}")
+    methods = {name for name in vars(written) if name.startswith("_do_")}
+    assert methods == {name for name in base.__abstractmethods__ if name.startswith("_do_")}
+    source = (folder / "src" / f"nrp_{side}_acme_{side}" / f"{side}.py").read_text()
+    assert source.count("raise NotImplementedError") == len(methods)  # a reset builds anew
+    for name in (methods | {"_build"}) - {"_do_reset"}:
+        assert f'"{name}: ' in source
+
+
+def test_its_conformance_fails_and_says_what_to_write_first(made):
+    made("brain", "acme")
+    command = [sys.executable, "-m", "nrp_core", "conformance", "brain", "acme", "--level", "contract"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 1
+    *_, cause, verdict = done.stdout.splitlines()
+    assert "failed by the same: NotImplementedError: _build: make " in cause
+    assert "brain acme does not conform" in verdict
+
+
+def test_a_new_experiment_runs_at_once_and_meets_its_criteria(nrp, tmp_path):
+    nrp("new", "experiment", "my_circle", "-o", tmp_path)
+    package = tmp_path / "src" / "nrp_experiment_my_circle"
+    with Run(load_experiment(package, ["duration=2 s"])) as run:
+        run.run()
+        assert run.result().passed
+
+
+@pytest.mark.parametrize("subject", ["brain", "world", "experiment"])
+def test_what_is_made_keeps_the_rules_of_this_project(nrp, tmp_path, subject):
+    nrp("new", subject, "acme", "-o", tmp_path / "acme")
+    source = ["--config", str(ROOT / "pyproject.toml"), str(tmp_path / "acme" / "src")]
+    for command in (["check", "--ignore", "ARG001"], ["format", "--check"]):
+        subprocess.run([sys.executable, "-m", "ruff", *command, *source], check=True, capture_output=True)
+
+
+def test_it_tells_what_it_made(nrp, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = json.loads(nrp("new", "brain", "acme", "--json").out)
+    assert found["folder"] == "nrp-brain-acme"
+    assert all((tmp_path / found["folder"] / file).is_file() for file in found["files"])
+    assert "pyproject.toml" in found["files"]
+
+
+def test_a_folder_that_is_in_use_is_left_alone(nrp, tmp_path):
+    (tmp_path / "mine.txt").write_text("precious")
+    done = nrp("new", "world", "acme", "-o", tmp_path)
+    assert done.code == 3
+    assert "is not an empty folder; choose another one with -o DIR" in done.err
+    assert [file.name for file in tmp_path.iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize("name", ["Acme", "1st", "a b", "a--b", "../up", ""])
+def test_a_name_that_no_package_can_have_is_refused(nrp, tmp_path, name):
+    done = nrp("new", "brain", name, "-o", tmp_path / "x")
+    assert done.code == 2
+    assert "lower-case letters" in done.err
+
+
+@pytest.mark.parametrize(
+    ("subject", "name"), [("brain", "event"), ("world", "mujoco"), ("experiment", "braitenberg_husky")]
+)
+def test_a_name_that_is_taken_is_refused_with_its_owner(nrp, tmp_path, subject, name):
+    done = nrp("new", subject, name, "-o", tmp_path / "x")
+    assert done.code == 3
+    assert "nrp-core 0.1.0 (nrp_" in done.err
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_backend_that_is_not_written_yet_does_not_open_and_says_why(made):
+    made("world", "acme")
+    with pytest.raises(NrpError, match=r"'acme' does not open: .*_build: make what self\.scene\.models are"):
+        Run(load_experiment("braitenberg_husky", ["world.backend=acme"]))
