@@ -70,7 +70,7 @@ def shipped_scene() -> Scene:
 def command(k: int) -> tuple[float, float]:
     """Return forward velocity and turn rate of step ``k``; never the same twice in a row.
 
-    They lead to and fro, so that both loops see the same all the time: pictures take as long as there is to see.
+    They lead to and fro, so that both loops see the same: how long a picture takes depends on what it shows.
     """
     sign = 1 if k // 21 % 2 else -1
     return sign * (0.1 + 0.05 * (k % 3)), sign * (0.5 + 0.1 * (k % 7))

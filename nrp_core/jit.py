@@ -29,19 +29,31 @@ try:
 except ImportError:
     COMPILED = False
 
-_SHARED = [Path(__file__).parent / "brain" / name for name in ("filters.py", "short_term.py")]
-"""Formulas that the kernels of backends are compiled from as well."""
+CACHE_LINE = 64
+"""Bytes that a processor fetches at once."""
+_BRAIN = Path(__file__).parent / "brain"
+_SHARED = [Path(__file__), _BRAIN / "filters.py", _BRAIN / "short_term.py"]
+"""What the kernels of backends are compiled from as well."""
 _logger = logging.getLogger(__name__)
 
 
 def jit(function: F) -> F:
     """Compile a function of scalars and arrays; it releases the GIL while it runs."""
+    return _compiled(function, inline=False)
+
+
+def inlined(function: F) -> F:
+    """Compile a function into each that calls it, for those that are called most."""
+    return _compiled(function, inline=True)
+
+
+def _compiled(function: F, *, inline: bool) -> F:
     if not COMPILED:
         return function
     chosen = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(_cache_directory(Path(function.__code__.co_filename).parent, chosen))
     try:
-        compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+        compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=inline)(function)
     finally:
         numba.config.CACHE_DIR = chosen
     return compiled
@@ -76,12 +88,14 @@ if COMPILED:
         return array(array), generate
 
     @intrinsic  # type: ignore[untyped-decorator]
-    def prefetch(_typing: Any, array: Any, index: Any) -> Any:
-        """Let the processor fetch the element of an array that will be needed soon."""
+    def prefetch(_typing: Any, array: Any, index: Any, offset: Any) -> Any:
+        """Let the processor fetch the element of an array that will be needed soon, from a byte in it on."""
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-            address = builder.gep(data, [context.cast(builder, arguments[1], index, types.intp)])
+            element = builder.gep(data, [context.cast(builder, arguments[1], index, types.intp)])
+            byte = builder.bitcast(element, ir.IntType(8).as_pointer())
+            address = builder.gep(byte, [context.cast(builder, arguments[2], offset, types.intp)])
             number = ir.IntType(32)
             fetch = builder.module.declare_intrinsic(
                 "llvm.prefetch",
@@ -91,7 +105,7 @@ if COMPILED:
             builder.call(fetch, [address, number(0), number(3), number(1)])  # to read, to keep, data
             return context.get_dummy_value()
 
-        return types.none(array, index), generate
+        return types.none(array, index, offset), generate
 
     class _Notice(event.Listener):  # type: ignore[misc]
         """Says once why the first start takes longer."""
@@ -111,5 +125,5 @@ else:
         """Return the array."""
         return array
 
-    def prefetch(_array: A, _index: int) -> None:
+    def prefetch(_array: A, _index: int, _offset: int) -> None:
         """Do nothing."""

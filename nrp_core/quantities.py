@@ -20,7 +20,11 @@ _RATE = {"Hz": 1, "kHz": 1e3, "MHz": 1e6}
 _LENGTH = {"mm": 1e-3, "cm": 1e-2, "m": 1, "km": 1e3}
 _ANGLE = {"rad": 1, "deg": pi / 180}
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ°]*)\s*\Z")
+_LARGEST = 1e30  # in any unit it is a slip
+_LONGEST_NS = 2**63 - 1
+"""What 64 bits hold: 292 years."""
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([A-Za-zµ°]*)\s*\Z")
 
 
 def parse(value: object, units: dict[str, float], what: str, *, bare: str | None) -> Fraction | float:
@@ -41,6 +45,8 @@ def parse(value: object, units: dict[str, float], what: str, *, bare: str | None
     if match is None:
         raise ValueError(f"cannot read {value!r} as {what}; write e.g. '20 {next(iter(units))}'")
     number, unit = match.groups()
+    if abs(float(number)) > _LARGEST:
+        raise ValueError(f"{value!r} is too large for {what}")
     unit = unit.replace("µ", "u").replace("°", "deg") or ("" if float(number) else next(iter(units)))
     if not unit:
         if bare is None:
@@ -57,6 +63,8 @@ def time_ns(value: object) -> int:
     exact = parse(value, _TIME, "a time", bare=None) * NS_PER_S
     if exact != int(exact):
         raise ValueError(f"{value!r} is not a whole number of nanoseconds")
+    if abs(int(exact)) > _LONGEST_NS:
+        raise ValueError(f"{value!r} is longer than 292 years, which is all that time can hold")
     return int(exact)
 
 

@@ -107,12 +107,24 @@ def _chosen(element: Element, name: str, views: Mapping[str, IntArray]) -> IntAr
         return None
     listed = children(element, "element")
     if kind == "List" or listed:
-        places = np.array([int(one.text) for one in listed], dtype=np.int64)
+        places = np.array([_index(one) for one in listed], dtype=np.int64)
         return circuit[places[places < len(circuit)]]
     index, begin = number(element, "index"), number(element, "from")
     if index is not None:
         return circuit[int(index) : int(index) + 1]
     if kind == "Range" or begin is not None:
         end, step = number(element, "to"), number(element, "step")
-        return circuit[int(begin or 0) : None if end is None else int(end) : int(step or 1)]
+        stride = int(step or 1)
+        if not stride:
+            raise element.error(f"'step' of <{element.tag}> is a whole number, not {step:g}")
+        return circuit[int(begin or 0) : None if end is None else int(end) : stride]
     return None if name in views else circuit
+
+
+def _index(element: Element) -> int:
+    if not element.text.isdecimal() or len(element.text) > _DIGITS:
+        raise element.error(f"<{element.tag}> is the index of a neuron, not '{element.text}'")
+    return int(element.text)
+
+
+_DIGITS = 18  # what 64 bits hold for certain

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import dedent
 from types import CodeType
 
 from nrp_bibi.model.values import dedented
@@ -58,7 +59,7 @@ class Source:
         code = raw.lstrip("\n \t") if "\n" not in raw.strip() else raw
         blank = len(raw) - len(raw.lstrip())
         first = element.end_line - element.raw_text.count("\n") + raw[:blank].count("\n")
-        return cls(dedented(code), element.path, first)
+        return cls(_least_deep(code), element.path, first)
 
     def tree(self, notes: Notes) -> ast.Module:
         """Return what it says in Python 3; lines are those of the file in which it stands.
@@ -86,5 +87,29 @@ class Source:
             TransferFunctionError: as of :meth:`tree`.
         """
         tree = self.tree(notes)
+        try:
+            with as_of_old():
+                return compile(tree, str(self.path), "exec", dont_inherit=True)
+        except SyntaxError as error:  # such as two parameters of one name
+            raise refusal(error, self.path, 1) from None
+
+
+def _least_deep(code: str) -> str:
+    """Return code without the depth at which it stands, whichever of its lines have another one.
+
+    What can be read decides which was meant: the first line may stand apart, and comments anywhere.
+    """
+    meant = dedented(code)
+    lines = meant.split("\n")
+    apart = "\n".join([lines[0].lstrip(), dedent("\n".join(lines[1:]))])
+    uncommented = dedent("\n".join("" if line.lstrip().startswith("#") else line for line in lines))
+    return next((one for one in (meant, apart, uncommented) if _can_be_read(one)), meant)
+
+
+def _can_be_read(code: str) -> bool:
+    try:
         with as_of_old():
-            return compile(tree, str(self.path), "exec", dont_inherit=True)
+            converted(code)
+    except SyntaxError:
+        return False
+    return True

@@ -7,7 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 from nrp_core import dsl
-from nrp_core.dsl.devices import CurrentGenerator, Device, NoiseCurrentGenerator, Setting, SineCurrentGenerator
+from nrp_core.dsl.devices import (
+    CurrentGenerator,
+    Device,
+    NoiseCurrentGenerator,
+    Setting,
+    SineCurrentGenerator,
+)
 from nrp_core.dsl.kinds import DeviceKind
 
 _KILO = 1e-3

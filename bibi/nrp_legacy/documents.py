@@ -125,7 +125,7 @@ def read_experiment(path: Path) -> Experiment:
         text(root, "name") or path.stem,
         text(root, "description"),
         None if timeout is None or not timeout.text else seconds_of(timeout),
-        int(seed) if seed.isdigit() else None,
+        int(seed) if seed.isdecimal() else None,
         None if environment is None else FileNamed.of(environment),
         {attribute(pose, "robotId") or ROBOT: pose for pose in poses},
         None if bibi is None else FileNamed.of(bibi),

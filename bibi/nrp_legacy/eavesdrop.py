@@ -9,17 +9,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.messages import message_type
 from nrp_core.dsl.topics import Topic
 from nrp_core.world.interface import World
+from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Direction, Stamped
 
-HEARD, UNHEARD = "/heard", "/unheard"
-"""Before the names of what is sent to a robot, and of what is sent to nobody."""
+HEARD, UNHEARD, MISTYPED = "/heard", "/unheard", "/mistyped"
+"""Before the names of what is sent to a robot, of what is sent to nobody, and of what has another type."""
 
 
 def plain_name(topic: Topic) -> str:
     """Return the name that a user gave to a topic, redirected or not."""
-    lead = next((lead for lead in (HEARD, UNHEARD) if topic.name.startswith(f"{lead}/")), "")
+    lead = next((lead for lead in (HEARD, UNHEARD, MISTYPED) if topic.name.startswith(f"{lead}/")), "")
     return topic.name.removeprefix(lead)
 
 
@@ -48,13 +50,29 @@ class _Redirection:
 
     def published(self, topic: Topic) -> Topic:
         """Return a topic that takes what is meant for one that only the robot fills."""
-        return self._beside(topic, UNHEARD, Direction.IN)[0]
+        return self._mistyped(topic) or self._beside(topic, UNHEARD, Direction.IN)[0]
 
     def read(self, topic: Topic) -> Topic:
         """Return a topic that repeats what is sent on one that only the robot reads."""
+        mistyped = self._mistyped(topic)
+        if mistyped is not None:
+            return mistyped
         beside, is_new = self._beside(topic, HEARD, Direction.OUT)
         if is_new:
             self._repeat(beside.name.removeprefix(HEARD), beside.name)
+        return beside
+
+    def _mistyped(self, topic: Topic) -> Topic | None:
+        """Return a silent topic for one that carries other messages, as such connections fail in ROS."""
+        name, kind = plain_name(topic), topic.topic_type
+        info = self._world.topics.get(name)
+        if info is None or kind is None or type_name(kind) == type_name(info.type):
+            return None
+        beside = replace(topic, name=f"{MISTYPED}{name}")
+        if beside.name not in self._world.topics:
+            self._world.declare(beside.name, message_type(kind))
+            carried = f"'{name}' carries {type_name(info.type)}, not {type_name(message_type(kind))}"
+            self._world.warnings.append(f"{carried}: who takes it for that hears nothing")
         return beside
 
     def _beside(self, topic: Topic, lead: str, wanted: Direction) -> tuple[Topic, bool]:

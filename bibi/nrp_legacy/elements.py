@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from math import isfinite, nan
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError
@@ -11,6 +12,7 @@ from nrp_core.xml_tree import Element, parse_xml
 _DURATION = re.compile(
     r"P(?:(?P<days>\d+)D)?(?:T(?:(?P<hours>\d+)H)?(?:(?P<minutes>\d+)M)?(?:(?P<seconds>\d+(?:\.\d*)?)S)?)?"
 )
+_SHORTEST, _LONGEST = 1e-6, 1e9  # of the step, in ms, it is the nanosecond in which time is counted
 _SECONDS = {"days": 86_400.0, "hours": 3600.0, "minutes": 60.0, "seconds": 1.0}
 
 
@@ -62,9 +64,12 @@ def number(element: Element, name: str) -> float | None:
     """
     value = attribute(element, name)
     try:
-        return None if value is None else float(value)
+        found = None if value is None else float(value)
     except ValueError:
-        raise element.error(f"'{name}' of <{element.tag}> is a number, not '{value}'") from None
+        found = nan
+    if found is not None and not isfinite(found):
+        raise element.error(f"'{name}' of <{element.tag}> is a number, not '{value}'")
+    return found
 
 
 def flag(element: Element, name: str, default: bool) -> bool:
@@ -81,9 +86,13 @@ def seconds_of(element: Element) -> float:
     """
     said = element.text
     match = _DURATION.fullmatch(said)
-    if match is not None and any(match.groups()):
-        return sum(float(part) * _SECONDS[unit] for unit, part in match.groupdict().items() if part)
     try:
-        return float(said)
+        if match is not None and any(match.groups()):
+            found = sum(float(part) * _SECONDS[unit] for unit, part in match.groupdict().items() if part)
+        else:
+            found = float(said)
     except ValueError:
-        raise element.error(f"<{element.tag}> is a time in seconds or such as PT14M, not '{said}'") from None
+        found = nan
+    if found and not _SHORTEST <= found <= _LONGEST:
+        raise element.error(f"<{element.tag}> is a time in seconds or such as PT14M, not '{said}'")
+    return found

@@ -16,11 +16,12 @@ from nrp_legacy.shims.modules import module
 __extends_dsl__ = True
 """What goes wrong here is the fault of whoever calls; see :mod:`nrp_core.dsl.place`."""
 
-_SPELLINGS = {
+SPELLINGS = {
     "std": "stdev", "weights": "weight", "delays": "delay", "target": "receptor_type", "initial_rate": "rate",
     "C_m": "cm", "t_ref": "tau_refrac", "V_th": "v_thresh", "V_reset": "v_reset", "E_L": "v_rest",
     "tau_syn_ex": "tau_syn_E", "tau_syn_in": "tau_syn_I", "I_e": "i_offset",
 }  # fmt: skip
+"""Settings of devices under the names that they have here."""
 
 
 class Unavailable:
@@ -103,7 +104,7 @@ def _settings(device_type: Any, given: Mapping[str, Any], notes: Callable[[str],
         if (isinstance(connector, Mapping))
         else {}
     )
-    named = {_SPELLINGS.get(name, name): value for name, value in {**wired, **given}.items()}
+    named = {SPELLINGS.get(name, name): value for name, value in {**wired, **given}.items()}
     if "stop" in named and "stop" not in device_type.options:
         named["duration"] = named.pop("stop") - named.get("start", 0.0)
     taken = {

@@ -66,6 +66,17 @@ def sources_of(element: Element, root: Element, library: Library, notes: Notes) 
     return [listing.Source(source.path, tree, has_columns=False)]
 
 
+def part_source(element: Element, root: Element, library: Library) -> list[Source]:
+    """Return the code of one element; of building blocks the Python that they stand for.
+
+    Raises:
+        ExperimentError: it is not there, or has no meaning.
+    """
+    if _is_python(element):
+        return [_source(element, library)]
+    return [Source(part.text, part.path) for part in _parts(element, root)]
+
+
 def code_of(element: Element, library: Library) -> str:
     """Return the code of one element, in whatever version; of building blocks the Python that they stand for.
 

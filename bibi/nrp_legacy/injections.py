@@ -1,4 +1,4 @@
-"""Currents that brain files let flow into cells; a network holds no current that changes, so a run adds them."""
+"""Currents that brain files send into cells; a network holds none that changes, so a run adds them."""
 
 from __future__ import annotations
 

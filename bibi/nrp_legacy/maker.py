@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -18,9 +17,7 @@ from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.run import Run
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.interface import World
-from nrp_core.world.scene.left_out import read_without
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.world.scene.model import Model
 from nrp_legacy.aliases import find_alias
 from nrp_legacy.brains import load_brain, remark
 from nrp_legacy.documents import Bibi
@@ -41,48 +38,38 @@ class LegacyMaker(Maker):
         library: where files are.
         machines: its state machines.
         notes: what was found while it was read.
+
+    Attributes:
+        names: what code begins with and imports.
     """
 
     def __init__(self, bibi: Bibi, library: Library, machines: list[Path], notes: list[Finding]) -> None:
-        self._bibi, self._library, self._machines, self._notes = bibi, library, machines, notes
-        self._names = self._namespace()
+        self.bibi, self.library, self.machines, self._notes = bibi, library, machines, notes
+        self.names = self._namespace()
 
     @property
     def can_be_saved(self) -> bool:
-        return not self._machines
+        return not self.machines
 
     def _namespace(self) -> Namespace:
-        return Namespace(self._note, self._folders, nest_units=self._bibi.nest_units)
+        return Namespace(self._note, self._folders, nest_units=self.bibi.nest_units)
 
     @property
     def _folders(self) -> tuple[Path, ...]:
         """The folders whose modules can be imported."""
-        return self._library.folder / "resources", self._library.folder
-
-    def room(self, experiment: Experiment) -> Scene:
-        path = experiment.world.scene
-        scene, left_out = read_without(
-            lambda without: read_scene(path, search_path=experiment.models, without=without)
-        )
-        return replace(scene, warnings=(*scene.warnings, *left_out))
+        return self.library.folder / "resources", self.library.folder
 
     def robot(self, experiment: Experiment, name: str) -> Model:
-        section = experiment.world.robots[name]
-        model, left_out = read_without(
-            lambda without: read_model(
-                section.model, name=name, pose=section.start, search_path=experiment.models, without=without
-            )
-        )
-        return with_commanded_joints(replace(model, warnings=(*model.warnings, *left_out)), self._codes())
+        return with_commanded_joints(super().robot(experiment, name), self.codes())
 
-    def _codes(self) -> Iterator[str]:
+    def codes(self) -> Iterator[str]:
         """Yield the code of all transfer functions, as it stands there."""
-        for element in self._bibi.functions:
+        for element in self.bibi.functions:
             with suppress(NrpError):
-                yield code_of(element, self._library)
+                yield code_of(element, self.library)
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
-        path, populations = experiment.brain.model, self._bibi.populations
+        path, populations = experiment.brain.model, self.bibi.populations
         try:
             network = build(partial(load_brain, path, populations, experiment.seed))
             remark(path, populations, network, self._note)
@@ -92,41 +79,45 @@ class LegacyMaker(Maker):
             return Network({})
 
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
-        self._names = self._namespace()
+        self.names = self._namespace()
         loaded: list[TransferFunction] = []
-        for element in self._bibi.functions:
+        for element in self.bibi.functions:
             with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
-                loaded += load(element, self._bibi.element, self._library, self._names, self._note)
+                loaded += load(element, self.bibi.element, self.library, self.names, self._note)
         collector.findings += dict.fromkeys(self._notes)
         # of equal priority, those to the robot ran before those to the brain
         yield from sorted(loaded, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
-        self._names = self._namespace()
+        self.names = self._namespace()
         sources: list[Source] = []
-        for element in self._bibi.functions:
+        for element in self.bibi.functions:
             with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
-                sources += sources_of(element, self._bibi.element, self._library, self._note)
+                sources += sources_of(element, self.bibi.element, self.library, self._note)
         collector.findings += dict.fromkeys(self._notes)
-        names = {name: value for name, value in vars(self._names.module).items() if name[:2] != "__"}
-        yield Listing(tuple(sources), names, self._names.scope, self._folders)
+        names = {name: value for name, value in vars(self.names.module).items() if name[:2] != "__"}
+        yield Listing(tuple(sources), names, self.names.scope, self._folders)
 
     def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
-        topics = [topic for function in functions for topic in (*function.published, *function.subscribed)]
-        wanted = {**self._names.graph.wanted, **{plain_name(topic): topic.topic_type for topic in topics}}
-        aliases = {name: served for name, kind in wanted.items() if (served := find_alias(name, kind, world))}
+        aliases = self.aliases(world, functions)
         for name, served in aliases.items():
             world.add_alias(name, served)
-        for name, kind in self._names.graph.wanted.items():
+        for name, kind in self.names.graph.wanted.items():
             if name not in world.topics:
                 world.declare(name, kind)
         let_all_talk(functions, world, aliases)
 
+    def aliases(self, world: World, functions: Sequence[TransferFunction]) -> dict[str, str]:
+        """Return the topics of a world that are meant by other names."""
+        topics = [topic for function in functions for topic in (*function.published, *function.subscribed)]
+        wanted = {**self.names.graph.wanted, **{plain_name(topic): topic.topic_type for topic in topics}}
+        return {name: served for name, kind in wanted.items() if (served := find_alias(name, kind, world))}
+
     def begin(self, run: Run) -> None:
-        self._names.graph.begin(run)
+        self.names.graph.begin(run)
         let_flow(getattr(run.brain.network, "injections", ()), run.brain)
-        machines = StateMachines(self._machines, self._names, run)
+        machines = StateMachines(self.machines, self.names, run)
         run.on_close.append(machines.close)
 
     def _note(self, message: str) -> None:
-        self._notes.append(Finding(Code.NRP210, message, Level.WARNING, self._bibi.element.path))
+        self._notes.append(Finding(Code.NRP210, message, Level.WARNING, self.bibi.element.path))

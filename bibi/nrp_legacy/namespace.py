@@ -98,7 +98,7 @@ class Namespace:
 
 def _cle(nrp: ModuleType, logger: ClientLogger, states: ModuleType) -> dict[str, ModuleType]:
     """Return the packages of the platform itself, under the names of all its times."""
-    interface = module("RobotInterface", Topic=topic)
+    interface = module("RobotInterface", Topic=topic, PreprocessedTopic=nrp.PreprocessedTopic)
     found: dict[str, ModuleType] = {}
     for root in ("hbp_nrp_cle", "python_cle"):
         found[f"{root}.tf_framework"] = nrp

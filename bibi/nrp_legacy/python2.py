@@ -67,6 +67,12 @@ def converted(code: str) -> Converted:
     return Converted(ast.fix_missing_locations(tree), tuple(dict.fromkeys(changes)))
 
 
+def rewritten(code: str) -> str:
+    """Return code as text that Python 3 takes; divisions and methods stay as they are."""
+    text, _ = _rewritten(code)
+    return text
+
+
 def _parsed(code: str) -> tuple[ast.Module | None, SyntaxError | None]:
     try:
         return ast.parse(code), None

@@ -62,17 +62,15 @@ def driven(dt: float, leak: float, fade: float, gap: float, current: float, slop
         slope: its growth without the fading.
     """
     z = gap * dt
-    if abs(z) > 0.05:
+    if abs(z) > 0.02:
         area = (leak - fade) / gap
-        return current * area + slope * (area - dt * fade) / gap
+        return current * area if slope == 0.0 else current * area + slope * (area - dt * fade) / gap
     # The closed form loses digits here; the series of its integrals is exact to rounding.
-    first = second = 0.0
-    term = 1.0
-    for k in range(1, 10):
-        first += term / k
-        second += term / (k + 1)
-        term *= -z / k
-    return leak * dt * (current * first + slope * dt * second)
+    area = 1 - z / 2 * (1 - z / 3 * (1 - z / 4 * (1 - z / 5 * (1 - z / 6 * (1 - z / 7)))))
+    if slope == 0.0:
+        return leak * dt * current * area
+    second = 1 / 2 - z * (1 / 3 - z * (1 / 8 - z * (1 / 30 - z * (1 / 144 - z * (1 / 840 - z / 5760)))))
+    return leak * dt * (current * area + slope * dt * second)
 
 
 class LeakyMembrane:
@@ -84,6 +82,7 @@ class LeakyMembrane:
 
     def __init__(self, kernel: Kernel) -> None:
         self._kernel = kernel
+        self._gap = 1.0 / kernel.tau_syn_ms - 1.0 / kernel.tau_m_ms
         self._at_ms = 0.0
         self._current = 0.0
         self._slope = 0.0
@@ -103,21 +102,21 @@ class LeakyMembrane:
                 self._slope += weight * e / self._kernel.tau_syn_ms
             else:
                 self._current += weight
-        return self._kernel.settled_mv + self._above_at(t_ms - self._at_ms)
+        dt_ms = t_ms - self._at_ms
+        return self._kernel.settled_mv + self._above_at(dt_ms, exp(-dt_ms / self._kernel.tau_syn_ms))
 
-    def _above_at(self, dt_ms: float) -> float:
-        """Voltage above its settled value ``dt_ms`` after the last event."""
-        kernel = self._kernel
-        leak, fade = exp(-dt_ms / kernel.tau_m_ms), exp(-dt_ms / kernel.tau_syn_ms)
-        gap = 1.0 / kernel.tau_syn_ms - 1.0 / kernel.tau_m_ms
-        return self._above * leak + driven(dt_ms, leak, fade, gap, self._current, self._slope) / kernel.cm_nf
+    def _above_at(self, dt_ms: float, fade: float) -> float:
+        """Voltage above its settled value after ``dt_ms``, when ``fade`` is left of the current."""
+        leak = exp(-dt_ms / self._kernel.tau_m_ms)
+        charge = driven(dt_ms, leak, fade, self._gap, self._current, self._slope)
+        return self._above * leak + charge / self._kernel.cm_nf
 
     def _move_to(self, t_ms: float) -> None:
         dt_ms = t_ms - self._at_ms
-        self._above = self._above_at(dt_ms)
-        decay = exp(-dt_ms / self._kernel.tau_syn_ms)
-        self._current = (self._current + self._slope * dt_ms) * decay
-        self._slope *= decay
+        fade = exp(-dt_ms / self._kernel.tau_syn_ms)
+        self._above = self._above_at(dt_ms, fade)
+        self._current = (self._current + self._slope * dt_ms) * fade
+        self._slope *= fade
         self._at_ms = t_ms
 
     def state(self) -> tuple[float, float, float, float, list[tuple[float, float]]]:

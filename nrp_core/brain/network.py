@@ -291,7 +291,7 @@ def _feed(state: hashlib.blake2b, *values: object) -> None:
     """Add values to a hash; arrays by dtype, shape and bytes, without copying broadcast ones whole."""
     for value in values:
         if isinstance(value, np.ndarray):
-            constant = value.ndim == 1 and value.strides == (0,) and value.size
+            constant = value.ndim == 1 and value.strides == (0,) and value.size > 1
             state.update(f"{value.dtype}{value.shape}{bool(constant)}".encode())
             state.update(np.ascontiguousarray(value[:1] if constant else value).tobytes())
         elif isinstance(value, dict):

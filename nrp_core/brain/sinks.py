@@ -50,11 +50,14 @@ class SinkPort(ABC):
         self.active = True
         self._heard = np.zeros(n_neurons, bool)
         self._heard[neurons] = True
+        self._hears_all = bool(self._heard.all())
 
     def receive(self, spikes: Spikes, until_ms: float) -> None:
         """Take the spikes of all neurons in the window that ends at ``until_ms``."""
-        chosen = self._heard[spikes.neurons] if self.active else slice(0)
-        self._absorb(Spikes(spikes.neurons[chosen], spikes.times_ms[chosen]), until_ms)
+        if not (self.active and self._hears_all):
+            chosen = self._heard[spikes.neurons] if self.active else slice(0)
+            spikes = Spikes(spikes.neurons[chosen], spikes.times_ms[chosen])
+        self._absorb(spikes, until_ms)
 
     @abstractmethod
     def _absorb(self, spikes: Spikes, until_ms: float) -> None: ...

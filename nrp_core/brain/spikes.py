@@ -43,7 +43,7 @@ class Spikes:
             neurons = np.concatenate([part.neurons for part in parts])
             times = np.concatenate([part.times_ms for part in parts])
         later = times[1:] > times[:-1]
-        if (later | ((times[1:] == times[:-1]) & (neurons[1:] >= neurons[:-1]))).all():
+        if later.all() or (later | ((times[1:] == times[:-1]) & (neurons[1:] >= neurons[:-1]))).all():
             return cls(neurons, times)
         order = np.lexsort((neurons, times))
         return cls(neurons[order], times[order])

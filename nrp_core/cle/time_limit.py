@@ -135,7 +135,7 @@ class TimeLimit:
 def _insist(frame: FrameType | None) -> None:
     """Let what catches the exception raise it again: a bare ``except:`` in a loop would go on for ever."""
 
-    def trace(frame: FrameType, event: str, argument: Any) -> Any:
+    def trace(_frame: FrameType, event: str, _argument: Any) -> Any:
         if event == "line":
             raise TimeLimitExceeded
         return trace if event == "exception" else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -128,7 +128,3 @@ def _require_distinct(what: str, names: Sequence[object]) -> None:
     for name in names:
         if names.count(name) > 1:
             raise ExperimentError(f"{what} '{name}' is given twice")
-
-
-Progress = Callable[[int, int, str], None]
-"""Told how many runs are done, of how many, and which was the last."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
@@ -62,7 +62,8 @@ class Contrast:
         one, other: the names.
         estimate: how much more the other gives.
         effect_sd: the same in standard deviations of the spread from seed to seed.
-        p_different: of there being no difference, corrected by Holm for all contrasts of a report.
+        p_different: of there being no difference, corrected by Holm for all contrasts of the finding, or of
+            all else.
     """
 
     factor: Factor
@@ -177,13 +178,26 @@ def combined(answers: Iterable[Answer]) -> Answer:
 
 
 def corrected(judgements: Sequence[Judgement]) -> list[Judgement]:
-    """Return judgements in which chance differences are as rare in the whole report as in one contrast."""
-    contrasts = [one for judged in judgements for part in judged.parts for one in part.contrasts]
-    p_values = iter(holm([one.p_different for one in contrasts]))
+    """Return judgements in which chance differences are as rare among many contrasts as in one.
 
-    def with_p(part: Part) -> Part:
-        return replace(
-            part, contrasts=tuple(replace(one, p_different=next(p_values)) for one in part.contrasts)
-        )
+    The finding is corrected by itself: it does not pay for the many details that are listed beside it.
+    """
+    p_values: dict[bool, list[float]] = {True: [], False: []}
+    for judged, one in _contrasts(judgements):
+        p_values[judged.metric.is_finding].append(one.p_different)
+    left = {is_finding: iter(holm(values)) for is_finding, values in p_values.items()}
 
-    return [replace(judged, parts=tuple(map(with_p, judged.parts))) for judged in judgements]
+    def with_p(judged: Judgement, part: Part) -> Part:
+        rest = left[judged.metric.is_finding]
+        return replace(part, contrasts=tuple(replace(one, p_different=next(rest)) for one in part.contrasts))
+
+    return [
+        replace(judged, parts=tuple(with_p(judged, part) for part in judged.parts)) for judged in judgements
+    ]
+
+
+def _contrasts(judgements: Sequence[Judgement]) -> Iterator[tuple[Judgement, Contrast]]:
+    for judged in judgements:
+        for part in judged.parts:
+            for one in part.contrasts:
+                yield judged, one

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 from pathlib import Path
 
 from nrp_core.comparison.grid import Cell, Grid
@@ -27,8 +26,7 @@ class GridDiff:
         grid: what ran.
         runs: every run.
         judgements: of every metric, those of the finding first.
-        partings: for every two pairs of backends that differ on one side, where the runs of the first seed
-            part.
+        partings: where the runs of the first seed part, for every backend and the first of its side.
         folder: where the recordings are.
     """
 
@@ -67,18 +65,11 @@ class GridDiff:
 
 
 def _partings(grid: Grid, runs: Mapping[Cell, RunSignals]) -> list[Parting]:
-    seed = grid.seeds[0]
-    brains = [
-        (Cell(a, world, seed), Cell(b, world, seed))
-        for a, b in combinations(grid.brains, 2)
-        for world in grid.worlds
-    ]
-    worlds = [
-        (Cell(brain, a, seed), Cell(brain, b, seed))
-        for a, b in combinations(grid.worlds, 2)
-        for brain in grid.brains
-    ]
-    return [parting(runs[one], runs[other]) for one, other in (*brains, *worlds)]
+    """Hold every backend against the one that was named first, from the first seed."""
+    seed, (brain, *brains), (world, *worlds) = grid.seeds[0], grid.brains, grid.worlds
+    pairs = [(Cell(brain, w, seed), Cell(b, w, seed)) for b in brains for w in grid.worlds]
+    pairs += [(Cell(b, world, seed), Cell(b, w, seed)) for w in worlds for b in grid.brains]
+    return [parting(runs[one], runs[other]) for one, other in pairs]
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
-from nrp_core.comparison.grid import Cell, Grid, Progress
+from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import ExperimentError, SimulationError
 from nrp_core.experiment.run import Run
 from nrp_core.recording.capsule import Capsule
 from nrp_core.recording.layout import RUN_NAME, Pictures
 from nrp_core.recording.read import Recording
+
+Progress = Callable[[int, int, str], None]
+"""Told how many runs are done, of how many, and which was the last."""
 
 WHOLE = ("finished", "failed")
 """States of a recording that running again would not change."""
@@ -80,6 +83,10 @@ def _run_all(grid: Grid, folders: dict[Cell, Path], workers: int) -> Iterator[Ce
         for future in as_completed(futures):
             _require_done(future, futures[future])
             yield futures[future]
+    except BaseException:
+        for worker in active_children():  # what they have begun would be made again anyway
+            worker.terminate()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
 

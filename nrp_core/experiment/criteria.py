@@ -181,6 +181,8 @@ class StaysSo(Throughout):
     def __init__(self, stays: TopicStays, world: World) -> None:
         super().__init__(stays.during)
         self._topic, self._says = stays.name, TopicSays(stays, world)
+        bounds = {"above": stays.above, "below": stays.below, "equal to": stays.equals}
+        self._wanted = " and ".join(f"{how} {value}" for how, value in bounds.items() if value is not None)
 
     def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
         if self._says(now_ns, times):
@@ -188,10 +190,10 @@ class StaysSo(Throughout):
         value = self._says.value
         is_number = isinstance(value, Real) and not isinstance(value, bool)
         said = "nothing" if value is None else f"{value:.6g}" if is_number else repr(value)
-        return f"{self._topic} said {said} at {seconds(now_ns):g} s"
+        return f"{self._topic} said {said} at {seconds(now_ns):g} s, not {self._wanted}"
 
     def _finish(self, now_ns: int) -> None:
-        self._decide(True, now_ns, f"{self._topic} never said anything else")
+        self._decide(True, now_ns, f"{self._topic} stayed {self._wanted}")
 
 
 def judge_of(criterion: Criterion, world: World) -> Judge:

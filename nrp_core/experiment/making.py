@@ -6,6 +6,7 @@ A reader of another format brings a :class:`Maker` of its own where a part is no
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -18,6 +19,7 @@ from nrp_core.experiment.networks import network_from
 from nrp_core.findings import Code, Level
 from nrp_core.registry import Registry, plugins
 from nrp_core.world.interface import World
+from nrp_core.world.scene.left_out import read_without
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
 
@@ -51,21 +53,29 @@ class Maker:
         return True
 
     def room(self, experiment: Experiment) -> Scene:
-        """Return the scene without robots.
+        """Return the scene without robots; if the experiment is not strict, without what cannot be used.
 
         Raises:
             SceneError: it cannot be read.
         """
-        return read_scene(experiment.world.scene, search_path=experiment.models)
+        path, models = experiment.world.scene, experiment.models
+        if experiment.strict:
+            return read_scene(path, search_path=models)
+        scene, left_out = read_without(lambda without: read_scene(path, search_path=models, without=without))
+        return replace(scene, warnings=(*scene.warnings, *left_out))
 
     def robot(self, experiment: Experiment, name: str) -> Model:
-        """Return a robot.
+        """Return a robot; if the experiment is not strict, without what cannot be used.
 
         Raises:
             SceneError: it cannot be read.
         """
-        section = experiment.world.robots[name]
-        return read_model(section.model, name=name, pose=section.start, search_path=experiment.models)
+        section, models = experiment.world.robots[name], experiment.models
+        read = partial(read_model, section.model, name=name, pose=section.start, search_path=models)
+        if experiment.strict:
+            return read()
+        model, left_out = read_without(lambda without: read(without=without))
+        return replace(model, warnings=(*model.warnings, *left_out))
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         """Return the network of the brain.

@@ -182,8 +182,9 @@ class Experiment(Section):
     tf_time: Literal["end", "start"] = "end"
     """Which time transfer functions get: that of their data, or the start of the step."""
     strict: bool = True
-    """Whether a transfer function that cannot be bound, a robot that cannot be read or a topic that nobody
-    serves is an error; else the first two are left out, the topic stays silent, and a warning says so."""
+    """Whether a transfer function that cannot be bound, a robot or a part of the scene that cannot be
+    read, or a topic that nobody serves is an error; else these are left out, the topic stays silent, and a
+    warning says so."""
     pace: Pace = "max"
     """How fast to run: ``max``, ``realtime`` or a multiple of real time."""
     models: tuple[ExistingFolder, ...] = ()

@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -51,7 +52,8 @@ class Capsule:
         origin: the recording that the run goes on from, and where the chain of hashes was there.
 
     Raises:
-        ExperimentError: the folder holds something, or cannot be written.
+        ExperimentError: the folder holds something, or cannot be made.
+        SimulationError: the disk does not take the experiment.
     """
 
     def __init__(
@@ -67,11 +69,12 @@ class Capsule:
         self._run, self._folder, self._files = run, folder, files
         self._snapshots_ns, self._warnings = snapshots_ns, list[str]()
         _make(folder)
-        self._root = _copy_files(self._used(), folder)
-        self._about = _about(run, self._root) | {
-            "pictures": pictures, "snapshots_ns": snapshots_ns, "continues": origin
-        }  # fmt: skip
-        self._write("running", None)
+        with self._on_disk("begun"):
+            self._root = _copy_files(self._used(), folder)
+            self._about = _about(run, self._root) | {
+                "pictures": pictures, "snapshots_ns": snapshots_ns, "continues": origin
+            }  # fmt: skip
+            self._write("running", None)
         self._recorder = Recorder(
             run.brain, run.world, folder, period_ns=run.experiment.timestep, pictures=pictures,
             chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
@@ -103,12 +106,17 @@ class Capsule:
             self._finish(state)
 
     def _finish(self, state: str) -> None:
-        try:
+        with self._on_disk("completed"):
             _copy_files(self._used(), self._folder, self._root)
             self._write(state, self._run.result().to_dict())
+
+    @contextmanager
+    def _on_disk(self, what: str) -> Iterator[None]:
+        try:
+            yield
         except OSError as error:
             raise SimulationError(
-                f"the recording cannot be completed: {error.strerror or error}", t_ns=self._run.loop.now_ns
+                f"the recording cannot be {what}: {error.strerror or error}", t_ns=self._run.loop.now_ns
             ) from error
 
     def _after_step(self, run: Run) -> None:

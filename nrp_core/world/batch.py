@@ -1,7 +1,7 @@
 """Many copies of one scene in one process: the ground for sweeps, evolution and learning.
 
-Each copy is a world like any other, with its own state, topics, seed and random streams: it does bit for bit what it
-would do alone. Where the engine lets other Python code run while it steps, the copies share some threads.
+Each copy is a world like any other, with its own state, topics, seed and random streams: it does bit for bit
+what it would do alone. Where the engine lets other Python code run while it steps, copies share threads.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -149,6 +149,7 @@ class BatchPublication:
 
     def __init__(self, batch: WorldBatch, publications: Sequence[Publication]) -> None:
         self._batch, self._publications = batch, publications
+        self._layout = _layout_of(self.topic.type())
 
     @property
     def topic(self) -> TopicInfo:
@@ -159,50 +160,53 @@ class BatchPublication:
         """Send each copy its message; copies that have failed get none.
 
         Args:
-            messages: one for each copy; or of messages that are made of numbers only, these, in the order of the
-                fields: a ``Twist`` for each copy is an array of shape ``(copies, 6)``.
+            messages: one for each copy; or of messages that are made of numbers only, these, in the order of
+                the fields: a ``Twist`` for each copy is an array of shape ``(copies, 6)``.
 
         Raises:
             TopicError: there are more or fewer messages than copies, or the topic cannot carry one.
         """
         if len(messages) != len(self._publications):
-            raise TopicError(
-                f"{self.topic.name}: {len(messages)} messages for {len(self._publications)} copies of the world"
-            )
+            copies = len(self._publications)
+            raise TopicError(f"{self.topic.name}: {len(messages)} messages for {copies} copies of the world")
         made = self._of(messages) if isinstance(messages, np.ndarray) else messages
         for number, (publication, message) in enumerate(zip(self._publications, made, strict=True)):
             if number not in self._batch.failures:
                 publication.publish(message)
 
     def _of(self, rows: FloatArray) -> list[Any]:
-        topic = self.topic
-        size = _numbers_in(topic.type())
-        if size is None or rows.shape[1:] != (size,):
-            needs = "not made of numbers only" if size is None else f"{size} numbers a message"
+        if self._layout is None or rows.shape[1:] != (self._layout.numbers,):
+            needs = f"{self._layout.numbers} numbers" if self._layout else "more than numbers"
+            kind = type_name(self.topic.type)
             raise TopicError(
-                f"{topic.name}: {type_name(topic.type)} is {needs}; got an array of shape {rows.shape}"
+                f"{self.topic.name}: a {kind} is made of {needs}; got an array of shape {rows.shape}"
             )
-        return [_filled(topic.type(), iter(row)) for row in rows.tolist()]
+        return [self._layout.made_of(iter(row)) for row in rows.tolist()]
 
 
-def _numbers_in(message: Any) -> int | None:
-    """Return how many numbers a message holds, None if it holds anything else."""
-    if not is_dataclass(message):
-        return 1 if isinstance(message, float) else None
-    sizes = [_numbers_in(getattr(message, field.name)) for field in fields(message)]
-    return None if None in sizes else sum(size for size in sizes if size is not None)
+class _Layout(NamedTuple):
+    """How many numbers a message is made of, and what makes it of them."""
+
+    numbers: int
+    made_of: Callable[[Iterator[float]], Any]
 
 
-def _filled(message: Any, numbers: Iterator[float]) -> Any:
-    """Write numbers into a message, field by field."""
-    for field in fields(message):
-        value = getattr(message, field.name)
-        setattr(message, field.name, _filled(value, numbers) if is_dataclass(value) else next(numbers))
-    return message
+def _layout_of(example: Any) -> _Layout | None:
+    """Return the layout of a message like this; None if it holds anything but numbers."""
+    if isinstance(example, float):
+        return _Layout(1, next)
+    if not is_dataclass(example) or isinstance(example, type):
+        return None
+    kind, parts = type(example), [_layout_of(getattr(example, field.name)) for field in fields(example)]
+    known = [part for part in parts if part is not None]
+    makers = [part.made_of for part in known]
+    if len(known) < len(parts):
+        return None
+    return _Layout(sum(part.numbers for part in known), lambda row: kind(*[make(row) for make in makers]))
 
 
 def _threads_for(worlds: Sequence[World]) -> int:
-    """Return as many threads as there are processors, or one where the engine or its pictures are bound to it."""
+    """Return one for each processor, or a single one where the engine or its pictures are bound to it."""
     for world in worlds:
         has = world.capabilities
         if not has.releases_gil or has.renderers[:1] not in ((), ("raster",)):

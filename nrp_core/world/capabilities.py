@@ -18,13 +18,14 @@ class WorldCapabilities:
             with ``raster`` where the backend does not.
         snapshot: can its state be saved and restored?
         releases_gil: can it step while Python code runs in another thread?
-        dynamics: do things fall, push and swing? Otherwise only robots with a drive move, as one rigid body, as
-            they are commanded and as far as there is room; a scene with other movable models is refused.
+        dynamics: do things fall, push and swing? Otherwise only robots with a drive move, as one rigid body,
+            as they are commanded and as far as there is room; a scene with other movable models is refused.
         links: does it tell where every link is? Lasers, inertial sensors and poses of links need it.
         contacts: does it tell what touches what?
         joint_control: can single joints be driven, and bodies pushed by forces?
         joint_wrenches: does it tell the force and torque that a joint carries?
         changes: can models be moved, added and deleted while it runs?
+        real_time: does time pass by itself, so that the loop must keep up? A robot does not wait.
     """
 
     step_ns: int
@@ -38,3 +39,4 @@ class WorldCapabilities:
     joint_control: bool = False
     joint_wrenches: bool = False
     changes: bool = False
+    real_time: bool = False

@@ -328,6 +328,7 @@ class WorldBackend(ABC):
 
         if not seeds:
             raise ValueError("a batch needs at least one seed")
+
         def copies() -> Iterator[World]:
             yield (first := self.open(scene, seed=seeds[0], options=options))
             for seed in seeds[1:]:

@@ -35,6 +35,7 @@ class Sampling:
         subscriptions: who listens.
         due_ns: when the next one is taken.
         late: what was taken and has not arrived yet, with the time at which it does.
+        delay_ns: from one to the other.
     """
 
     info: TopicInfo
@@ -43,6 +44,10 @@ class Sampling:
     subscriptions: list[Subscription] = field(default_factory=list)
     due_ns: int = 0
     late: list[Stamped] = field(default_factory=list)
+    delay_ns: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.delay_ns = from_seconds(self.info.delay)
 
     def take(self, now_ns: int, seed: int) -> None:
         """Take the sample of now and send it on its way, unless it gets lost."""
@@ -53,7 +58,7 @@ class Sampling:
             if stream.random() < info.drop_out:
                 return
         message = self.part.read(info.name, now_ns)
-        self.late.append(Stamped(now_ns + from_seconds(info.delay), message))
+        self.late.append(Stamped(now_ns + self.delay_ns, message))
 
     def deliver(self, now_ns: int) -> None:
         """Hand over what has arrived by now."""

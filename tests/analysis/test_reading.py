@@ -193,6 +193,17 @@ def test_a_sensor_that_the_world_does_not_simulate_is_named(
     assert finding.path == husky / "listing2.py"
 
 
+def test_wheels_that_the_world_does_not_turn_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    still = WorldCapabilities(step_ns=1_000_000, renderers=("raster",), dynamics=False)
+    monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: still)
+    (husky / "listing1.py").write_text(
+        "@nrp.MapRobotSubscriber('wheels', Topic('/husky/wheel_speeds', gazebo_msgs.msg.WheelSpeeds))\n"
+        "@nrp.Robot2Neuron()\ndef listen(t, wheels):\n    print(wheels.value)\n"
+    )
+    warned = [one.message for one in validate_file(husky) if one.level is Level.WARNING]
+    assert "nothing comes for 'wheels': the world backend 'mujoco' has no dynamics" in warned
+
+
 def test_an_experiment_made_in_python_can_be_checked(husky: Path) -> None:
     experiment = load_experiment(husky)
     assert {finding.level for finding in validate(experiment.with_source(type(experiment.source)({})))} == {

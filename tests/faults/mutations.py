@@ -20,7 +20,7 @@ from types import FrameType
 
 from nrp_core.errors import NrpError
 
-COUNT = int(os.environ.get("NRP_MUTATIONS", "40"))
+COUNT = int(os.environ.get("NRP_MUTATIONS", "15"))
 PATIENCE_S = 20.0
 """Longer than any sound file takes, by far."""
 ROOM_BYTES = 3 * 2**30
@@ -31,7 +31,16 @@ WORD = re.compile(rb"[A-Za-z_][\w.]*")
 ODD = (
     *(b"", b"0", b"-1", b"nan", b"inf", b"-inf", b"1e400", b"1e-320", b"1e200", b"99999999999", b"1.5"),
     *(b"true", b"null", b"~", b"[]", b"{}", b"<a>", b"</a>", b"&amp;", b"&x;", b"'", b'"', b": ", b"x" * 300),
-    *("\N{SNOWMAN}".encode(), b"\xff\xfe", b"\x00", b"\n", b"\t", b"../../..", b"/dev/zero", b"!!python/name:os"),
+    *(
+        "\N{SNOWMAN}".encode(),
+        b"\xff\xfe",
+        b"\x00",
+        b"\n",
+        b"\t",
+        b"../../..",
+        b"/dev/zero",
+        b"!!python/name:os",
+    ),
 )
 
 
@@ -171,6 +180,15 @@ class Tally:
         """Fail if anything went wrong."""
         print(f"{self.kind}: {dict(sorted(self.counts.items()))}, {len(self.wrong)} wrong")
         assert not self.wrong, "\n".join(self.wrong)
+
+
+def numbers_in(data: object) -> list[float]:
+    """Return all numbers in lists and dictionaries."""
+    if isinstance(data, dict):
+        data = list(data.values())
+    if isinstance(data, (list, tuple)):
+        return [number for one in data for number in numbers_in(one)]
+    return [float(data)] if isinstance(data, (int, float)) else []
 
 
 def numbered(kind: str, count: int = COUNT) -> Iterator[tuple[int, Random]]:

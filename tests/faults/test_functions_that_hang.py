@@ -1,4 +1,4 @@
-"""A transfer function that does not return is interrupted: one clear error, or quarantine; the rest is kept."""
+"""A transfer function that does not return is interrupted: one clear error, or quarantine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from nrp_core.experiment.run import Run
 from nrp_core.recording.capsule import Capsule
 from nrp_core.recording.read import Recording
 
-QUICK = "function_time_limit=0.3 s"
+QUICK = "function_time_limit=1 s"
 WAYS = {
     "computes": "while True: pass",
     "sleeps": "time.sleep(3600)",
@@ -61,9 +61,7 @@ def hanging(tmp_path: Path) -> Callable[..., Any]:
         path.write_text(SOURCE.format(way=WAYS[way]))
         settings = ("world.options.image_scale=0.1", QUICK, "duration=0.2 s", "criteria=null", *overrides)
         experiment = load_experiment("braitenberg_husky", settings)
-        return experiment.model_copy(
-            update={"transfer_functions": (*experiment.transfer_functions, path)}
-        )
+        return experiment.model_copy(update={"transfer_functions": (*experiment.transfer_functions, path)})
 
     return load
 
@@ -83,9 +81,7 @@ def test_a_function_that_hangs_ends_the_run_with_one_error_that_names_it(
     path, line = place.rsplit(":", 1)
     assert Path(path) == tmp_path / "hangs.py"
     assert int(line) in (range(8, 13) if "catches" in way else (20,))
-    assert said == (
-        "transfer function 'hangs' did not return within 0.3 s, its function_time_limit"
-    )
+    assert said == ("transfer function 'hangs' did not return within 1 s, its function_time_limit")
     assert second == "  in step 3, at 0.06 s, with"
     recording = Recording(tmp_path / "recording")
     assert recording.complete
@@ -98,7 +94,7 @@ def test_with_quarantine_a_function_that_hangs_is_set_aside(hanging: Callable[..
         run.run()
         result = run.result()
     assert (result.steps, len(result.failures), result.error) == (10, 1, None)
-    assert "did not return within 0.3 s" in str(result.failures[0])
+    assert "did not return within 1 s" in str(result.failures[0])
 
 
 def test_in_another_thread_a_function_that_computes_is_interrupted(hanging: Callable[..., Any]) -> None:
@@ -115,7 +111,7 @@ def test_in_another_thread_a_function_that_computes_is_interrupted(hanging: Call
     thread.start()
     thread.join(20)
     assert not thread.is_alive()
-    assert "did not return within 0.3 s" in str(failures[0])
+    assert "did not return within 1 s" in str(failures[0])
 
 
 def test_the_command_line_says_it_in_one_error(hanging: Callable[..., Any], tmp_path: Path) -> None:
@@ -125,16 +121,18 @@ def test_the_command_line_says_it_in_one_error(hanging: Callable[..., Any], tmp_
         *(str(tmp_path / "recording"), "-s", QUICK, "-s", "world.options.image_scale=0.1"),
         *("-s", f"transfer_functions=[{tmp_path / 'hangs.py'}]"),
     ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 1
-    assert "hangs.py:20: transfer function 'hangs' did not return" in json.loads(done.stdout)["error"]["message"]
+    assert (
+        "hangs.py:20: transfer function 'hangs' did not return" in json.loads(done.stdout)["error"]["message"]
+    )
     assert "Traceback" not in done.stderr
     assert Recording(tmp_path / "recording").run["state"] == "failed"
 
 
 def test_a_limit_changes_no_result_and_pauses_do_not_count() -> None:
     digests = set()
-    for limit in ("off", "0.3 s"):
+    for limit in ("off", "1 s"):
         settings = [f"function_time_limit={limit}", "world.options.image_scale=0.1", "duration=0.4 s"]
         pace = ["pace=0.5"] if limit != "off" else []
         with Run(load_experiment("braitenberg_husky", [*settings, *pace])) as run:

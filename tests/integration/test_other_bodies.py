@@ -7,10 +7,8 @@ import importlib.util
 import numpy as np
 import pytest
 
-from nrp_core.analysis.validate import validate_file
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.run import Run
-from nrp_core.findings import Level
 
 PAIRS = [(brain, world) for brain in ("event", "spinnaker") for world in ("mujoco", "pybullet")]
 SHORT = {
@@ -39,11 +37,6 @@ def test_each_body_does_what_it_is_for_with_every_brain(name: str, brain: str, e
         result = run.result()
     assert {key: outcome.reason for key, outcome in result.criteria.items() if not outcome.passed} == {}
     assert result.warnings == []
-
-
-@pytest.mark.parametrize("name", SHORT)
-def test_nothing_is_wrong_with_these_experiments(name: str) -> None:
-    assert [finding for finding in validate_file(name) if finding.level is not Level.NOTE] == []
 
 
 def test_a_two_wheeler_that_feels_nothing_does_not_get_through(engine: str) -> None:

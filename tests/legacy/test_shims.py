@@ -254,7 +254,7 @@ with sm:
     add("delay", ClockDelayState(0.1), transitions={"valid": "delay", "invalid": "until"})
     add("until", clock, transitions={"valid": "until", "invalid": "hear"})
     add("hear", hear, transitions={"valid": "hear", "invalid": "ball", "preempted": "ERROR"})
-    ball = SpawnSphere(model_name="ball", radius=0.2, position=Point(1, 2, 3), gravity_factor=0, color="Gazebo/Red")
+    ball = SpawnSphere("ball", radius=0.2, position=Point(1, 2, 3), gravity_factor=0, color="Gazebo/Red")
     add("ball", ball, transitions={"succeeded": "box", "aborted": "ERROR"})
     box = SpawnBox(model_name="box", size=Vector3(1, 1, 1), position=Point(0, 5, 1), color="Gazebo/Black")
     add("box", box, transitions={"succeeded": "place", "aborted": "ERROR"})

@@ -8,12 +8,17 @@ further ahead waits in one more list, which is sorted in once every round. A neu
 from __future__ import annotations
 
 from math import inf
+from typing import Final
 
 from nrp_brain_event.records import Array, Cell, Clock, Event
-from nrp_core.jit import jit
+from nrp_core.jit import inlined, jit
+
+_BEYOND: Final = 1 << 61
+_NEVER: Final = 1 << 62
+"""Windows after all others: of what the ring does not reach yet, of neurons that wait for a spike."""
 
 
-@jit
+@inlined
 def post(clock: Clock, slots: Array, events: Array, time: float, target: int, weight: float) -> None:
     """Let a spike arrive at a target; there must be a free event."""
     index = clock.free
@@ -21,12 +26,12 @@ def post(clock: Clock, slots: Array, events: Array, time: float, target: int, we
     clock.free = event.after
     clock.n_free -= 1
     event.time, event.target, event.weight = time, target, weight
-    slot = _slot(clock, len(slots) - 1, time)
+    slot = _slot(_window(clock, len(slots) - 1, time), len(slots) - 1)
     event.after = slots[slot]
     slots[slot] = index
 
 
-@jit
+@inlined
 def release(clock: Clock, events: Array, cell: Cell) -> None:
     """Give the first arrival of a neuron back to the pool."""
     index = cell.arrivals
@@ -36,24 +41,25 @@ def release(clock: Clock, events: Array, cell: Cell) -> None:
     clock.n_free += 1
 
 
-@jit
+@inlined
 def schedule(clock: Clock, slots: Array, cells: Array, row: int) -> None:
-    """Put a neuron where its waking time belongs."""
+    """Put a neuron where it is found by the time it wakes; where it is found sooner, it can stay."""
     cell = cells[row]
-    slot = _slot(clock, len(slots) - 1, cell.wake) if cell.wake < inf else -1
-    if slot == cell.slot:
+    window = _window(clock, len(slots) - 1, cell.wake) if cell.wake < inf else _NEVER
+    if clock.slot < cell.window <= window < _NEVER or cell.window == window:
         return
-    if cell.slot >= 0:
+    if cell.window >= 0:
         _unlink(slots, cells, cell)
-    cell.slot = slot
-    if slot >= 0:
-        cell.before, cell.after = -1, slots[slot]
+    cell.window = -1
+    if window < _NEVER:
+        slot = _slot(window, len(slots) - 1)
+        cell.window, cell.before, cell.after = window, -1, slots[slot]
         if cell.after >= 0:
             cells[cell.after].before = row
         slots[slot] = row
 
 
-@jit
+@inlined
 def gather(
     clock: Clock,
     event_slots: Array,
@@ -82,9 +88,12 @@ def gather(
         index = following
     row = cell_slots[slot]
     while row >= 0:
+        following = cells[row].after
         if cells[row].wake < end:
             _get_ready(clock, cells, ready, row)
-        row = cells[row].after
+        else:
+            schedule(clock, cell_slots, cells, row)
+        row = following
 
 
 @jit
@@ -96,7 +105,7 @@ def next_round(clock: Clock, event_slots: Array, cell_slots: Array, events: Arra
     while index >= 0:
         event = events[index]
         following = event.after
-        slot = _slot(clock, n, event.time)
+        slot = _slot(_window(clock, n, event.time), n)
         event.after = event_slots[slot]
         event_slots[slot] = index
         index = following
@@ -107,25 +116,30 @@ def next_round(clock: Clock, event_slots: Array, cell_slots: Array, events: Arra
         row = following
 
 
-@jit
-def _slot(clock: Clock, n: int, time: float) -> int:
-    """Return the list of a time on a ring of n windows; times gone by count as now."""
-    if time >= (clock.slot + n) * clock.width:
-        return n
-    return max(int(time / clock.width), clock.slot) & (n - 1)
+@inlined
+def _window(clock: Clock, n: int, time: float) -> int:
+    """Return the window of a time, if the ring of n has it; times gone by count as now."""
+    number = time * clock.per_width
+    return _BEYOND if number >= clock.slot + n else max(int(number), clock.slot)
 
 
-@jit
+@inlined
+def _slot(window: int, n: int) -> int:
+    """Return the list of a window on the ring; the last is for those beyond it."""
+    return n if window == _BEYOND else window & (n - 1)
+
+
+@inlined
 def _unlink(slots: Array, cells: Array, cell: Cell) -> None:
     if cell.before >= 0:
         cells[cell.before].after = cell.after
     else:
-        slots[cell.slot] = cell.after
+        slots[_slot(cell.window, len(slots) - 1)] = cell.after
     if cell.after >= 0:
         cells[cell.after].before = cell.before
 
 
-@jit
+@inlined
 def _get_ready(clock: Clock, cells: Array, ready: Array, row: int) -> None:
     cell = cells[row]
     if not cell.ready:
@@ -134,7 +148,7 @@ def _get_ready(clock: Clock, cells: Array, ready: Array, row: int) -> None:
         clock.n_ready += 1
 
 
-@jit
+@inlined
 def _hand_over(events: Array, cell: Cell, index: int) -> None:
     """Sort an event in among the arrivals of its neuron.
 
@@ -152,7 +166,7 @@ def _hand_over(events: Array, cell: Cell, index: int) -> None:
         cell.arrivals = index
 
 
-@jit
+@inlined
 def _earlier(a: Event, b: Event) -> bool:
     if a.time != b.time:
         return a.time < b.time

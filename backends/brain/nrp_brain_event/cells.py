@@ -127,6 +127,7 @@ def _check_parameters(where: str, given: Mapping[str, FloatArray], kind: CellTyp
 def _derive(cells: Array, kind: CellType) -> None:
     """Set what follows from the parameters."""
     cells["leak"], cells["per_cm"] = 1.0 / cells["tau_m"], 1.0 / cells["cm"]
+    cells["fading"], cells["resistance"] = 1.0 / cells["tau_syn"], cells["tau_m"] / cells["cm"]
     cells["threshold"], cells["scale"] = cells["v_thresh"], 1.0
     cells["longest_step"], cells["shortest_step"] = cells["tau_m"], _SHORTEST_STEP_MS
     if kind.membrane == ADAPTIVE_EXPONENTIAL:
@@ -153,8 +154,8 @@ def _check_reset(where: str, cells: Array, kind: CellType, numbers: IntArray) ->
     if endless.any():
         cell = int(np.flatnonzero(endless)[0])
         raise NetworkError(
-            f"{where}: cell {numbers[cell]} has no refractory time and is reset to {reset[cell]:g} mV, where it fires "
-            f"again at once (threshold {cells['threshold'][cell]:g} mV)"
+            f"{where}: cell {numbers[cell]} has no refractory time and is reset to {reset[cell]:g} mV, "
+            f"where it fires again at once (threshold {cells['threshold'][cell]:g} mV)"
         )
 
 

@@ -31,7 +31,7 @@ def build_engine(network: Network, tolerance_mv: float) -> Engine:
     n_windows = 1 << (n_windows - 1).bit_length()
     cells, row_of = load_cells(network, tolerance_mv)
     clock, events = np.zeros(1, Clock.dtype()), np.zeros(_ROOM, Event.dtype())
-    clock["width"] = width_ms
+    clock["width"], clock["per_width"] = width_ms, 1.0 / width_ms
     _chain_free(clock, events, 0)
     return Engine(
         cells=cells,
@@ -89,7 +89,7 @@ def _first_window(cells: Array, n_windows: int) -> Array:
     """Return the calendar with all neurons in the first window."""
     slots = np.full(n_windows + 1, -1)
     if len(cells):
-        slots[0] = cells["slot"][:] = 0
+        slots[0] = cells["window"][:] = 0
         cells["before"] = np.arange(-1, len(cells) - 1)
         cells["after"] = np.arange(1, len(cells) + 1)
         cells["after"][-1] = -1

@@ -14,69 +14,96 @@ from typing import Final
 
 from nrp_brain_event import rise
 from nrp_brain_event.records import CONDUCTANCE, FIRE, LINEAR, SEARCH, Cell, Work
-from nrp_brain_event.synapses import driven, silent
-from nrp_core.jit import jit
+from nrp_brain_event.synapses import charge, left_of, silent
+from nrp_core.jit import inlined, jit
 
 _NEAR: Final = 0.01
 """Time constants before the threshold from which on a spike is computed rather than excluded."""
+_SOON: Final = 0.05
+"""Time constants within which it is then looked for first."""
 _LONG: Final = 80.0
 """Time constants after which nothing is left, in double precision, of what was."""
 
 
-@jit
+@inlined
 def is_linear(cell: Cell) -> bool:
     """Return whether the course of the neuron after its last event is known in closed form."""
     return cell.membrane == LINEAR or (cell.membrane == CONDUCTANCE and silent(cell))
 
 
-@jit
+@inlined
 def settled_voltage(cell: Cell) -> float:
     """Return the voltage that the constant currents alone would lead to, mV."""
-    return cell.v_rest + (cell.i_offset + cell.current) * cell.tau_m / cell.cm
+    return float(cell.v_rest + (cell.i_offset + cell.current) * cell.resistance)
 
 
-@jit
-def linear_voltage(cell: Cell, dt: float) -> float:
-    """Return the voltage ``dt`` ms after the last event, mV, if it is free to move."""
-    settled = settled_voltage(cell)
-    leak = exp(-dt / cell.tau_m)
-    voltage = float(settled + (cell.path[0, 0] - settled) * leak)
-    if silent(cell):
-        return voltage
-    charge = 0.0
-    for k in range(2):
-        rate = 1.0 / cell.tau_syn[k]
-        charge += driven(dt, leak, exp(-dt * rate), rate - cell.leak, cell.x[k], cell.s[k])
-    return voltage + charge / cell.cm
+@inlined
+def linear_voltage(cell: Cell, dt: float, left_e: float, left_i: float) -> float:
+    """Return the voltage ``dt`` ms after the last event, mV, if it is free to move.
 
-
-@jit
-def plan_search(cell: Cell, t: float) -> None:
-    """Set the time until which the neuron surely does not fire, left alone; at t it is below threshold.
-
-    Its voltage stays below the course towards what the largest current to come would lead to, and
-    that course is concave: it takes at least the same share of a time constant as of the way.
+    Args:
+        cell: the neuron.
+        dt: ms.
+        left_e: the share that is left of the excitatory synapse then.
+        left_i: that of the inhibitory one.
     """
-    dt = t - cell.t
-    strongest = 0.0
-    for k in range(2):
-        fade = exp(-dt / cell.tau_syn[k]) if dt > 0.0 else 1.0
-        strongest += max(0.0, (cell.x[k] + cell.s[k] * dt) * fade)
-        strongest += max(0.0, cell.s[k]) * fade * cell.tau_syn[k] / e
-    ceiling = settled_voltage(cell) + strongest * cell.tau_m / cell.cm
-    cell.on_wake, cell.wake = SEARCH, inf
-    if ceiling > cell.threshold:
-        voltage = linear_voltage(cell, dt) if dt > 0.0 else cell.path[0, 0]
-        cell.wake = t + cell.tau_m * (cell.threshold - voltage) / (ceiling - voltage)
+    settled, leak = settled_voltage(cell), exp(-dt * cell.leak)
+    driven = charge(cell, 0, dt, leak, left_e) + charge(cell, 1, dt, leak, left_i)
+    return float(settled + (cell.path[0, 0] - settled) * leak + driven * cell.per_cm)
+
+
+@inlined
+def plan_search(cell: Cell) -> None:
+    """Set the time until which the neuron surely does not fire, left alone; now it is below threshold."""
+    strongest = _strongest(cell, 0, 0.0, 1.0) + _strongest(cell, 1, 0.0, 1.0)
+    _wait(cell, cell.t, cell.path[0, 0], strongest)
 
 
 @jit
 def search(cell: Cell, work: Work) -> None:
     """Set the time of the next spike of a neuron that was left alone until it wakes, or a later bound."""
-    t = cell.wake
-    plan_search(cell, t)
-    if cell.wake > t + _NEAR * cell.tau_m:
-        return
+    t, dt = cell.wake, cell.wake - cell.t
+    left_e, left_i = left_of(cell, 0, dt), left_of(cell, 1, dt)
+    strongest = _strongest(cell, 0, dt, left_e) + _strongest(cell, 1, dt, left_i)
+    _wait(cell, t, linear_voltage(cell, dt, left_e, left_i), strongest)
+    if cell.wake <= t + _NEAR * cell.tau_m:
+        _find(cell, work, dt, _weakest(cell, 0, dt, left_e) + _weakest(cell, 1, dt, left_i))
+
+
+@inlined
+def _strongest(cell: Cell, k: int, dt: float, left: float) -> float:
+    """Return a current (nA) that synapse k does not exceed from ``dt`` ms after the last event on."""
+    later = max(0.0, cell.s[k] * cell.tau_syn[k] * left / e) if cell.s[k] != 0.0 else 0.0
+    return float(max(0.0, (cell.x[k] + cell.s[k] * dt) * left) + later)
+
+
+@jit
+def _weakest(cell: Cell, k: int, dt: float, left: float) -> float:
+    """Return a current that it does not fall below for a moment of ``_SOON`` from then on."""
+    x, s, moment = (cell.x[k] + cell.s[k] * dt) * left, cell.s[k] * left, _SOON * cell.tau_m
+    return float(max(0.0, x * (1.0 - moment * cell.fading[k])) + min(0.0, x) + min(0.0, s * moment))
+
+
+@inlined
+def _wait(cell: Cell, t: float, voltage: float, strongest: float) -> None:
+    """Let a neuron that is below threshold at t search for a spike when there can be one.
+
+    Its voltage stays below the course towards what the largest current to come would lead to, and
+    that course is concave: it takes at least the same share of a time constant as of the way.
+    """
+    ceiling = settled_voltage(cell) + strongest * cell.resistance
+    cell.on_wake, cell.wake = SEARCH, inf
+    if ceiling > cell.threshold:
+        cell.wake = t + cell.tau_m * (cell.threshold - voltage) / (ceiling - voltage)
+
+
+@jit
+def _find(cell: Cell, work: Work, dt: float, weakest: float) -> None:
+    """Set the time of the next spike: the first rise to the threshold from ``dt`` ms after the last event on.
+
+    Where not even the weakest current for a moment lets the voltage fall before it is at threshold,
+    and it is there before the moment is over, that is the only rise by then.
+    """
     settled, c = settled_voltage(cell), work.function
     c[rise.SETTLED], c[rise.ABOVE] = settled - cell.threshold, cell.path[0, 0] - settled
     c[rise.TAU_M], c[rise.CM] = cell.tau_m, cell.cm
@@ -84,8 +111,12 @@ def search(cell: Cell, work: Work) -> None:
     tau_e = _active_tau(cell, 0, _active_tau(cell, 1, cell.tau_m))
     tau_i = _active_tau(cell, 1, tau_e)
     c[rise.TAU_E], c[rise.TAU_I] = tau_e, tau_i
-    until = _LONG * max(cell.tau_m, max(tau_e, tau_i))
-    cell.on_wake, cell.wake = FIRE, cell.t + rise.first_rise(rise.RESPONSE, work, until)
+    found = inf
+    if c[rise.SETTLED] * cell.leak + weakest * cell.per_cm > 0.0:
+        found = rise.only_rise(rise.RESPONSE, work, dt, dt + _SOON * cell.tau_m)
+    if found == inf:
+        found = rise.first_rise(rise.RESPONSE, work, _LONG * max(cell.tau_m, max(tau_e, tau_i)))
+    cell.on_wake, cell.wake = FIRE, cell.t + found
 
 
 @jit

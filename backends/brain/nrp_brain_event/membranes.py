@@ -11,7 +11,7 @@ from math import exp, expm1
 from typing import Final
 
 from nrp_brain_event.records import ADAPTIVE_EXPONENTIAL, CONDUCTANCE, HODGKIN_HUXLEY, Cell, Work
-from nrp_core.jit import jit
+from nrp_core.jit import inlined, jit
 
 _PER_NA: Final = 1000.0
 """PyNN's factor between nA and the unit of current of Izhikevich's model."""
@@ -19,7 +19,7 @@ _STEEPEST: Final = 200.0
 """Largest exponent of a spike's upstroke: an integration step is refused long before."""
 
 
-@jit
+@inlined
 def slopes(cell: Cell, work: Work, s: int) -> None:
     """Store the derivatives of the state variables at stage s of a step, per ms, in ``work.stages``.
 

@@ -21,11 +21,11 @@ from nrp_brain_event.records import (
 )
 from nrp_brain_event.runge_kutta import rise_within_step, stand_at, state_at, take_step
 from nrp_brain_event.spike_timing import SIMULTANEOUS, transmit
-from nrp_brain_event.synapses import arrive, fade
-from nrp_core.jit import jit
+from nrp_brain_event.synapses import arrive, fade, left_of
+from nrp_core.jit import inlined, jit
 
 
-@jit
+@inlined
 def advance(
     cell: Cell, clock: Clock, events: Array, plastic: Array, rules: Array, work: Work, end: float
 ) -> bool:
@@ -52,15 +52,17 @@ def advance(
             return False
 
 
-@jit
+@inlined
 def move(cell: Cell, t: float) -> None:
     """Bring the state of a neuron to a time up to which nothing happens."""
     dt = t - cell.t
+    left_e, left_i = left_of(cell, 0, dt), left_of(cell, 1, dt)
     if not is_linear(cell):
         stand_at(cell, t)
     elif cell.t >= cell.free_at:
-        cell.path[0, 0] = linear_voltage(cell, dt)
-    fade(cell, dt)
+        cell.path[0, 0] = linear_voltage(cell, dt, left_e, left_i)
+    fade(cell, 0, dt, left_e)
+    fade(cell, 1, dt, left_i)
     cell.t = t
 
 
@@ -68,7 +70,8 @@ def move(cell: Cell, t: float) -> None:
 def voltage_at(cell: Cell, t: float) -> float:
     """Return the voltage at a time up to which nothing happens, without moving the neuron."""
     if is_linear(cell) and cell.t >= cell.free_at:
-        return linear_voltage(cell, t - cell.t)
+        dt = t - cell.t
+        return linear_voltage(cell, dt, left_of(cell, 0, dt), left_of(cell, 1, dt))
     return state_at(cell, 0, t)
 
 
@@ -90,7 +93,7 @@ def fire(cell: Cell) -> None:
     cell.on_wake, cell.wake = START, cell.t
 
 
-@jit
+@inlined
 def _receive(cell: Cell, clock: Clock, events: Array, plastic: Array, rules: Array) -> None:
     """Take in everything that arrives now."""
     while cell.arrivals >= 0 and events[cell.arrivals].time <= cell.t:
@@ -107,7 +110,7 @@ def _receive(cell: Cell, clock: Clock, events: Array, plastic: Array, rules: Arr
         release(clock, events, cell)
 
 
-@jit
+@inlined
 def plan(cell: Cell, work: Work) -> bool:
     """Decide what a neuron wakes for after an event, and when; False where that cannot be computed."""
     held = cell.t < cell.free_at
@@ -123,7 +126,7 @@ def plan(cell: Cell, work: Work) -> bool:
     if held:
         cell.on_wake, cell.wake = START, cell.free_at
     else:
-        plan_search(cell, cell.t)
+        plan_search(cell)
     return True
 
 

@@ -63,16 +63,9 @@ class Record:
 class CellParameters(Record):
     """What a neuron is: its parameters under PyNN's names, and what follows from them."""
 
-    membrane: int
-    synapse: int
-
-    v_rest: float
     v_reset: float
     v_thresh: float
-    tau_m: float
-    cm: float
     tau_refrac: float
-    i_offset: float
     e_rev_E: float
     e_rev_I: float
     v_spike: float
@@ -89,15 +82,9 @@ class CellParameters(Record):
     e_rev_Na: float
     e_rev_K: float
     e_rev_leak: float
-
+    cm: float
     tau_syn: Annotated[Array, (2,)]
     """tau_syn_E and tau_syn_I."""
-    threshold: float
-    """Voltage at which it fires, mV."""
-    leak: float
-    """1 / tau_m."""
-    per_cm: float
-    """1 / cm."""
     tolerance: float
     """Local error allowed to an integration step, mV."""
     scale: float
@@ -106,42 +93,65 @@ class CellParameters(Record):
     shortest_step: float
     """A step shorter than this means that the equations have no solution in numbers, ms."""
 
+    membrane: int
+    synapse: int
+    v_rest: float
+    i_offset: float
+    tau_m: float
+    threshold: float
+    """Voltage at which it fires, mV."""
+    leak: float
+    """1 / tau_m."""
+    fading: Annotated[Array, (2,)]
+    """1 / tau_syn."""
+    per_cm: float
+    """1 / cm."""
+    resistance: float
+    """tau_m / cm, MOhm."""
+
 
 class Cell(CellParameters):
-    """A neuron: its parameters, state at the time ``t`` of its last event, agenda."""
+    """A neuron: its parameters, state at the time ``t`` of its last event, agenda.
 
-    id: int
-    """Global id."""
+    What every event needs stands together, from ``membrane`` to the voltage.
+    """
 
     t: float
-    path: Annotated[Array, (4, 5)]
-    """The state variables as polynomials in the fraction of the step; the first is the voltage."""
-    step: float
-    next_step: float
+    free_at: float
+    """End of the refractory time."""
+    armed: int
+    """Whether it has been below threshold since it last fired."""
     current: float
     """From outside, nA."""
     x: Annotated[Array, (2,)]
     s: Annotated[Array, (2,)]
     """What is left of arrivals at each synapse, ``(x + s dt) exp(-dt / tau_syn)``, uS or nA."""
-    free_at: float
-    """End of the refractory time."""
-    armed: int
-    """Whether it has been below threshold since it last fired."""
-
     wake: float
     on_wake: int
     arrivals: int
     """First event that arrives in the window at work."""
+    ready: int
+    window: int
+    before: int
+    after: int
+    """The window under which it stands in the calendar, and its neighbours there."""
+    path: Annotated[Array, (4, 5)]
+    """The state variables as polynomials in the fraction of the step; the first is the voltage."""
+
+    id: int
+    """Global id."""
+    step: float
+    next_step: float
     n_fired: int
     first_fired: int
     last_fired: int
     n_remembered: int
     """The list of its own spikes, kept as events, that its plastic synapses may still have to hear."""
-    slot: int
-    before: int
-    after: int
-    """List of the calendar it stands in, and its neighbours there."""
-    ready: int
+
+
+HOT: Final = int(Cell.dtype().fields["membrane"][1])  # type: ignore[index]
+COLD: Final = int(Cell.dtype().fields["path"][1]) + 8  # type: ignore[index]
+"""Where in the record of a neuron the part lies that every event needs, in bytes."""
 
 
 class Event(Record):
@@ -216,7 +226,8 @@ class Clock(Record):
     slot: int
     """The window at work, counted from time 0."""
     width: float
-    """Of a window: a power of two, at most the shortest delay."""
+    per_width: float
+    """Of a window: a power of two, at most the shortest delay; and its inverse."""
     free: int
     n_free: int
     """Head and length of the list of free events."""

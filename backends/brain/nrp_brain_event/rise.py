@@ -50,6 +50,14 @@ def first_rise(kind: int, work: Work, until: float) -> float:
 
 
 @jit
+def only_rise(kind: int, work: Work, low: float, high: float) -> float:
+    """Return the t in low..high at which the function, which grows there up to zero, is zero, or infinity."""
+    if _value(kind, _SOUGHT, work, high) < 0.0:
+        return inf
+    return _zero(kind, _SOUGHT, work, low, high) if _value(kind, _SOUGHT, work, low) < 0.0 else low
+
+
+@jit
 def _zeros(kind: int, level: int, work: Work, n: int, until: float) -> int:
     """Replace the n zeros of the function below this level by those of this one; return their number."""
     found = 0

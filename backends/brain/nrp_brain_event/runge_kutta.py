@@ -17,7 +17,7 @@ from nrp_brain_event.membranes import slopes
 from nrp_brain_event.records import CONDUCTANCE, STEP, Cell, Work, constant
 from nrp_brain_event.rise import POLYNOMIAL, first_rise
 from nrp_brain_event.synapses import remaining_at, silent
-from nrp_core.jit import jit
+from nrp_core.jit import inlined, jit
 
 _STAGES: Final = 7
 _START: Final = constant(0)
@@ -124,7 +124,7 @@ def rise_within_step(cell: Cell, work: Work) -> float:
     return cell.t + cell.step * first_rise(POLYNOMIAL, work, 1.0)
 
 
-@jit
+@inlined
 def _try_step(cell: Cell, work: Work, n: int, step: float) -> float:
     """Compute the slopes at the stages of a step after the first; return its error, 1 is tolerable."""
     for k in range(2):
@@ -141,7 +141,7 @@ def _try_step(cell: Cell, work: Work, n: int, step: float) -> float:
     return _error(cell, work, n, step)
 
 
-@jit
+@inlined
 def _error(cell: Cell, work: Work, n: int, step: float) -> float:
     """Return the largest local error among the state variables, in units of what is tolerated."""
     largest = 0.0
@@ -157,7 +157,7 @@ def _error(cell: Cell, work: Work, n: int, step: float) -> float:
     return largest
 
 
-@jit
+@inlined
 def _keep(cell: Cell, work: Work, n: int, step: float) -> None:
     """Store the step as a polynomial in its fraction."""
     for variable in range(n):

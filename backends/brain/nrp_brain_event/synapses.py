@@ -11,28 +11,38 @@ from typing import Final
 
 from nrp_brain_event.records import ALPHA, EXPONENTIAL, Cell
 from nrp_core.brain import filters
-from nrp_core.jit import jit
+from nrp_core.jit import inlined
 
 _NEGLIGIBLE: Final = 1e-20
 """uS or nA below which a synapse counts as silent."""
 
-driven = jit(filters.driven)
+driven = inlined(filters.driven)
 
 
-@jit
-def fade(cell: Cell, dt: float) -> None:
-    """Let both synapses fade for ``dt`` ms."""
-    for k in range(2):
-        if cell.x[k] == 0.0 and cell.s[k] == 0.0:
-            continue
-        remaining = exp(-dt / cell.tau_syn[k])
-        cell.x[k] = (cell.x[k] + cell.s[k] * dt) * remaining
-        cell.s[k] *= remaining
-        if abs(cell.x[k]) < _NEGLIGIBLE and abs(cell.s[k]) < _NEGLIGIBLE:
-            cell.x[k] = cell.s[k] = 0.0
+@inlined
+def left_of(cell: Cell, k: int, dt: float) -> float:
+    """Return the share that is left of synapse k ``dt`` ms after the last event; 1 if it is silent."""
+    return exp(-dt * cell.fading[k]) if cell.x[k] != 0.0 or cell.s[k] != 0.0 else 1.0
 
 
-@jit
+@inlined
+def fade(cell: Cell, k: int, dt: float, left: float) -> None:
+    """Let synapse k fade for ``dt`` ms to the share that is left then."""
+    x, s = (cell.x[k] + cell.s[k] * dt) * left, cell.s[k] * left
+    if abs(x) < _NEGLIGIBLE and abs(s) < _NEGLIGIBLE:
+        x = s = 0.0
+    cell.x[k], cell.s[k] = x, s
+
+
+@inlined
+def charge(cell: Cell, k: int, dt: float, leak: float, left: float) -> float:
+    """Return the charge (pC) that synapse k leaves on a membrane; ``leak`` and ``left`` after ``dt`` ms."""
+    if cell.x[k] == 0.0 and cell.s[k] == 0.0:
+        return 0.0
+    return driven(dt, leak, left, cell.fading[k] - cell.leak, cell.x[k], cell.s[k])
+
+
+@inlined
 def arrive(cell: Cell, k: int, weight: float) -> None:
     """Let a spike arrive at synapse k; an alpha course peaks at the weight after one time constant."""
     if cell.synapse == EXPONENTIAL:
@@ -41,15 +51,13 @@ def arrive(cell: Cell, k: int, weight: float) -> None:
         cell.s[k] += weight * e / cell.tau_syn[k]
 
 
-@jit
+@inlined
 def remaining_at(cell: Cell, k: int, dt: float) -> float:
     """Return conductance (uS) or current (nA) of synapse k ``dt`` ms after the last event."""
-    if cell.x[k] == 0.0 and cell.s[k] == 0.0:
-        return 0.0
-    return float((cell.x[k] + cell.s[k] * dt) * exp(-dt / cell.tau_syn[k]))
+    return float((cell.x[k] + cell.s[k] * dt) * left_of(cell, k, dt))
 
 
-@jit
+@inlined
 def silent(cell: Cell) -> bool:
     """Return whether nothing is left of what has arrived."""
     return bool(cell.x[0] == 0.0 and cell.s[0] == 0.0 and cell.x[1] == 0.0 and cell.s[1] == 0.0)

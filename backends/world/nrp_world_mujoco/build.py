@@ -53,7 +53,12 @@ class Built:
 
 
 def build(
-    scene: Scene, *, timestep_ns: int, optics: Mapping[CameraPath, Optics], visuals: bool = True
+    scene: Scene,
+    *,
+    timestep_ns: int,
+    optics: Mapping[CameraPath, Optics],
+    visuals: bool = True,
+    physical: bool = False,
 ) -> Built:
     """Compile a scene.
 
@@ -62,6 +67,7 @@ def build(
         timestep_ns: the physics step.
         optics: of each camera.
         visuals: whether MuJoCo shall know what things look like; they take time in every step.
+        physical: whether wheels drive by their friction.
 
     Raises:
         SceneError: MuJoCo refuses it, or it contradicts itself.
@@ -74,22 +80,28 @@ def build(
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # friction alike in all directions
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # to diverge is an error
     GlRenderer.prepare(spec, optics.values())
-    builder = _Builder(scene, spec, optics, visuals)
+    builder = _Builder(scene, spec, optics, visuals, physical)
     try:
         return builder.built()
     except ValueError as error:
         if isinstance(error, SceneError):
             raise
-        raise SceneError(f"MuJoCo cannot build the scene: {error}") from error
+        raise SceneError(f"MuJoCo cannot build the scene: {' '.join(str(error).split())}") from error
 
 
 class _Builder:
     """Writes a specification, whose elements know their ids once it is compiled."""
 
     def __init__(
-        self, scene: Scene, spec: Any, optics: Mapping[CameraPath, Optics], with_visuals: bool
+        self,
+        scene: Scene,
+        spec: Any,
+        optics: Mapping[CameraPath, Optics],
+        with_visuals: bool,
+        physical: bool,
     ) -> None:
         self._scene, self._spec, self._optics, self._with_visuals = scene, spec, optics, with_visuals
+        self._physical = physical
         self._shapes = Shapes(spec)
         self._bodies: dict[str, list[tuple[Body, Any]]] = {}
         self._joints: dict[str, dict[str, Any]] = {}
@@ -115,7 +127,7 @@ class _Builder:
         )
 
     def _add_model(self, model: Model) -> None:
-        bodies = without_wheel_friction(model, bodies_of(model))
+        bodies = without_wheel_friction(model, bodies_of(model), self._physical)
         elements: list[Any] = []
         joints: dict[str, Any] = {}
         for index, body in enumerate(bodies):
@@ -126,7 +138,7 @@ class _Builder:
         self._bodies[model.name] = list(zip(bodies, elements, strict=True))
         self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
         for drive in model.drives:
-            servo = servo_of(model, drive, bodies, self._scene.gravity)
+            servo = servo_of(model, drive, bodies, self._scene.gravity, self._physical)
             actuators = self._add_servo(f"{model.name}/{drive.name}", servo, elements[servo.body], joints)
             self._drives[model.name, drive.name] = servo, actuators
         for name in servoed_joints(model):

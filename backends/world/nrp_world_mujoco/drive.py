@@ -32,7 +32,7 @@ class Drive:
 
     def aim(self, velocity: BodyVelocity) -> None:
         """Aim at a velocity of the body from now on."""
-        if self._command not in (None, velocity):
+        if self._servo.limit and self._command not in (None, velocity):
             self._base.set_velocity(self._servo.changed(self._base(), self._command, velocity))
         self._command = velocity
         aims = self._servo.aims(velocity, self._step_s)

@@ -63,7 +63,7 @@ class Floating:
     def set_velocity(self, motion: ModelMotion) -> None:
         """Let the base move as a motion says, from where it is."""
         self._velocity[:3] = motion.linear
-        self._velocity[3:] = motion.pose.inverse().rotate(motion.angular)
+        self._velocity[3:] = motion.pose.rotate_back(motion.angular)
 
 
 class _Jointed:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -57,17 +58,26 @@ class MujocoWorld(World):
         self._do_load(scene, built)
 
     def copy(self, seed: int) -> MujocoWorld:
-        """Open the same scene once more; what was compiled is copied."""
-        built = replace(self._built, model=copy(self._built.model))
+        """Open the same scene once more, without compiling it again."""
+        built = self._built
+        if built.servos or built.visuals:  # gains and colours are written into the model, else it is shared
+            built = replace(built, model=copy(built.model))
         has, options = self.capabilities, self._options
         return MujocoWorld(self._opened, seed=seed, capabilities=has, options=options, built=built)
 
     def _do_load(self, scene: Scene, built: Built | None = None) -> None:
         options, renderer = self._options, self.capabilities.renderers[0]
         optics, visuals = optics_of(scene, options.image_scale), renderer != "raster"
-        self._built = built or build(scene, timestep_ns=options.timestep, optics=optics, visuals=visuals)
+        self._built = built or build(
+            scene,
+            timestep_ns=options.timestep,
+            optics=optics,
+            visuals=visuals,
+            physical=options.drive == "physical",
+        )
         self._model = self._built.model
         self._data = mujoco.MjData(self._model)
+        self._positions = self._data.qpos
         self._buffer = np.empty(mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION))
         self._warned = self._data.warning.number
         self._mute_warnings()
@@ -103,6 +113,10 @@ class MujocoWorld(World):
         self._stale = True
         if self._warned.tobytes() != self._calm:
             self._report_warnings()
+
+    def _check_finite(self, t_ns: int) -> None:
+        if not isfinite(self._positions @ self._positions):  # takes less time than to look at each model
+            super()._check_finite(t_ns)
 
     def _do_reset(self, seed: int) -> None:
         mujoco.mj_resetData(self._model, self._data)

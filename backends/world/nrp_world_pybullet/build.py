@@ -58,7 +58,9 @@ class Built:
     owners: Mapping[tuple[int, int], BodyPath]
 
 
-def build(scene: Scene, *, timestep_ns: int, client: int, visuals: bool = True) -> Built:
+def build(
+    scene: Scene, *, timestep_ns: int, client: int, visuals: bool = True, physical: bool = False
+) -> Built:
     """Load a scene.
 
     Args:
@@ -66,6 +68,7 @@ def build(scene: Scene, *, timestep_ns: int, client: int, visuals: bool = True) 
         timestep_ns: the physics step.
         client: the physics client.
         visuals: whether PyBullet shall know what things look like.
+        physical: whether wheels drive by their friction.
 
     Raises:
         SceneError: PyBullet refuses it, or it contradicts itself.
@@ -77,7 +80,7 @@ def build(scene: Scene, *, timestep_ns: int, client: int, visuals: bool = True) 
     )
     try:
         with quiet():
-            return _Builder(scene, client, visuals).built()
+            return _Builder(scene, client, visuals, physical).built()
     except bullet.error as error:
         raise SceneError(f"PyBullet cannot build the scene: {error}") from error
 
@@ -104,8 +107,9 @@ class _Link:
 class _Builder:
     """Loads a scene into a client."""
 
-    def __init__(self, scene: Scene, client: int, with_visuals: bool) -> None:
+    def __init__(self, scene: Scene, client: int, with_visuals: bool, physical: bool) -> None:
         self._scene, self._client, self._with_visuals = scene, client, with_visuals
+        self._physical = physical
         self._bodies: dict[str, list[tuple[Body, Place]]] = {}
         self._joints: dict[str, dict[str, Place]] = {}
         self._drives: dict[tuple[str, str], PlanarServo] = {}
@@ -118,7 +122,7 @@ class _Builder:
         return Built(self._bodies, self._joints, self._drives, self._visuals, self._owners)
 
     def _add_model(self, model: Model) -> None:
-        bodies = without_wheel_friction(model, bodies_of(model))
+        bodies = without_wheel_friction(model, bodies_of(model), self._physical)
         places: dict[int, Place] = {}
         for root, body in enumerate(bodies):
             if body.parent is None:
@@ -131,7 +135,9 @@ class _Builder:
         }
         self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
         for drive in model.drives:
-            self._drives[model.name, drive.name] = servo_of(model, drive, bodies, self._scene.gravity)
+            self._drives[model.name, drive.name] = servo_of(
+                model, drive, bodies, self._scene.gravity, self._physical
+            )
 
     def _add_tree(self, model: str, root: int, bodies: Sequence[Body], places: dict[int, Place]) -> None:
         """Add a root and all that hangs on it as one multi-body."""

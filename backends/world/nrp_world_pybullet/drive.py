@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from nrp_core.world.parts.base import BodyVelocity
 from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.servo import PlanarServo, ServoedWheel
+from nrp_core.world.physics.servo import PlanarServo
 from nrp_core.world.scene.pose import Pose, Vector
 from nrp_world_pybullet.build import BASE, Place
 from nrp_world_pybullet.engine import bullet
@@ -45,7 +45,7 @@ class Drive:
         self._multibody = multibody
         self._wheels = [wheel.link for wheel in wheels]
         self._forces = [min(wheel.limit, _STRONG) for wheel in servo.wheels]
-        self._shares = [ServoedWheel.share_in(step_s)] * len(wheels)
+        self._shares = [wheel.share_in(step_s) for wheel in servo.wheels]
         self._step_s = step_s
         self._fall = gravity[0] * step_s, gravity[1] * step_s, gravity[2] * step_s
         self._gain, self._limit = servo.explicit_gain(step_s), servo.limit
@@ -58,7 +58,7 @@ class Drive:
 
     def aim(self, velocity: BodyVelocity) -> None:
         """Aim at a velocity of the body from now on."""
-        if self._command not in (None, velocity):
+        if self._limit and self._command not in (None, velocity):
             self._base.set_velocity(self._servo.changed(self._base(), self._command, velocity))
         self._command = velocity
         self._aims = self._servo.aims(velocity, self._step_s)
@@ -80,6 +80,8 @@ class Drive:
 
     def push(self) -> None:
         """Set the forces of the next physics step, in the base's frame."""
+        if not self._limit:
+            return  # the wheels do it all, or there is nothing to push against
         body, client = self._multibody, self._client
         ahead, side, turn = self._velocities()
         left, right, front, rear = self._aims

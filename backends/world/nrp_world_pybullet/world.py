@@ -66,7 +66,13 @@ class PybulletWorld(World):
         """Build the engine anew; that alone leaves no trace of what was before."""
         client, step_s = self._client, seconds(self._options.timestep)
         visuals = self.capabilities.renderers[0] != "raster"
-        self._built = build(scene, timestep_ns=self._options.timestep, client=client, visuals=visuals)
+        self._built = build(
+            scene,
+            timestep_ns=self._options.timestep,
+            client=client,
+            visuals=visuals,
+            physical=self._options.drive == "physical",
+        )
         self._drives = {path: self._drive_of(path, step_s) for path in self._built.drives}
         self._joints = {name: JointReader(joints, client) for name, joints in self._built.joints.items()}
         self._control = Control(self._built, scene, client, step_s)

@@ -1,1 +1,1 @@
-"""``nest`` as brains of the platform use it directly: its calls fill a network; pA, nS and pF become nA, uS and nF."""
+"""``nest`` as brain files call it: what they make becomes a network; pA, nS, pF become nA, uS, nF."""

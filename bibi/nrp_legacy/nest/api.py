@@ -1,5 +1,7 @@
 """The module ``nest`` for one brain file."""
 
+# ruff: noqa: N802 - the names of NEST
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -10,7 +12,7 @@ import numpy as np
 
 from nrp_core.brain.network import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_legacy.nest import kernel as of
+from nrp_legacy.nest import distributions as of
 from nrp_legacy.nest.kernel import Block, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES
 from nrp_legacy.nest.rules import pairs
@@ -32,6 +34,8 @@ class Synapse(NamedTuple):
 class Synapses(tuple[Synapse, ...]):
     """Synapses, with the methods of NEST 3."""
 
+    __slots__ = ()
+
     def set(self, params: Any = None, **fields: Any) -> None:
         """Set parameters."""
         _set_synapses(self, {**(params or {}), **fields})
@@ -44,11 +48,7 @@ class Synapses(tuple[Synapse, ...]):
 def nest_module(made: Kernel) -> ModuleType:
     """Return the module; what it is asked to make goes to a kernel."""
     api = _Interface(made)
-    functions = {
-        name: getattr(api, name)
-        for name in vars(_Interface)
-        if not name.startswith("_")
-    }
+    functions = {name: getattr(api, name) for name in vars(_Interface) if not name.startswith("_")}
     quiet = dict.fromkeys(_QUIET, _nothing)
     random = module("nest.random", uniform=of.uniform, normal=of.normal, lognormal=of.lognormal,
                     exponential=of.exponential)  # fmt: skip
@@ -59,10 +59,12 @@ def nest_module(made: Kernel) -> ModuleType:
 
 
 _QUIET = (
-    "set_verbosity", "sli_run", "sr", "sli_push", "Install", "Prepare", "Cleanup", "CatchInterrupt", "M_WARNING",
-    "M_ERROR", "M_FATAL", "M_INFO", "M_QUIET", "PrintNetwork", "PrintNodes", "DisableStructuralPlasticity",
-    "SetStructuralPlasticityStatus", "EnableStructuralPlasticity", "Rank", "SyncProcesses",
+    "set_verbosity", "sli_run", "sr", "sli_push", "Install", "Prepare", "Cleanup", "CatchInterrupt",
+    "M_WARNING", "M_ERROR", "M_FATAL", "M_INFO", "M_QUIET", "PrintNetwork", "PrintNodes", "Rank",
+    "SyncProcesses", "DisableStructuralPlasticity", "SetStructuralPlasticityStatus",
+    "EnableStructuralPlasticity",
 )  # fmt: skip
+"""What does nothing here."""
 
 
 class _Interface:
@@ -71,13 +73,13 @@ class _Interface:
     def __init__(self, made: Kernel) -> None:
         self._made = made
 
-    def Create(self, model: str, n: int = 1, params: Any = None, positions: Any = None) -> Nodes:  # noqa: N802
+    def Create(self, model: str, n: int = 1, params: Any = None, positions: Any = None) -> Nodes:
         """Make nodes."""
         if isinstance(n, Mapping):
             n, params = 1, n
         return self._made.create(str(model), int(n), params)
 
-    def SetStatus(self, nodes: Any, params: Any, val: Any = None) -> None:  # noqa: N802
+    def SetStatus(self, nodes: Any, params: Any, val: Any = None) -> None:
         """Set parameters of nodes or synapses: ``params`` may be a name and ``val`` its values."""
         given = {params: val} if isinstance(params, str) else params
         if _are_synapses(nodes):
@@ -86,7 +88,7 @@ class _Interface:
             whole = given[0] if isinstance(given, (list, tuple)) and len(given) == 1 else given
             self._made.set_nodes(_several(nodes), whole)
 
-    def GetStatus(self, nodes: Any, keys: Any = None, output: str = "") -> Any:  # noqa: N802
+    def GetStatus(self, nodes: Any, keys: Any = None, output: str = "") -> Any:
         """Return parameters of nodes or synapses."""
         values = _synapse_values if _are_synapses(nodes) else self._made.node_values
         found = [values(one) for one in _several(nodes)]
@@ -96,7 +98,7 @@ class _Interface:
             return tuple(one.get(keys) for one in found)
         return tuple(tuple(one.get(key) for key in keys) for one in found)
 
-    def Connect(  # noqa: N802
+    def Connect(
         self, pre: Any, post: Any, conn_spec: Any = None, syn_spec: Any = None, *more: Any,
         model: Any = None, params: Any = None, delay: Any = None, **_options: Any,
     ) -> None:  # fmt: skip
@@ -115,7 +117,9 @@ class _Interface:
         options = dict(rule) if isinstance(rule, Mapping) else {"rule": rule}
         self._connect(sources, targets, options, str(name or "static_synapse"), given)
 
-    def ConvergentConnect(self, pre: Any, post: Any, weight: Any = None, delay: Any = None, model: Any = None) -> None:  # noqa: N802
+    def ConvergentConnect(
+        self, pre: Any, post: Any, weight: Any = None, delay: Any = None, model: Any = None
+    ) -> None:
         """Connect all to all."""
         given = {"weight": weight, "delay": delay}
         self._connect(_several(pre), _several(post), {}, str(model or "static_synapse"), given)
@@ -139,7 +143,9 @@ class _Interface:
         values = {key: value for key, value in given.items() if value is not None and key != "receptor_type"}
         self._made.connect(sources[i], targets[j], name, values, weave)
 
-    def GetConnections(self, source: Any = None, target: Any = None, synapse_model: Any = None, **_more: Any) -> Synapses:  # noqa: N802
+    def GetConnections(
+        self, source: Any = None, target: Any = None, synapse_model: Any = None, **_more: Any
+    ) -> Synapses:
         """Return the synapses between nodes."""
         found: list[Synapse] = []
         for number, block in enumerate(self._made.blocks):
@@ -152,48 +158,48 @@ class _Interface:
             )
         return Synapses(found)
 
-    def SetDefaults(self, model: str, params: Any, val: Any = None) -> None:  # noqa: N802
+    def SetDefaults(self, model: str, params: Any, val: Any = None) -> None:
         """Change the defaults of a model."""
         self._made.set_defaults(model, {params: val} if isinstance(params, str) else params)
 
-    def GetDefaults(self, model: str, keys: Any = None) -> Any:  # noqa: N802
+    def GetDefaults(self, model: str, keys: Any = None) -> Any:
         """Return the defaults of a model."""
         values = self._made.defaults(model)
         if isinstance(keys, str):
             return values.get(keys)
         return values if keys is None else [values.get(key) for key in keys]
 
-    def CopyModel(self, existing: str, new: str, params: Any = None) -> None:  # noqa: N802
+    def CopyModel(self, existing: str, new: str, params: Any = None) -> None:
         """Make a model of another one."""
         self._made.copy(existing, new, params or {})
 
-    def Models(self, *_values: Any, **_fields: Any) -> list[str]:  # noqa: N802
+    def Models(self, *_values: Any, **_fields: Any) -> list[str]:
         """Return the names of all models."""
         return sorted({*CELLS, *GENERATORS, *RECORDERS, *SYNAPSES})
 
-    def ResetKernel(self) -> None:  # noqa: N802
+    def ResetKernel(self) -> None:
         """Forget everything."""
         self._made.clear()
 
-    def ResetNetwork(self) -> None:  # noqa: N802
+    def ResetNetwork(self) -> None:
         """Do nothing: nothing has run."""
 
-    def SetKernelStatus(self, params: Mapping[str, Any]) -> None:  # noqa: N802
+    def SetKernelStatus(self, params: Mapping[str, Any]) -> None:
         """Take settings of the simulator; the resolution is that of the network."""
         self._made.status.update(params)
 
-    def GetKernelStatus(self, keys: Any = None) -> Any:  # noqa: N802
+    def GetKernelStatus(self, keys: Any = None) -> Any:
         """Return settings of the simulator."""
         values = {**self._made.status, "network_size": sum(group.size for group in self._made.groups) + 1}
         if isinstance(keys, str):
             return values.get(keys)
         return values if keys is None else tuple(values.get(key) for key in keys)
 
-    def NumProcesses(self) -> int:  # noqa: N802
+    def NumProcesses(self) -> int:
         """Return 1."""
         return 1
 
-    def Simulate(self, t: float) -> None:  # noqa: N802
+    def Simulate(self, t: float) -> None:
         """Do nothing: the experiment runs the network."""
         self._made.note("the brain file runs the network itself; here the experiment does")
 

@@ -12,6 +12,7 @@ import numpy as np
 from nrp_core.brain.network import FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.seeds import Seeds
+from nrp_legacy.nest.distributions import drawn, is_random
 from nrp_legacy.nest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES, SynapseModel, defaults_of
 
 _UNKNOWN = "nothing here is like it: it does nothing"
@@ -21,7 +22,7 @@ class Node(int):
     """A node, by its number."""
 
 
-class Nodes(tuple[Node, ...]):
+class Nodes(tuple[Node, ...]):  # noqa: SLOT001 - they know their kernel
     """Nodes, in an order; also with the methods of NEST 3."""
 
     _kernel: Kernel
@@ -205,12 +206,15 @@ class Kernel:
         """Return the parameters of a node."""
         group = self.group_of(node)
         own = {name: values[node - group.first] for name, values in group.values.items()}
-        known = {"global_id": int(node), "model": group.model, "element_type": "neuron", "V_m": own.get("E_L", group.defaults.get("E_L"))}
+        rest = own.get("E_L", group.defaults.get("E_L"))
+        known = {"global_id": int(node), "model": group.model, "element_type": "neuron", "V_m": rest}
         return {**known, "n_events": 0, "events": {}, **group.defaults, **own}
 
     # -- synapses
 
-    def connect(self, pre: IntArray, post: IntArray, name: str, given: Mapping[str, Any], weave: Callable[[Any], Any]) -> None:
+    def connect(
+        self, pre: IntArray, post: IntArray, name: str, given: Mapping[str, Any], weave: Callable[[Any], Any]
+    ) -> None:
         """Make synapses.
 
         Args:
@@ -222,7 +226,9 @@ class Kernel:
         """
         base = self.synapse_model(name)
         values = {
-            key: _drawn(value, len(pre), self.random) if _is_random(value) else np.broadcast_to(np.asarray(weave(value), float), (len(pre),)).copy()
+            key: drawn(value, len(pre), self.random)
+            if is_random(value)
+            else np.broadcast_to(np.asarray(weave(value), float), (len(pre),)).copy()
             for key, value in {**base.defaults, **given}.items()
             if not isinstance(value, str) and value is not None
         }  # fmt: skip
@@ -230,77 +236,9 @@ class Kernel:
 
 
 def _spread(value: Any, n: int, name: str, random: np.random.RandomState) -> Sequence[Any]:
-    if _is_random(value):
-        return _drawn(value, n, random).tolist()
+    if is_random(value):
+        return list(drawn(value, n, random).tolist())
     is_list = isinstance(value, (list, tuple, np.ndarray)) and np.ndim(value) > 0
     if is_list and name != "spike_times" and len(value) == n:
         return list(value)
     return [value] * n
-
-
-def _is_random(value: Any) -> bool:
-    return isinstance(value, Random) or (isinstance(value, Mapping) and "distribution" in value)
-
-
-@dataclass(frozen=True)
-class Random:
-    """Numbers from a distribution, as ``nest.random.uniform`` asks for them; changed by arithmetic."""
-
-    draw: Callable[[np.random.RandomState, int], FloatArray]
-
-    def __add__(self, other: float) -> Random:
-        return Random(lambda random, n: self.draw(random, n) + other)
-
-    def __mul__(self, factor: float) -> Random:
-        return Random(lambda random, n: self.draw(random, n) * factor)
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __sub__(self, other: float) -> Random:
-        return self + -other
-
-    def __neg__(self) -> Random:
-        return self * -1.0
-
-
-def uniform(low: float = 0.0, high: float = 1.0) -> Random:
-    """Return a uniform distribution."""
-    return Random(lambda random, n: random.uniform(low, high, n))
-
-
-def normal(mean: float = 0.0, std: float = 1.0) -> Random:
-    """Return a normal distribution."""
-    return Random(lambda random, n: random.normal(mean, std, n))
-
-
-def lognormal(mean: float = 0.0, std: float = 1.0) -> Random:
-    """Return a lognormal distribution."""
-    return Random(lambda random, n: random.lognormal(mean, std, n))
-
-
-def exponential(beta: float = 1.0) -> Random:
-    """Return an exponential distribution."""
-    return Random(lambda random, n: random.exponential(beta, n))
-
-
-def _drawn(value: Any, n: int, random: np.random.RandomState) -> FloatArray:
-    """Return numbers of a distribution, also as NEST 2 writes it.
-
-    Raises:
-        NetworkError: it is not known.
-    """
-    if isinstance(value, Mapping):
-        kind = str(value["distribution"])
-        numbers = {key: float(one) for key, one in value.items() if key != "distribution"}
-        known: dict[str, Callable[[], Random]] = {
-            "uniform": lambda: uniform(numbers.get("low", 0.0), numbers.get("high", 1.0)),
-            "normal": lambda: normal(numbers.get("mu", 0.0), numbers.get("sigma", 1.0)),
-            "lognormal": lambda: lognormal(numbers.get("mu", 0.0), numbers.get("sigma", 1.0)),
-            "exponential": lambda: exponential(1.0 / numbers.get("lambda", 1.0)),
-        }
-        root = kind.removesuffix("_clipped").removesuffix("_clipped_to_boundary")
-        if root not in known:
-            raise NetworkError(f"nest: the distribution '{kind}' is not known{did_you_mean(root, known)}")
-        return np.clip(known[root]().draw(random, n), numbers.get("low", -np.inf), numbers.get("high", np.inf))
-    drawn: FloatArray = value.draw(random, n)
-    return drawn

@@ -21,7 +21,7 @@ from nrp_core.brain.network import (
 )
 from nrp_core.brain.picking import CIRCUIT
 from nrp_core.brain.pynn.export import unique
-from nrp_core.brain.sonata.models import LEAK_NS, Model, Parameter
+from nrp_core.brain.sonata.models import LEAK_NS, Parameter
 from nrp_legacy.nest.kernel import Group, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, CURRENT, PARROT, POISSON, SPIKES
 
@@ -155,7 +155,7 @@ class _Network:
             named |= {str(name): nodes for name, nodes in circuit.items()}
         elif isinstance(circuit, (list, tuple)):
             named[CIRCUIT] = Nodes.of(self._kernel, [int(node) for node in circuit])
-        views = {}
+        views: dict[str, IntArray] = {}
         for name, value in named.items():
             nodes = [value] if isinstance(value, Node) else value
             if isinstance(nodes, (list, tuple)) and nodes and all(isinstance(node, Node) for node in nodes):

@@ -11,7 +11,8 @@ from nrp_core.brain.network import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 
 RULES = (
-    "all_to_all", "one_to_one", "fixed_indegree", "fixed_outdegree", "fixed_total_number", "pairwise_bernoulli",
+    "all_to_all", "one_to_one", "fixed_indegree", "fixed_outdegree", "fixed_total_number",
+    "pairwise_bernoulli",
 )  # fmt: skip
 
 

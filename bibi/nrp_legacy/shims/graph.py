@@ -106,6 +106,11 @@ class Graph:
 
     # -- topics
 
+    @property
+    def topics(self) -> list[str]:
+        """The names of all topics."""
+        return [] if self._run is None else list(self.world.topics)
+
     def want(self, topic: str, kind: Any) -> type:
         """Ask for a topic; return its type."""
         self.wanted[topic] = known = message_type(kind)

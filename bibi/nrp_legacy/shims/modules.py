@@ -61,7 +61,9 @@ class Request:
         fields: by name.
     """
 
-    def __init__(self, values: tuple[Any, ...] = (), fields: Mapping[str, Any] = MappingProxyType({})) -> None:
+    def __init__(
+        self, values: tuple[Any, ...] = (), fields: Mapping[str, Any] = MappingProxyType({})
+    ) -> None:
         vars(self).update(fields, _values=values)
 
     @property

@@ -95,6 +95,7 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
 
     NowTime.__name__ = "Time"
     logs = {f"log{name}": _logs(level) for name, level in _LEVELS.items()}
+    throttled = {f"{name}_throttle": _after_period(write) for name, write in logs.items()}
     return module(
         "rospy",
         Publisher=lambda *a, **k: Publisher(graph, *a, **k),
@@ -113,10 +114,11 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
         init_node=_nothing, spin=_nothing, on_shutdown=_nothing, signal_shutdown=_nothing,
         wait_for_service=_nothing,
         wait_for_message=lambda topic, kind, timeout=None: _wait_for_message(graph, topic, kind, timeout),
-        get_param=_parameter,
-        has_param=lambda _name: False,
+        **_parameters(),
+        get_name=lambda: "/experiment", get_namespace=lambda: "/", get_caller_id=lambda: "/experiment",
+        get_published_topics=lambda *_values: [[name, ""] for name in graph.topics],
         logerror=logs["logerr"], logwarning=logs["logwarn"], logfatal=logs["logerr"],
-        **logs,
+        **logs, **throttled,
     )  # fmt: skip
 
 
@@ -175,9 +177,20 @@ def _logs(level: int) -> Callable[..., None]:
     return write
 
 
-def _parameter(_name: str, default: Any = None) -> Any:
-    """Return the default: there is no parameter server."""
-    return default
+def _after_period(write: Callable[..., None]) -> Callable[..., None]:
+    """Return a function that logs without the period at which it may."""
+    return lambda _period, message, *values, **options: write(message, *values, **options)
+
+
+def _parameters() -> dict[str, Callable[..., Any]]:
+    """Return the functions of the parameter server, of an experiment's own."""
+    kept: dict[str, Any] = {}
+    return {
+        "get_param": lambda name, default=None: kept.get(name, default),
+        "set_param": lambda name, value: kept.__setitem__(name, value),
+        "has_param": lambda name: name in kept,
+        "delete_param": lambda name: kept.pop(name, None),
+    }
 
 
 def _nothing(*_values: Any, **_fields: Any) -> None:

@@ -9,8 +9,8 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core.clock import NS_PER_S
-from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
+from nrp_core.world.parts.model_states import LINK_STATES, MODEL_STATES
 from nrp_legacy.shims.graph import Graph, absolute, log
 from nrp_legacy.shims.model_states import model_states
 from nrp_legacy.shims.modules import module
@@ -101,7 +101,7 @@ class MonitorState(PollingState):
 
 
 class ModelMonitorState(PollingState):
-    """Waits while a condition holds for the pose, or velocity, of a model."""
+    """Waits while a condition holds for the pose, or velocity, of a model, or of a link ``model::link``."""
 
     def __init__(
         self,
@@ -114,14 +114,15 @@ class ModelMonitorState(PollingState):
     ) -> None:
         super().__init__(graph, self._no_longer)
         self._name, self._callback, self._part = name, callback, part
-        graph.want(MODEL_STATES, ModelStates)
+        kind: type = LinkStates if "::" in name else ModelStates
+        self._topic = LINK_STATES if "::" in name else MODEL_STATES
+        graph.want(self._topic, kind)
 
     def _no_longer(self, userdata: Any) -> bool:
-        states = self._graph.latest(MODEL_STATES)
-        model = self._name.partition("::")[0]
-        if states is None or model not in states.name:
+        states = self._graph.latest(self._topic)
+        if states is None or self._name not in states.name:
             return False
-        return not self._callback(userdata, getattr(states, self._part)[states.name.index(model)])
+        return not self._callback(userdata, getattr(states, self._part)[states.name.index(self._name)])
 
 
 class ClockMonitorState(PollingState):
@@ -141,8 +142,8 @@ class WaitToClockState(PollingState):
     """Waits for a time of the simulation, s."""
 
     def __init__(self, graph: Graph, time: float, *_keys: Any, **_more: Any) -> None:
-        end_ns = round(float(time) * NS_PER_S)
-        super().__init__(graph, lambda _userdata: graph.now_ns >= end_ns)
+        self.end_ns = round(float(time) * NS_PER_S)
+        super().__init__(graph, lambda _userdata: graph.now_ns >= self.end_ns)
 
 
 class ClockDelayState(PollingState):
@@ -150,11 +151,11 @@ class ClockDelayState(PollingState):
 
     def __init__(self, graph: Graph, waitfor: float, *_keys: Any, **_more: Any) -> None:
         super().__init__(graph, lambda _userdata: graph.now_ns >= self._end_ns)
-        self._delay_ns = round(float(waitfor) * NS_PER_S)
+        self.delay_ns = round(float(waitfor) * NS_PER_S)
         self._end_ns = 0
 
     def _entered(self) -> None:
-        self._end_ns = self._graph.now_ns + self._delay_ns
+        self._end_ns = self._graph.now_ns + self.delay_ns
 
 
 class ServiceState(State):
@@ -209,14 +210,14 @@ class SetMaterialColorServiceState(ServiceState):
     ) -> None:
         super().__init__(graph, services, "/gazebo/set_visual_properties")
         self._delay_s = float(delay)
-        self._values = (model_name, link_name, visual_name, "material:script:name", material_name)
+        self.values = (model_name, link_name, visual_name, "material:script:name", material_name)
 
     def execute(self, userdata: Any) -> str:
         task = Task.here()
         if task is not None and self._delay_s > 0:
             task.wait_until(self._graph.now_ns + round(self._delay_s * NS_PER_S))
         try:
-            answer = self._services.call(self._name, *self._values)
+            answer = self._services.call(self._name, *self.values)
         except ServiceException as error:
             self._graph.warn(str(error))
             return "aborted"

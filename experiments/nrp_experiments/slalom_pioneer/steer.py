@@ -9,7 +9,7 @@ from std_msgs.msg import Float64
 CELLS = 10
 REACH = 1.1  # m, from where on the feelers feel something
 RATE = 250.0  # Hz of each feeler where something is touched
-SPEED = 0.5 / (66.0 * CELLS)  # m/s of a wheel for each Hz of its cells; without input they fire with 66 Hz
+SPEED = 7.5e-4  # m/s of a wheel for each Hz of its cells, which fire with 58 Hz each by themselves
 TRACK = 0.331  # m between the wheels
 
 

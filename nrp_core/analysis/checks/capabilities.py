@@ -39,8 +39,12 @@ def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
 
 
 def _needs(scene: Scene) -> Iterator[tuple[str, str]]:
-    """Yield the topic of each sensor with the capability that it rests on."""
+    """Yield the topic of each sensor, wheels included, with the capability that it rests on."""
     for _, link in scene.links():
         for sensor in link.sensors:
             if type(sensor) in _NEEDS:
                 yield sensor.topic, _NEEDS[type(sensor)]
+    for model in scene.models:
+        for topic in (model.joint_states_topic, *(drive.wheel_speeds_topic for drive in model.drives)):
+            if topic is not None:
+                yield topic, "dynamics"

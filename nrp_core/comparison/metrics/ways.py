@@ -104,7 +104,7 @@ class DriveResponse(ScalarMetric):
         found: dict[str, float | None] = {}
         for robot, command in self._commands(run):
             told, done = run.held(command)[:-1], self._motion(run, robot)
-            steps = min(len(told), len(done))
+            steps = min(len(told), len(done["turn"]))
             for name, column in (("forward", "linear.x"), ("turn", "angular.z")):
                 wanted = np.nan_to_num(told[:steps, command.columns.index(column)])
                 effort = float(np.abs(wanted).mean()) if steps else 0.0

@@ -88,7 +88,7 @@ class Duration:
     nanosec: int = 0
 
 
-def invalid_field(value: Any, path: str = "") -> str | None:
+def invalid_field(value: Any) -> str | None:
     """Return what is wrong with the fields of a message, or None.
 
     A float field must hold a finite number, other plain fields what they are declared as. Nested messages
@@ -96,15 +96,15 @@ def invalid_field(value: Any, path: str = "") -> str | None:
     """
     cls: type = type(value)
     for field, kind in _fields(cls):
-        item, name = getattr(value, field), f"{path}{field}"
-        if dataclasses.is_dataclass(kind):
-            wrong = _invalid_message(item, kind, name)
-        elif isinstance(item, list):
-            wrong = _first(invalid_field(m, f"{name}[{i}].") for i, m in enumerate(item) if _is_message(m))
+        item = getattr(value, field)
+        if type(item) is float and kind is float:  # what most fields hold
+            wrong = None if -inf < item < inf else f" is {item}"
+        elif isinstance(item, list) and not dataclasses.is_dataclass(kind):
+            wrong = _first(_within(invalid_field(m), f"[{i}]") for i, m in enumerate(item) if _is_message(m))
         else:
-            wrong = _invalid_value(item, kind, name)
+            wrong = _invalid_value(item, kind)
         if wrong:
-            return wrong
+            return f"{field}{wrong}"
     return None
 
 
@@ -116,17 +116,24 @@ _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
 }
 
 
-def _invalid_value(item: Any, kind: Any, name: str) -> str | None:
-    accepted, what = _PLAIN.get(kind, ((object,), ""))
+def _invalid_value(item: Any, kind: Any) -> str | None:
+    """Return what is wrong with what is no list, as it follows the name of its field."""
+    if kind not in _PLAIN:
+        return _invalid_message(item, kind) if dataclasses.is_dataclass(kind) else None
+    accepted, what = _PLAIN[kind]
     if not isinstance(item, accepted):
-        return f"{name} must be {what}, not {item!r:.40}"
-    return f"{name} is {item}" if kind is float and not -inf < cast("float", item) < inf else None
+        return f" must be {what}, not {item!r:.40}"
+    return f" is {item}" if kind is float and not -inf < cast("float", item) < inf else None
 
 
-def _invalid_message(item: Any, kind: Any, name: str) -> str | None:
-    if not isinstance(item, kind) and type_name(type(item)) != type_name(kind):
-        return f"{name} must be a {type_name(kind)}, not {item!r:.40}"
-    return invalid_field(item, f"{name}.")
+def _invalid_message(item: Any, kind: Any) -> str | None:
+    if type(item) is not kind and not isinstance(item, kind) and type_name(type(item)) != type_name(kind):
+        return f" must be a {type_name(kind)}, not {item!r:.40}"
+    return _within(invalid_field(item), "")
+
+
+def _within(wrong: str | None, place: str) -> str | None:
+    return wrong and f"{place}.{wrong}"
 
 
 def _is_message(item: Any) -> bool:

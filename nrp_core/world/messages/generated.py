@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import field, make_dataclass
 from functools import cache
+from types import GenericAlias
 from typing import Any
 
 import numpy as np
@@ -81,4 +82,4 @@ def _many(inner: Any, n: int) -> tuple[Any, Any]:
         dtype = {"byte": "uint8", "char": "uint8"}.get(base, base)
         return npt.NDArray[Any], field(default_factory=lambda: np.zeros(n, dtype))
     make: Callable[[], Any] = item
-    return list, field(default_factory=lambda: [make() for _ in range(n)])
+    return GenericAlias(list, (item,)), field(default_factory=lambda: [make() for _ in range(n)])

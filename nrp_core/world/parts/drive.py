@@ -95,8 +95,8 @@ class DrivePart(Part):
 
     def _odometry(self, now_ns: int) -> Odometry:
         motion = self._engine.model_motion(self._model)
-        pose, to_body = self._home @ motion.pose, motion.pose.inverse()
-        moving = twist_message(to_body.rotate(motion.linear), to_body.rotate(motion.angular))
+        pose, to_body = self._home @ motion.pose, motion.pose.rotate_back
+        moving = twist_message(to_body(motion.linear), to_body(motion.angular))
         header = Header(Time.from_ns(now_ns), f"{self._model}/odom")
         place = PoseWithCovariance(pose_message(pose))
         return Odometry(header, self._frame, place, TwistWithCovariance(moving))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -18,3 +18,7 @@ class PhysicsOptions(WorldOptions):
     image_scale: Annotated[
         float, Field(gt=0, le=1, description="scales width and height of every camera, for speed")
     ] = 1.0
+    drive: Annotated[
+        Literal["planar", "physical"],
+        Field(description="of wheels: planar moves the body as commanded, physical the wheels alone"),
+    ] = "planar"

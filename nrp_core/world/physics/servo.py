@@ -25,53 +25,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import copysign, hypot, sqrt
 
-import numpy as np
-
 from nrp_core.errors import SceneError
 from nrp_core.world.parts.base import BodyVelocity, ModelMotion
 from nrp_core.world.physics.bodies import Body, body_of, tree_of
 from nrp_core.world.physics.mass import combined, turned
-from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove, WheelDrive
+from nrp_core.world.physics.wheels import ServoedWheel, servoed_wheel
+from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove
 from nrp_core.world.scene.model import Inertial, Model
-from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.scene.pose import Vector
 
 TIME_CONSTANT_S = 0.001
 """Of the body's velocity, while no limit is reached; on a slope a robot creeps by as much as it gains in this
 time in free fall along the slope, 2.5 mm/s at 15 degrees."""
-WHEEL_TIME_CONSTANT_S = 0.05
-"""Of the wheels' spin; slow enough that its reaction does not rock the body."""
 TRACTION = 1.0
 """Coefficient of friction between tyres and floor."""
 
 Aims = tuple[float, float, float, float]
 """Velocities (m/s) of the left and right point ahead, and of the front and rear point to the left."""
-
-
-@dataclass(frozen=True, slots=True)
-class ServoedWheel:
-    """A wheel that spins as its drive commands.
-
-    Args:
-        joint: its name.
-        per_forward, per_turn: rad/s of the joint for each m/s forward and each rad/s of turn.
-        gain: N m s/rad.
-        limit: N m.
-    """
-
-    joint: str
-    per_forward: float
-    per_turn: float
-    gain: float
-    limit: float
-
-    @staticmethod
-    def share_in(step_s: float) -> float:
-        """Return the share of a wheel's error in speed that one physics step takes away."""
-        return step_s / (step_s + WHEEL_TIME_CONSTANT_S)
-
-    def speed(self, velocity: BodyVelocity) -> float:
-        """Return the joint's velocity (rad/s) that goes with a velocity of the body."""
-        return self.per_forward * velocity.forward + self.per_turn * velocity.turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,9 +103,8 @@ class PlanarServo:
         """
         if not self.limit:
             return motion
-        to_body = motion.pose.inverse()
-        vx, vy, _ = to_body.rotate(motion.linear)
-        wx, wy, wz = to_body.rotate(motion.angular)
+        vx, vy, _ = motion.pose.rotate_back(motion.linear)
+        wx, wy, wz = motion.pose.rotate_back(motion.angular)
         x, y, z = self.centre
         now = (vx + wy * z - wz * y, vy + wz * x - wx * z, wz)
         forward, side, turn = map(_towards, now, self._of_centre(before), self._of_centre(after))
@@ -168,8 +137,17 @@ def _sum(a: Vector, b: Vector) -> Vector:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-def servo_of(model: Model, drive: Drive, bodies: Sequence[Body], gravity: Vector) -> PlanarServo:
+def servo_of(
+    model: Model, drive: Drive, bodies: Sequence[Body], gravity: Vector, physical: bool = False
+) -> PlanarServo:
     """Lay out the servo of a drive.
+
+    Args:
+        model: what it drives.
+        drive: the drive.
+        bodies: of the model.
+        gravity: of the scene.
+        physical: whether the wheels move the robot by their friction, if it has any. Nothing else does then.
 
     Raises:
         SceneError: a wheel cannot turn, or no one body that floats freely holds all wheels.
@@ -182,16 +160,18 @@ def servo_of(model: Model, drive: Drive, bodies: Sequence[Body], gravity: Vector
     lever = sqrt(float(turned(whole)[2, 2]) / whole.mass / 2)
     x, y, _ = whole.pose.position
     middle = _middle(drive, [wheel for _, wheel in wheels])
+    physical = physical and bool(wheels)
+    carried = whole.mass / len(wheels) if physical else 0.0
     return PlanarServo(
         base,
         whole.pose.position,
         (x - middle[0], y - middle[1]),
         lever,
         gain=whole.mass / 2 / TIME_CONSTANT_S,
-        limit=_limit(drive, whole.mass, gravity),
+        limit=0.0 if physical else _limit(drive, whole.mass, gravity),
         wheels=()
         if isinstance(drive, PlanarMove)
-        else tuple(_servoed(drive, wheel, side) for side, wheel in wheels),
+        else tuple(servoed_wheel(drive, wheel, side, carried) for side, wheel in wheels),
     )
 
 
@@ -221,15 +201,15 @@ def _root(index: int, bodies: Sequence[Body]) -> int:
     return index if parent is None else _root(parent, bodies)
 
 
-def without_wheel_friction(model: Model, bodies: Sequence[Body]) -> tuple[Body, ...]:
+def without_wheel_friction(model: Model, bodies: Sequence[Body], physical: bool = False) -> tuple[Body, ...]:
     """Return the bodies with wheels that roll, and bases without wheels that slide, without friction.
 
-    Their traction is the servo's.
+    Their traction is the servo's, but where wheels are ``physical``.
     """
     wheels = {
         name
         for drive in model.drives
-        if not isinstance(drive, PlanarMove)
+        if not isinstance(drive, PlanarMove) and not physical
         for name in (*drive.left, *drive.right)
     }
     slides = any(isinstance(drive, PlanarMove) for drive in model.drives)
@@ -279,21 +259,3 @@ def _limit(drive: Drive, mass: float, gravity: Vector) -> float:
         return traction
     motors = min(len(drive.left), len(drive.right)) * drive.torque / (drive.wheel_diameter / 2)
     return min(traction, motors)
-
-
-def _servoed(drive: WheelDrive | Ackermann, wheel: Body, side: float) -> ServoedWheel:
-    """Return a wheel's servo; a joint whose axis points right turns the other way round."""
-    assert wheel.joint is not None
-    assert wheel.inertial is not None
-    axis = Pose(orientation=wheel.in_model.orientation).rotate(wheel.joint.axis)
-    sign = 1.0 if axis[1] >= 0 else -1.0
-    radius = drive.wheel_diameter / 2
-    spin_axis = np.array(wheel.joint.axis)
-    inertia = float(spin_axis @ turned(wheel.inertial) @ spin_axis)
-    return ServoedWheel(
-        wheel.joint.name,
-        per_forward=sign / radius,
-        per_turn=sign * side * drive.separation / 2 / radius,
-        gain=inertia / WHEEL_TIME_CONSTANT_S,
-        limit=min(drive.torque, wheel.joint.effort),
-    )

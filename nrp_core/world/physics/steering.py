@@ -14,11 +14,11 @@ def ackermann_velocity(drive: Ackermann, forward: float, turn: float) -> BodyVel
     Args:
         drive: the car.
         forward: m/s.
-        turn: the steering angle (rad) where the drive ``steers``, else the turn rate (rad/s); as far as the
-            steering goes. A car that stands does not turn.
+        turn: the steering angle (rad; to the other side in reverse) where the drive ``steers``, else the turn
+            rate (rad/s); as far as the steering goes. A car that stands does not turn.
     """
     if drive.steers:
-        angle = min(max(turn, -drive.max_steer), drive.max_steer)
+        angle = min(max(copysign(1.0, forward) * turn, -drive.max_steer), drive.max_steer)
     elif forward:
         angle = atan(drive.wheel_base * turn / forward)
         angle = min(max(angle, -drive.max_steer), drive.max_steer)

@@ -83,7 +83,8 @@ class Ackermann:
         wheel_base: distance of front and rear axle, m.
         wheel_diameter: m.
         max_steer: limit of the steering angle, rad.
-        steers: whether ``angular.z`` commands the steering angle (Gazebo's ROS plugin), or the turn rate.
+        steers: whether ``angular.z`` commands the steering angle (Gazebo's ROS plugin, which steers to the
+            other side in reverse), or the turn rate.
     """
 
     name: str

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import dist, inf
 from posixpath import join
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove, WheelDrive
+from nrp_core.world.scene.model import Cylinder, Joint, Link, Sphere
 from nrp_core.world.scene.plugins import plugin_name, ros_namespace
+from nrp_core.world.scene.pose import Vector
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
@@ -106,28 +108,34 @@ _DIALECTS = {
 }
 
 
-def read_drive(plugin: Element, joints: Collection[str], reading: Reading) -> Drive | None:
+def read_drive(
+    plugin: Element, links: Sequence[Link], joints: Sequence[Joint], reading: Reading
+) -> Drive | None:
     """Read the drive that a ``<plugin>`` of a model stands for; None if it is no drive.
 
     Args:
         plugin: the element.
-        joints: names of the model's joints.
+        links: of the model.
+        joints: of the model.
         reading: what is carried along.
 
     Raises:
-        SceneError: it names no wheels, or joints that the model does not have.
+        SceneError: it names no wheels, joints that the model does not have, or wheels that are not round.
     """
+    names = [joint.name for joint in joints]
     if plugin_name(plugin) == "gazebo_ros_planar_move":
         return _planar_move(plugin, reading)
     if plugin_name(plugin) == "AckermannSteering":
-        return _ackermann(plugin, joints, reading)
+        return _ackermann(plugin, names, reading)
+    if plugin_name(plugin) == "gazebo_ros_ackermann_drive":
+        return _ros_ackermann(plugin, links, joints, reading)
     dialects = _DIALECTS.get(plugin_name(plugin))
     if dialects is None:
         return None
     known = [dialect for dialect in dialects if plugin.all(*dialect.left)]
     if not known:
         raise plugin.error(f"a drive needs its wheels; name their joints in <{dialects[0].left[0]}> ...")
-    return _drive(plugin, known[0], joints, reading)
+    return _drive(plugin, known[0], names, reading)
 
 
 def _drive(plugin: Element, dialect: _Dialect, joints: Collection[str], reading: Reading) -> WheelDrive:
@@ -135,8 +143,7 @@ def _drive(plugin: Element, dialect: _Dialect, joints: Collection[str], reading:
 
     def topic(parameter: Text) -> str:
         tag, default = parameter
-        name = _remapped(plugin.word(tag, default.format(robot=reading.robot)), plugin)
-        return resolve_name(join(ros_namespace(plugin), name), reading.robot)
+        return _ros_topic(plugin, plugin.word(tag, default.format(robot=reading.robot)), reading)
 
     return WheelDrive(
         name=plugin.attribute("name"),
@@ -154,16 +161,12 @@ def _drive(plugin: Element, dialect: _Dialect, joints: Collection[str], reading:
 
 
 def _planar_move(plugin: Element, reading: Reading) -> PlanarMove:
-    def topic(tag: str, default: str) -> str:
-        name = _remapped(plugin.word(tag, default), plugin)
-        return resolve_name(join(ros_namespace(plugin), name), reading.robot)
-
     return PlanarMove(
         plugin.attribute("name"),
-        topic("commandTopic", "cmd_vel"),
+        _ros_topic(plugin, plugin.word("commandTopic", "cmd_vel"), reading),
         timeout=plugin.positive("commandTimeout", inf),
         rate_hz=plugin.number("odometryRate", 0.0) or plugin.positive("publish_rate", 20.0),
-        odometry_topic=topic("odometryTopic", "odom"),
+        odometry_topic=_ros_topic(plugin, plugin.word("odometryTopic", "odom"), reading),
     )
 
 
@@ -188,11 +191,62 @@ def _ackermann(plugin: Element, joints: Collection[str], reading: Reading) -> Ac
     )
 
 
-def _remapped(topic: str, plugin: Element) -> str:
-    """Return a topic's name after the ``<remapping>`` rules of ROS 2."""
+def _ros_ackermann(
+    plugin: Element, links: Sequence[Link], joints: Sequence[Joint], reading: Reading
+) -> Ackermann:
+    """The car of Gazebo's plugin for ROS 2, which takes its measures from the collisions of its wheels."""
+    names = [joint.name for joint in joints]
+
+    def named(tag: str) -> str:
+        name = plugin.word(tag, tag)  # the plugin's own default is the tag
+        if name not in names:
+            raise plugin.error(f"the model has no joint '{name}'{did_you_mean(name, names)}")
+        return name
+
+    corners = [f"{end}_{side}_joint" for side in ("left", "right") for end in ("rear", "front")]
+    wheels = {corner: named(corner) for corner in corners}
+    collisions = {corner: _collision_of(wheels[corner], links, joints, plugin) for corner in corners}
+    rear_left, front_left, rear_right, front_right = (place for place, _ in collisions.values())
+    axles = [
+        [(a + b) / 2 for a, b in zip(left, right, strict=True)]
+        for left, right in ((rear_left, rear_right), (front_left, front_right))
+    ]
+    odometry = plugin.word("publish_odom", "false").lower() in ("true", "1")
+    return Ackermann(
+        plugin.attribute("name"),
+        _ros_topic(plugin, "cmd_vel", reading),
+        (wheels[corners[0]], wheels[corners[1]]),
+        (wheels[corners[2]], wheels[corners[3]]),
+        (named("left_steering_joint"), named("right_steering_joint")),
+        dist(front_left, front_right),
+        dist(*axles),
+        2 * collisions["rear_right_joint"][1],
+        plugin.positive("max_steer", 0.6),
+        steers=True,
+        timeout=plugin.positive("commandTimeout", inf),
+        rate_hz=plugin.positive("update_rate", 100.0),
+        odometry_topic=_ros_topic(plugin, "odom", reading) if odometry else None,
+    )
+
+
+def _collision_of(
+    name: str, links: Sequence[Link], joints: Sequence[Joint], plugin: Element
+) -> tuple[Vector, float]:
+    """Return centre (in the model) and radius of the first collision of the wheel on a joint."""
+    child = next(joint.child for joint in joints if joint.name == name)
+    wheel = next(link for link in links if link.name == child)
+    for collision in wheel.collisions[:1]:
+        if isinstance(collision.geometry, Cylinder | Sphere):
+            return (wheel.pose @ collision.pose).position, collision.geometry.radius
+    raise plugin.error(f"the first collision of the wheel '{child}' must be a cylinder or a sphere")
+
+
+def _ros_topic(plugin: Element, name: str, reading: Reading) -> str:
+    """Return the topic that a plugin for ROS means, after the ``<remapping>`` rules of ROS 2."""
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
-    return next((to for name, _, to in rules if name == topic), topic)
+    there = next((to for this, _, to in rules if this == name), name)
+    return resolve_name(join(ros_namespace(plugin), there), reading.robot)
 
 
 def _wheels(plugin: Element, tags: tuple[str, ...], joints: Collection[str]) -> tuple[str, ...]:

@@ -18,6 +18,8 @@ from nrp_core.world.scene.pose import Pose, Vector
 WATER = 1000.0
 """Density (kg/m^3) of shapes whose density is not given: the default of the SDF specification."""
 
+LEAST_MOMENT = 1e-14
+"""Of inertia, kg m^2: that of a milligram 0.1 mm across; MuJoCo refuses moments below 1e-15."""
 _MARGIN = 1e-3  # how far a repair stays from the limit, so that rounding in an engine does not cross it
 
 
@@ -84,12 +86,11 @@ def repaired(inertial: Inertial) -> tuple[Inertial, str]:
     principal = _principal(inertial)
     moments = principal.inertia[:3]
     listed = ", ".join(f"{moment:.3g}" for moment in moments)
-    if min(moments) <= 0:
-        floor = _MARGIN * max(*moments, 1e-6 * inertial.mass)
+    if min(moments) < LEAST_MOMENT:
+        floor = max(_MARGIN * max(*moments, 1e-6 * inertial.mass), 2 * LEAST_MOMENT)
         raised = _balanced(tuple(max(moment, floor) for moment in moments))
-        return replace(
-            principal, inertia=(*raised, 0.0, 0.0, 0.0)
-        ), f"its moments ({listed}) are not all positive"
+        wrong = f"its moments ({listed}) are not all {'large enough' if min(moments) > 0 else 'positive'}"
+        return replace(principal, inertia=(*raised, 0.0, 0.0, 0.0)), wrong
     if 2 * max(moments) > sum(moments) * (1 + 1e-9):
         wrong = f"its moments ({listed}) break the triangle inequality, so no distribution of mass has them"
         return replace(principal, inertia=(*_balanced(moments), 0.0, 0.0, 0.0)), wrong

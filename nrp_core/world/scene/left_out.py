@@ -36,12 +36,14 @@ def read_without(read: Callable[[Places], Read]) -> tuple[Read, list[str]]:
     """
     without: Counter[tuple[Path, int]] = Counter()
     reasons: list[str] = []
+    last: SceneError | None = None
     while True:
         try:
             return read(without), reasons
         except SceneError as error:
             if error.path is None or error.line is None or len(reasons) >= _MOST:
-                raise
+                raise last or error from None
+            last = error
             without[error.path, error.line] += 1
             reasons.append(f"{error}: left out")
 
@@ -64,7 +66,9 @@ def _innermost(root: Element, line: int) -> tuple[Element | None, Element | None
     holder: Element | None = root
     while holder is not None:
         around = [child for child in holder.children if child.line <= line <= child.end_line]
-        within = next((child for child in reversed(around) if child.line == line), None) or next(iter(around), None)
+        within = next((child for child in reversed(around) if child.line == line), None) or next(
+            iter(around), None
+        )
         if within is not None and within.tag in _PARTS:
             found = holder, within
         holder = within

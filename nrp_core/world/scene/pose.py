@@ -77,13 +77,22 @@ class Pose:
     def rotate(self, vector: Vector) -> Vector:
         """Turn a vector by the orientation."""
         x, y, z, w = self.orientation
-        vx, vy, vz = vector
-        tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
-        return (
-            vx + w * tx + y * tz - z * ty,
-            vy + w * ty + z * tx - x * tz,
-            vz + w * tz + x * ty - y * tx,
-        )
+        return _rotated(x, y, z, w, vector)
+
+    def rotate_back(self, vector: Vector) -> Vector:
+        """Turn a vector against the orientation, as the inverse pose does."""
+        x, y, z, w = self.orientation
+        return _rotated(-x, -y, -z, w, vector)
+
+
+def _rotated(x: float, y: float, z: float, w: float, vector: Vector) -> Vector:
+    vx, vy, vz = vector
+    tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
+    return (
+        vx + w * tx + y * tz - z * ty,
+        vy + w * ty + z * tx - x * tz,
+        vz + w * tz + x * ty - y * tx,
+    )
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:

@@ -13,6 +13,8 @@ from nrp_core.world.scene.xml_tree import Element
 
 MAX_FRICTION = 10.0
 DEFAULT_FRICTION = 1.0
+LEAST_MASS = 1e-12
+"""Of a link, kg: what is less is a slip, and no engine can compute with it."""
 
 # a ball of 1 kg and 5 cm radius: what a link is like of which nothing but the mass is known
 _BALL = Inertial(1.0, inertia=(0.001, 0.001, 0.001, 0.0, 0.0, 0.0))
@@ -46,7 +48,7 @@ def usable_inertial(
         The mass properties in the axes of the link; None where there is nothing to take them from.
 
     Raises:
-        SceneError: the mass is negative.
+        SceneError: the mass is negative, or next to nothing.
     """
     if given is None or given.mass == 0:
         what = "no <inertial>" if given is None else "a mass of 0, with which nothing moves"
@@ -55,8 +57,11 @@ def usable_inertial(
         if of_shapes or given:
             notes.warn(element, f"the link '{link}' has {what}")
         return of_shapes
-    if given.mass < 0:
-        raise element.error(f"the mass of the link '{link}' is {given.mass:g} kg; it must be more than 0")
+    if given.mass < LEAST_MASS:
+        least = f"0 (and at least {LEAST_MASS:g})" if given.mass > 0 else "0"
+        raise element.error(
+            f"the mass of the link '{link}' is {given.mass:g} kg; it must be more than {least}"
+        )
     if not any(given.inertia):
         like = "its collision shapes" if of_shapes else "a ball of 5 cm radius"
         notes.warn(element, f"the link '{link}' has an inertia of 0: that of {like} is taken")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.physics.steering import wheel_angles
+from nrp_core.world.physics.steering import ackermann_velocity, wheel_angles
 from nrp_core.world.scene.acting import Ackermann, PlanarMove
 from nrp_core.world.scene.model import Box, Collision, Cylinder, Inertial, Joint, Link, Model
 from nrp_core.world.scene.pose import Pose
@@ -123,6 +123,12 @@ def test_a_car_that_stands_does_not_turn_and_steers_no_further_than_it_can(open_
     joints = world.joint_states("car")
     angles = dict(zip(joints.names, joints.positions, strict=True))
     assert (angles["left_steering"], angles["right_steering"]) == pytest.approx(expected, abs=0.01)
+
+
+def test_a_car_that_is_steered_goes_to_the_same_side_in_reverse():
+    there, back = (ackermann_velocity(car(steers=True).drives[0], v, 0.3) for v in (0.5, -0.5))
+    assert back.steer == -there.steer
+    assert back.turn == there.turn > 0
 
 
 def test_wheel_angles_meet_in_one_point():

@@ -268,14 +268,6 @@ class LeaksTooFast(SmallBrain):
 
 
 @found_by(
-    "a_brain_with_a_grid_stops_on_it_alone_and_one_without_anywhere",
-)
-class StopsOffItsGrid(SmallBrain):
-    def _do_run_until(self, t_ns: int) -> None:
-        super()._do_run_until(t_ns // 100_000 * 100_000)
-
-
-@found_by(
     "cells_that_are_not_declared_are_refused",
 )
 class TakesUnknownCellsForItsOwn(SmallBackend):

@@ -10,13 +10,14 @@ from math import ceil
 
 import numpy as np
 
+from nrp_core.brain.grid import Grid
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network import STATIC, FloatArray, IntArray, Network
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.clock import milliseconds
 
 STEP_NS = 100_000
-STEP_MS = milliseconds(STEP_NS)
+GRID = Grid(STEP_NS)
+STEP_MS = GRID.step_ms
 CELL = "IF_curr_exp"
 
 
@@ -69,7 +70,7 @@ class SmallBrain(Brain):
         return State(0, self.v0.copy(), np.zeros(n), np.zeros(n), np.zeros(n, np.int64), np.zeros(n))
 
     def _do_run_until(self, t_ns: int) -> None:
-        while self.live.tick < t_ns // STEP_NS:
+        while self.live.tick < GRID.number_of(t_ns):
             self.step()
 
     def step(self) -> None:

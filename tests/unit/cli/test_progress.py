@@ -74,3 +74,22 @@ def test_on_a_terminal_a_bar_shows_time_speed_and_what_takes_the_time(clock: Any
     shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
     assert "driving" in shown
     assert "20.0 of 60 s, 5.0 x real time (brain 10%, world 60%, functions 20%, loop 10%)" in shown
+
+
+def test_what_is_counted_is_told_now_and_then_and_at_the_end(
+    clock: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Lines() as lines:
+        for done in range(26):
+            clock.s += 1.0
+            lines.count("runs", done, 25)
+    assert capsys.readouterr().err.splitlines() == [
+        "runs: 0 of 25", "runs: 10 of 25", "runs: 20 of 25", "runs: 25 of 25"
+    ]  # fmt: skip
+
+
+def test_on_a_terminal_a_bar_shows_how_many_are_done() -> None:
+    screen = io.StringIO()
+    with Bar(Console(file=screen, force_terminal=True, width=120, highlight=False)) as bar:
+        bar.count("runs", 3, 25, "event-mujoco-7")
+    assert "3 of 25" in re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())

@@ -121,9 +121,9 @@ CALM = {"name": "/level", "below": 0.5}
 @pytest.mark.parametrize(
     ("since", "level", "passed", "reason"),
     [
-        ("20 ms", 0.2, True, "/level never said anything else"),
-        ("20 ms", 0.7, False, "/level said 0.7 at 0.04 s"),
-        ("start", 0.2, False, "/level said nothing at 0 s"),
+        ("20 ms", 0.2, True, "/level stayed below 0.5"),
+        ("20 ms", 0.7, False, "/level said 0.7 at 0.04 s, not below 0.5"),
+        ("start", 0.2, False, "/level said nothing at 0 s, not below 0.5"),
     ],
 )
 def test_what_a_topic_keeps_saying_decides(

@@ -67,11 +67,11 @@ def _fetch(grid: Grid, segment: int) -> None:
     first = grid.segment_start[segment]
     last = first + grid.segment_length[segment]
     for k in range(first, last, _LINE):
-        prefetch(grid.targets, k)
+        prefetch(grid.targets, k, 0)
     table = grid.tables[grid.segment_table[segment]]
     if table.own:
         for k in range(first + table.weights, last + table.weights, _LINE // 2):
-            prefetch(grid.weights, k)
+            prefetch(grid.weights, k, 0)
 
 
 @jit

@@ -130,7 +130,7 @@ class _Acting:
         """Read one plugin; what is not known is warned of."""
         if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
             return
-        drive = read_drive(plugin, self._names, reading)
+        drive = read_drive(plugin, self._links, self._joints, reading)
         controllers = read_controllers(plugin, self._names, reading)
         if drive is not None:
             self.drives.append(drive)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.xml_tree import Element, parse_xml, without_lines
+from nrp_core.world.scene.xml_tree import Element, parse_xml, read_xml, without_lines
 
 _SUBSTITUTION = ("$(", "${")
 
@@ -47,12 +47,33 @@ def expanded(path: Path, package: Callable[[str], Path]) -> Element:
         raise SceneError(message, path=path) from None
 
     try:
-        with _finding(substitution_args, lambda name: str(package(name))), redirect_stderr(StringIO()):
+        with (
+            _finding(substitution_args, lambda name: str(package(name))),
+            _checking(xacro),
+            redirect_stderr(StringIO()),
+        ):
             text = xacro.process_file(str(path)).toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # noqa: BLE001  whatever Python in the file does
         reason = " ".join(str(error).split()) or type(error).__name__
         raise SceneError(f"xacro cannot expand this file: {reason}", path=path) from None
     return without_lines(parse_xml(text, path))
+
+
+@contextmanager
+def _checking(xacro: Any) -> Iterator[None]:
+    """Let our parser read every file first, those that are included as well: it refuses document types."""
+    own = xacro.parse
+
+    def parse(inp: Any, filename: str | None = None) -> Any:
+        if inp is None and filename is not None:
+            read_xml(Path(filename))
+        return own(inp, filename)
+
+    xacro.parse = parse
+    try:
+        yield
+    finally:
+        xacro.parse = own
 
 
 @contextmanager

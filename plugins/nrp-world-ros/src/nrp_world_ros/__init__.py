@@ -1,4 +1,4 @@
-"""ROS: bodies that listen to its topics as worlds of the platform, and worlds of the platform as such bodies."""
+"""ROS: bodies behind its topics as worlds of the platform, and worlds of the platform as such bodies."""
 
 from nrp_world_ros.backend import RosBackend, RosOptions
 

@@ -16,7 +16,7 @@ from pydantic import Field
 from nrp_world_ros.rospy_import import INSTALL, why_missing
 
 
-class Time(StrEnum):
+class TimeSource(StrEnum):
     """What says how late it is."""
 
     CLOCK = "clock"
@@ -30,8 +30,12 @@ class Time(StrEnum):
 class RosOptions(WorldOptions):
     """Options of the ``ros`` backend."""
 
-    time: Annotated[Time, Field(description="clock, wall or lockstep: what says how late it is")] = Time.CLOCK
-    timestep: Annotated[DurationNs, Field(gt=0, description="the grid on which the loop may look")] = NS_PER_MS
+    time: Annotated[TimeSource, Field(description="clock, wall or lockstep: what says how late it is")] = (
+        TimeSource.CLOCK
+    )
+    timestep: Annotated[DurationNs, Field(gt=0, description="the grid on which the loop may look")] = (
+        NS_PER_MS
+    )
     patience: Annotated[DurationNs, Field(gt=0, description="how long to wait for anything from ROS")] = (
         10 * NS_PER_S
     )
@@ -48,7 +52,7 @@ class RosBackend(WorldBackend):
             step_ns=options.timestep,
             determinism=Determinism.STATISTICAL,
             releases_gil=True,
-            real_time=options.time is not Time.LOCKSTEP,
+            real_time=options.time is not TimeSource.LOCKSTEP,
         )
 
     def diagnose(self) -> list[Diagnosis]:

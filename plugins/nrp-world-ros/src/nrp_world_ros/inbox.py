@@ -11,7 +11,7 @@ from typing import Any
 
 from nrp_world_ros.wire import CODEC
 
-DEPTH = 1000
+DEPTH = 256
 """How many messages of a topic may wait; of more the oldest are lost."""
 
 
@@ -57,13 +57,16 @@ class Inbox:
             self._counts.clear()
         return letters
 
+    def last(self, topic: str) -> Letter | None:
+        """Return the last message that waits on a topic and leave it there."""
+        queue = self._letters.get(topic)
+        return queue[-1] if queue else None
+
     def has(self, sender: str, counts: Mapping[str, int]) -> bool:
         """Whether so many messages on these topics have come from a node since the last :meth:`take`."""
         return all(self._counts[sender, topic] >= count for topic, count in counts.items())
 
-    def wait(
-        self, arrived: Callable[[], bool], timeout_s: float, meanwhile: Callable[[], None]
-    ) -> bool:
+    def wait(self, arrived: Callable[[], bool], timeout_s: float, meanwhile: Callable[[], None]) -> bool:
         """Wait until something has come; return whether it has.
 
         Args:

@@ -11,7 +11,7 @@ INSTALL = (
     "apt-get install --no-install-recommends python3-rospy python3-roslaunch && "
     f"echo /usr/lib/python3/dist-packages > {sysconfig.get_path('purelib')}/ros.pth"
 )
-"""What makes Debian's rospy known to this Python; a path that is added so comes after what is installed in it."""
+"""What makes Debian's rospy known to this Python; a path added so comes after what is installed there."""
 
 
 def load_rospy() -> ModuleType:

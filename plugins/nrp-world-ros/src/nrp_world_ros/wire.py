@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from nrp_core.world.messages.generated import made
 from nrp_core.world.messages.ros1 import Ros1Codec
 
 CODEC = Ros1Codec()
@@ -44,6 +45,13 @@ def wire_type(name: str) -> type[Any]:
             return self
 
     return Wire
+
+
+def ros_type(name: str) -> Any:
+    """Return the message class of a type that ROS has."""
+    cls = made(name)
+    assert cls is not None
+    return cls
 
 
 def wire_name(cls: type) -> str:

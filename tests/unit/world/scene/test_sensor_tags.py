@@ -184,3 +184,63 @@ def test_a_car(model: ModelReader) -> None:
     assert drive.left == ("rear_left_joint", "front_left_joint")
     assert drive.steering == ("steer_left_joint", "steer_right_joint")
     assert (drive.command_topic, drive.wheel_base, drive.wheel_diameter) == ("/robot/drive", 2.0, 0.6)
+
+
+def ros_car(
+    tyre: str = "<cylinder><radius>0.3</radius><length>0.1</length></cylinder>", plugin: str = ""
+) -> str:
+    """Return a car that has the plugin for ROS 2, as SDF."""
+    places = {
+        "front_left": (2, 0.5),
+        "front_right": (2, -0.5),
+        "rear_left": (0, 0.6),
+        "rear_right": (0, -0.6),
+    }
+    wheels = "".join(
+        f'<link name="{name}"><pose>{x} {y} 0 0 0 0</pose><inertial/>'
+        f'<collision name="c"><geometry>{tyre}</geometry></collision></link>'
+        f'<joint name="{name}_joint" type="revolute"><parent>base</parent><child>{name}</child>'
+        "<axis><xyz>0 1 0</xyz></axis></joint>"
+        for name, (x, y) in places.items()
+    )
+    steering = "".join(
+        f'<link name="{side}_knuckle"><inertial/></link><joint name="{side}_steering_joint" type="revolute">'
+        f"<parent>base</parent><child>{side}_knuckle</child><axis><xyz>0 0 1</xyz></axis></joint>"
+        for side in ("left", "right")
+    )
+    car = f'<plugin name="car" filename="libgazebo_ros_ackermann_drive.so">{plugin}</plugin>'
+    return BASE.format("") + wheels + steering + car
+
+
+def test_the_car_of_ros_2_has_the_measures_of_its_wheels(model: ModelReader) -> None:
+    (drive,) = model(ros_car()).drives
+    assert drive == Ackermann(
+        "car", "/robot/cmd_vel",
+        ("rear_left_joint", "front_left_joint"), ("rear_right_joint", "front_right_joint"),
+        ("left_steering_joint", "right_steering_joint"), separation=1.0, wheel_base=2.0, wheel_diameter=0.6,
+        max_steer=0.6, steers=True,
+    )  # fmt: skip
+
+
+def test_the_car_of_ros_2_takes_names_and_limits_from_its_tags(model: ModelReader) -> None:
+    ros = "<ros><namespace>/lot</namespace><remapping>cmd_vel:=go</remapping></ros>"
+    (drive,) = model(
+        ros_car(plugin=f"{ros}<max_steer>0.4</max_steer><publish_odom>true</publish_odom>")
+    ).drives
+    assert isinstance(drive, Ackermann)
+    assert (drive.command_topic, drive.odometry_topic, drive.max_steer) == ("/lot/go", "/lot/odom", 0.4)
+
+
+@pytest.mark.parametrize(
+    ("car", "why"),
+    [
+        (
+            ros_car(plugin="<rear_left_joint>rear_lft_joint</rear_left_joint>"),
+            "did you mean 'rear_left_joint'",
+        ),
+        (ros_car(tyre="<box><size>1 1 1</size></box>"), "must be a cylinder or a sphere"),
+    ],
+)
+def test_a_car_whose_wheels_are_unclear_is_refused(model: ModelReader, car: str, why: str) -> None:
+    with pytest.raises(SceneError, match=why):
+        model(car)

@@ -1,0 +1,39 @@
+"""``nrp import``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.options import Json, Models
+from nrp_core.cli.output import document
+
+
+def import_experiment(
+    file: Annotated[
+        Path, typer.Argument(metavar="EXPERIMENT.exc", help="The experiment of the platform, or its folder.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Write to this folder.")],
+    models: Models = None,
+    json: Json = False,
+) -> None:
+    """Turn an experiment of the Neurorobotics Platform into one of our own format."""
+    from nrp_core.cli.options import overrides_of
+    from nrp_legacy.convert.folder import FILE, write_folder
+    from nrp_legacy.reader import read_exc
+
+    if output.is_dir() and any(output.iterdir()):
+        raise typer.BadParameter(f"{output} is not empty", param_hint="--output")
+    path = next(iter(sorted(file.glob("*.exc"))), file) if file.is_dir() else file
+    overrides = overrides_of([], brain=None, world=None, models=models)
+    report = write_folder(read_exc(path, overrides), output)
+    if json:
+        document({"file": output / FILE, **vars(report)})
+        return
+    typer.echo(str(output / FILE))
+    for title, items in vars(report).items():
+        for item in items:
+            complain(f"{title.replace('_', ' ')}: {item}")

@@ -1,0 +1,1 @@
+"""Experiments of the platform turned into our own format, for ``nrp import``."""

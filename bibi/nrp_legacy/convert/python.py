@@ -1,0 +1,223 @@
+"""Transfer functions of the platform as files of ours: the same code, with other imports and spellings."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from nrp_core import dsl
+from nrp_core.dsl.kinds import DeviceKind
+from nrp_core.dsl.loader import file_names
+from nrp_legacy.code import Source, as_of_old
+from nrp_legacy.convert.edits import Edits
+from nrp_legacy.framework import SPELLINGS
+from nrp_legacy.python2 import DIVIDE, converted, rewritten
+from nrp_legacy.shims.graph import absolute
+
+FRAMEWORKS = ("hbp_nrp_cle.tf_framework", "python_cle.tf_framework")
+_PACKAGES = ("hbp_nrp_cle", "python_cle")
+_NOT_HERE = ("rospy", "smach", "smach_ros", "hbp_nrp_excontrol", "tf", "nest", "dynamic_reconfigure")
+_LOGS = "hbp_nrp_excontrol.logs"
+_DEVICES = ("MapSpikeSink", "MapSpikeSource")
+_TOPICS = ("MapRobotSubscriber", "MapRobotPublisher")
+_QUEUES = ("queue_size", "buff_size")
+
+GIVEN = {
+    "np": "import numpy as np",
+    "numpy": "import numpy",
+    "cv2": "import cv2",
+    "sys": "import sys",
+    "logging": "import logging",
+    "logger": "import logging\n\nlogger = logging.getLogger(__name__)",
+    "clientLogger": "import logging\n\nclientLogger = logging.getLogger(__name__)\n"
+    "clientLogger.advertise = clientLogger.info",
+    "CvBridge": "from cv_bridge import CvBridge",
+    "reduce": "from functools import reduce",
+    "xrange": "xrange = range",
+    "unicode": "unicode = str",
+    "basestring": "basestring = str",
+    "long": "long = int",
+    "Topic": "",
+    DIVIDE: f"def {DIVIDE}(a, b):\n    return a // b if isinstance(a, int) and isinstance(b, int) else a / b",
+    **dict.fromkeys(("Point", "Pose", "Quaternion"), "from geometry_msgs.msg import {name}"),
+    **dict.fromkeys(("Float32", "Int32", "String"), "from std_msgs.msg import {name}"),
+}
+"""What defines a name that the platform gave to every transfer function."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A transfer function file of ours.
+
+    Args:
+        text: the code.
+        changes: what is not as it was.
+        obstacle: why it cannot be a file of ours, empty if it can.
+        defines: names at its top level.
+        lacks: names that it uses and nobody gives.
+    """
+
+    text: str
+    changes: tuple[str, ...]
+    obstacle: str
+    defines: frozenset[str]
+    lacks: frozenset[str]
+
+
+def piece_of(source: Source) -> Piece:
+    """Return code as a file of ours.
+
+    Raises:
+        TransferFunctionError: it is not Python.
+    """
+    tree = source.tree(lambda _note: None)  # told of by its own error
+    with as_of_old():
+        result = converted(source.text)
+    changes = [f"leftovers of Python 2: {', '.join(result.changes)}"] if result.changes else []
+    text = source.text.rstrip() + "\n"
+    if result.changes:
+        text = rewritten(source.text).rstrip() + "\n"
+        if any(isinstance(node, ast.Name) and node.id == DIVIDE for node in ast.walk(result.tree)):
+            text = ast.unparse(result.tree) + "\n"
+    with as_of_old():
+        tree = ast.parse(text)
+    work = _Work(text)
+    work.visit(tree)
+    text = work.edits.done()
+    lacks = _lacking(ast.parse(text))
+    prelude = [line for name in sorted(lacks) if (line := _prelude(name))]
+    lacks -= {name for name in lacks if name in GIVEN or _is_framework(name)}
+    if prelude:
+        head = "\n".join(sorted(prelude, key=lambda line: not line.startswith(("import", "from"))))
+        text = f"{head}\n\n\n{text.lstrip()}"
+    found = (*changes, *dict.fromkeys(work.changes))
+    return Piece(text, found, work.obstacle, frozenset(_defined(tree)), frozenset(lacks))
+
+
+class _Work(ast.NodeVisitor):
+    def __init__(self, text: str) -> None:
+        self.edits = Edits(text)
+        self.changes: list[str] = []
+        self.obstacle = ""
+
+    def visit_Import(self, node: ast.Import) -> None:
+        new: list[str] = []
+        for alias in node.names:
+            if alias.name in FRAMEWORKS:
+                new += [f"{alias.asname} = nrp"] if alias.asname not in (None, "nrp") else []
+            elif alias.name.partition(".")[0] not in _PACKAGES:
+                self._check(alias.name)
+                new.append(f"import {alias.name}" + (f" as {alias.asname}" if alias.asname else ""))
+        self._imports(node, new)
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+        module = node.module or ""
+        if module == _LOGS:
+            self._imports(node, [])
+        elif module.partition(".")[0] not in _PACKAGES:
+            self._check(module)
+        elif module.endswith(".tf_lib"):
+            self._imports(node, [_taken(alias, "nrp.tf_lib") for alias in node.names if alias.name != "*"])
+        else:
+            kept = [alias for alias in node.names if alias.name not in ("*", "Topic", "tf_framework")]
+            self._imports(node, [_taken(alias, "nrp") for alias in kept])
+
+    def visit_Attribute(self, node: ast.Attribute) -> None:
+        if ast.unparse(node) in FRAMEWORKS:
+            self.edits.replace(node, "nrp")
+        self.generic_visit(node)
+
+    def visit_Name(self, node: ast.Name) -> None:
+        if node.id == "rospy":
+            self.obstacle = "it uses rospy"
+
+    def visit_Call(self, node: ast.Call) -> None:
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        if name in _DEVICES:
+            self._device(node)
+        elif name in _TOPICS:
+            for keyword in node.keywords:
+                if keyword.arg in _QUEUES:
+                    self.edits.drop_argument(keyword)
+        elif name == "Topic" and node.args and isinstance(node.args[0], ast.Constant):
+            topic = str(node.args[0].value)
+            if topic != absolute(topic).rstrip("/"):
+                self.edits.replace(node.args[0], repr(absolute(topic).rstrip("/")))
+        self.generic_visit(node)
+
+    def _device(self, node: ast.Call) -> None:
+        kind = node.args[2] if len(node.args) > 2 else None
+        named = getattr(kind, "attr", getattr(kind, "id", ""))
+        options = getattr(dsl, named, None)
+        for keyword in node.keywords:
+            name = SPELLINGS.get(keyword.arg or "", keyword.arg or "")
+            if not isinstance(options, DeviceKind) or keyword.arg is None:
+                continue
+            if name not in options.options or ast.unparse(keyword.value) == "None":
+                self.edits.drop_argument(keyword)
+                if ast.unparse(keyword.value) != "None":
+                    self.changes.append(f"{named} has no setting '{keyword.arg}': left out")
+            elif name != keyword.arg:
+                self.edits.rename_argument(keyword, name)
+
+    def _imports(self, node: ast.AST, new: list[str]) -> None:
+        indent = " " * getattr(node, "col_offset", 0)
+        self.edits.replace(node, f"\n{indent}".join(new) if new or not indent else "pass")
+
+    def _check(self, module: str) -> None:
+        if module.partition(".")[0] in _NOT_HERE:
+            self.obstacle = f"it imports {module}"
+
+
+def _taken(alias: ast.alias, place: str) -> str:
+    return f"{alias.asname or alias.name} = {place}.{alias.name}"
+
+
+def _prelude(name: str) -> str:
+    if name in GIVEN:
+        return GIVEN[name].format(name=name) if "{name}" in GIVEN[name] else GIVEN[name]
+    if _is_framework(name):
+        return f"{name} = nrp.{name}"
+    return ""
+
+
+def _is_framework(name: str) -> bool:
+    return name in dsl.__all__
+
+
+def _lacking(tree: ast.Module) -> set[str]:
+    """Return the names that code uses and neither defines nor is given."""
+    known = {*vars(builtins), *file_names(), "__file__", *_all_defined(tree)}
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    return used - known
+
+
+def _defined(tree: ast.Module) -> Iterator[str]:
+    """Yield the names that code gives to others: at its top level, or by ``global``."""
+    for node in tree.body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            yield node.name
+        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+            yield from (
+                one.id
+                for one in ast.walk(node)
+                if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
+            )
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            yield from ((alias.asname or alias.name).partition(".")[0] for alias in node.names)
+
+
+def _all_defined(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, (ast.Store, ast.Del)):
+            yield node.id
+        elif isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            yield node.name
+        elif isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            yield from ((alias.asname or alias.name).partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ExceptHandler) and node.name:
+            yield node.name

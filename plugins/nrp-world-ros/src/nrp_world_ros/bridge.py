@@ -1,0 +1,133 @@
+"""The topics of a world in ROS: what it senses is published there, what comes from there is given to it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from nrp_core.closing import Closing
+from nrp_core.errors import NrpError, TopicError
+from nrp_core.world.interface import World
+from nrp_core.world.messages.base import Time
+from nrp_core.world.services import PREFIX
+from nrp_core.world.topics import Direction, Stamped, Subscription, TopicInfo
+
+from nrp_world_ros.frames import TF, Frames
+from nrp_world_ros.node import Node, Publisher
+from nrp_world_ros.times import CLOCK
+from nrp_world_ros.wire import ros_type
+
+_DEPTH = 256
+"""How many messages of a topic may come in one step of the loop."""
+
+Publish = Callable[[str, Any], None]
+
+
+@dataclass(slots=True)
+class Outlet:
+    """A topic that goes to ROS, and who listens in the world for it."""
+
+    publisher: Publisher
+    subscription: Subscription | None = None
+
+
+class Bridge(Closing):
+    """Carries messages between a world and ROS, whenever it is told to.
+
+    A topic that nobody in ROS listens to costs nothing. Besides the world's own topics there are ``/clock``
+    and, with the links of all models that can move, ``/tf``.
+
+    Args:
+        world: the world.
+        node: in ROS.
+        publish: gives a message to the world.
+
+    Attributes:
+        warnings: what ROS 1 cannot carry, and what came from there and was refused.
+        incoming, outgoing: the topics from and to ROS.
+    """
+
+    def __init__(self, world: World, node: Node, publish: Publish) -> None:
+        self._world, self._node, self._publish = world, node, publish
+        self._outlets: dict[str, Outlet] = {}
+        self.warnings: list[str] = []
+        self.incoming: list[str] = []
+        for info in world.topics.values():
+            try:
+                self._connect(info)
+            except TopicError as error:
+                self._warn(f"{info.name} is not in ROS: {error}")
+        self._clock_type = ros_type("rosgraph_msgs/msg/Clock")
+        self._clock = node.publisher(CLOCK, self._clock_type)
+        self._frames = Frames(world, node)
+        self._sent_ns = -1
+
+    @property
+    def outgoing(self) -> list[str]:
+        """The topics that ROS can listen to."""
+        return [*self._outlets, CLOCK, TF]
+
+    def _connect(self, info: TopicInfo) -> None:
+        if info.name.startswith(PREFIX) and info.direction is Direction.IN:
+            return  # a service
+        if info.direction is Direction.OUT:
+            self._outlets[info.name] = Outlet(self._node.publisher(info.name, info.type))
+        else:
+            self._node.listen(info.name, info.type)
+            self.incoming.append(info.name)
+
+    def receive(self) -> None:
+        """Give the world what has come from ROS; what it refuses is dropped, with a warning."""
+        for letter in self._node.inbox.take():
+            if letter.topic in self.incoming:
+                try:
+                    self._publish(letter.topic, letter.message)
+                except NrpError as error:
+                    self._warn(f"a message from {letter.sender} was dropped: {error}")
+
+    def send(self) -> Counter[str]:
+        """Publish what is new in the world since the last time.
+
+        Returns:
+            how many messages went out on each topic.
+        """
+        sent: Counter[str] = Counter()
+        for name, outlet in self._outlets.items():
+            for stamped in _new(outlet, self._sent_ns):
+                outlet.publisher.publish(stamped.message)
+                sent[name] += 1
+        now_ns = self._world.now_ns
+        self._frames.send(now_ns)
+        self._clock.publish(self._clock_type(Time.from_ns(now_ns)))
+        self._sent_ns = now_ns
+        return sent
+
+    def attend(self) -> None:
+        """Listen in the world to what somebody in ROS listens to, and to nothing else."""
+        for name, outlet in self._outlets.items():
+            if outlet.publisher.peers():
+                outlet.subscription = outlet.subscription or self._world.subscribe(name, depth=_DEPTH)
+            elif outlet.subscription is not None:
+                self._world.unsubscribe(outlet.subscription)
+                outlet.subscription = None
+
+    def restart(self) -> None:
+        """The world is back at time 0."""
+        self._sent_ns = -1
+
+    def _warn(self, warning: str) -> None:
+        if warning not in self.warnings:
+            self.warnings.append(warning)
+
+    def close(self) -> None:
+        """Leave ROS."""
+        for outlet in self._outlets.values():
+            if outlet.subscription is not None:
+                self._world.unsubscribe(outlet.subscription)
+        self._node.close()
+
+
+def _new(outlet: Outlet, since_ns: int) -> list[Stamped]:
+    return [] if outlet.subscription is None else outlet.subscription.since(since_ns)

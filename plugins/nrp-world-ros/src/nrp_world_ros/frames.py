@@ -1,0 +1,52 @@
+"""Where the links of a world are, as ROS's tools want to know it: transforms on ``/tf``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nrp_core.errors import CapabilityError
+from nrp_core.world.interface import World
+from nrp_core.world.messages.base import Time
+from nrp_core.world.messages.geometry_msgs import Vector3
+from nrp_core.world.messages.std_msgs import Header
+from nrp_core.world.parts.poses import pose_message
+
+from nrp_world_ros.node import Node
+from nrp_world_ros.wire import ros_type
+
+TF = "/tf"
+WORLD = "world"
+
+
+class Frames:
+    """Publishes the frames ``model/link`` that the stamps of sensors name, while somebody listens.
+
+    Args:
+        world: its models that can move.
+        node: in ROS.
+    """
+
+    def __init__(self, world: World, node: Node) -> None:
+        self._world = world
+        self._list = ros_type("tf2_msgs/msg/TFMessage")
+        self._transform = ros_type("geometry_msgs/msg/Transform")
+        self._stamped = ros_type("geometry_msgs/msg/TransformStamped")
+        self._publisher = node.publisher(TF, self._list)
+
+    def send(self, now_ns: int) -> None:
+        """Publish where the links are now."""
+        if self._publisher.peers():
+            header = Header(Time.from_ns(now_ns), WORLD)
+            links = [(model.name, link.name) for model, link in self._world.scene.links() if not model.static]
+            self._publisher.publish(self._list([self._frame(header, *link) for link in links]))
+
+    def _frame(self, header: Header, model: str, link: str) -> Any:
+        try:
+            pose = self._world.link_motion(model, link).pose
+        except CapabilityError:  # it does not tell of links that joints move: as the file has them
+            held = self._world.scene.model(model).link(link).pose
+            pose = self._world.model_motion(model).pose @ held
+        place = pose_message(pose)
+        p = place.position
+        transform = self._transform(Vector3(p.x, p.y, p.z), place.orientation)
+        return self._stamped(header, f"{model}/{link}", transform)

@@ -1,0 +1,144 @@
+"""What says how late it is behind ROS; the time of a world begins at 0 when its body is first waited for."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Collection
+
+from nrp_core.clock import seconds
+from nrp_core.errors import SimulationError
+
+from nrp_world_ros.backend import RosOptions, TimeSource
+from nrp_world_ros.lockstep import DONE, GO, Turns
+from nrp_world_ros.node import Node
+from nrp_world_ros.wire import ros_type
+
+CLOCK = "/clock"
+
+
+class Timekeeper(ABC):
+    """Lets the loop wait for a time.
+
+    Args:
+        node: of this process.
+        patience_s: how long time may stand still.
+
+    Attributes:
+        late_ns: by how much the loop came too late at its last step.
+    """
+
+    late_ns = 0
+
+    def __init__(self, node: Node, patience_s: float) -> None:
+        self._node, self._patience_s = node, patience_s
+
+    @abstractmethod
+    def start(self, sent: Counter[str]) -> None:
+        """Let it be 0 now.
+
+        Args:
+            sent: how many messages were sent on each topic; counted anew afterwards.
+
+        Raises:
+            SimulationError: nobody says what time it is.
+        """
+
+    @abstractmethod
+    def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
+        """Return when it is ``t_ns`` and what was sent until then has come.
+
+        Args:
+            t_ns: the time to wait for.
+            sent: how many messages were sent on each topic; counted anew afterwards.
+            heard: the topics that are listened to.
+
+        Raises:
+            SimulationError: time stands still.
+        """
+
+    def _await(self, arrived: Callable[[], bool], what: str) -> None:
+        if not self._node.inbox.wait(arrived, self._patience_s, self._node.check):
+            raise SimulationError(f"{what} for {self._patience_s:g} s")
+
+
+class Wall(Timekeeper):
+    """The clock of this machine."""
+
+    def start(self, sent: Counter[str]) -> None:
+        self._origin_ns = time.monotonic_ns()
+
+    def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
+        self.late_ns = max(0, time.monotonic_ns() - self._origin_ns - t_ns)
+        self._node.check()
+        time.sleep(max(0, self._origin_ns + t_ns - time.monotonic_ns()) * 1e-9)
+        sent.clear()
+
+
+class Clock(Timekeeper):
+    """The topic ``/clock``."""
+
+    def __init__(self, node: Node, patience_s: float) -> None:
+        super().__init__(node, patience_s)
+        node.listen(CLOCK, ros_type("rosgraph_msgs/msg/Clock"))
+        self._said_ns: int | None = None
+
+    def start(self, sent: Counter[str]) -> None:
+        self._said_ns = None
+        self._await(lambda: self._read() is not None, f"nobody has published on {CLOCK}")
+        self._origin_ns = self._read() or 0
+
+    def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
+        target_ns = self._origin_ns + t_ns
+        self.late_ns = max(0, (self._read() or 0) - target_ns)
+        stands = f"{CLOCK} has not come to {seconds(target_ns):g} s"
+        self._await(lambda: (self._read() or 0) >= target_ns, stands)
+        sent.clear()
+
+    def _read(self) -> int | None:
+        letter = self._node.inbox.last(CLOCK)
+        if letter is not None:
+            self._said_ns = letter.message.clock.to_ns()
+        return self._said_ns
+
+
+class Lockstep(Timekeeper):
+    """The loop itself; the body waits for it."""
+
+    def __init__(self, node: Node, patience_s: float) -> None:
+        super().__init__(node, patience_s)
+        self._turns = Turns(node, GO, DONE)
+
+    def start(self, sent: Counter[str]) -> None:
+        bodies = self._node.peers(GO)
+        if bodies > 1:
+            raise SimulationError(f"{bodies} bodies wait on {GO}; a loop steps one: end the others")
+        self._origin_ns = self._go(0, sent, ())
+
+    def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
+        self._go(self._origin_ns + t_ns, sent, heard)
+
+    def _go(self, target_ns: int, sent: Counter[str], heard: Collection[str]) -> int:
+        self._turns.end(target_ns, sent)
+        reached_ns = self._turns.wait(
+            self._patience_s, after_ns=target_ns, heard=heard, meanwhile=self._node.check
+        )
+        if reached_ns is None:
+            raise SimulationError(
+                f"the body has not answered on {DONE}, or not sent what it says there, for "
+                f"{self._patience_s:g} s; is 'nrp ros-bridge --lockstep' running?"
+            )
+        return reached_ns
+
+
+_KINDS: dict[TimeSource, type[Timekeeper]] = {
+    TimeSource.WALL: Wall,
+    TimeSource.CLOCK: Clock,
+    TimeSource.LOCKSTEP: Lockstep,
+}
+
+
+def timekeeper(options: RosOptions, node: Node) -> Timekeeper:
+    """Return what the options choose."""
+    return _KINDS[options.time](node, seconds(options.patience))

@@ -1,0 +1,184 @@
+"""A scene whose body is behind ROS: what it senses comes from topics, what it is told goes to topics."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from typing import Any
+
+from nrp_core.clock import NS_PER_MS, milliseconds, seconds
+from nrp_core.errors import CapabilityError, SimulationError
+from nrp_core.world.interface import World, WorldCapabilities
+from nrp_core.world.messages.geometry_msgs import Twist
+from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, ModelMotion, Part, Wrench
+from nrp_core.world.parts.model_states import LINK_STATES, MODEL_STATES
+from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.topics import Direction, Stamped
+
+from nrp_world_ros.backend import RosOptions, TimeSource
+from nrp_world_ros.lockstep import GO
+from nrp_world_ros.node import Node
+from nrp_world_ros.times import timekeeper
+from nrp_world_ros.whereabouts import Whereabouts
+
+_LOCAL = {MODEL_STATES, LINK_STATES}
+_MUCH_NS = 500 * NS_PER_MS
+"""What is made up for soon, such as a first step that compiles code, is not worth a warning."""
+
+_HANDED_OVER_S = 0.1
+"""How long rospy may take to hand the last messages to the network."""
+
+
+class RosWorld(World):
+    """See :class:`~nrp_core.world.interface.World`.
+
+    Where models are is told by ``/gazebo/model_states``, or else by the odometry of their drives.
+
+    Raises:
+        BackendLoadError: rospy is not there, or no master is.
+    """
+
+    def __init__(self, scene: Scene, seed: int, capabilities: WorldCapabilities, options: RosOptions) -> None:
+        super().__init__(scene, seed=seed, capabilities=capabilities, identity="ros")
+        self._options = options
+        self._node = Node("nrp_loop")
+        self._time = timekeeper(options, self._node)
+        self._where = Whereabouts(scene)
+        self._ours = {name for name, info in self._topics.items() if self._stays_here(name, info.direction)}
+        for name in self._topics.keys() - self._ours:
+            if Direction.OUT in self._topics[name].direction:
+                self._bus[name] = []  # what comes is handed on as it comes, whatever its rate
+        self._sent: Counter[str] = Counter()
+        self._told: set[str] = set()
+        self._attended: frozenset[str] | None = None
+        self._attended_topics: set[str] = set()
+        self._begun = False
+        self._was_late = False
+        self._find_models()
+
+    def _stays_here(self, name: str, direction: Direction) -> bool:
+        """Whether a topic is served by this side: what follows from poses, colours, and all services."""
+        return name in _LOCAL or direction is Direction.BOTH or self._parts[name] is self._services
+
+    # -- one step
+
+    def _do_advance(self, steps: int) -> None:
+        if self.subscribed is not self._attended:
+            self._attend()
+        if not self._begun:
+            self._time.start(self._sent)
+            self._begun = True
+        t_ns = self._at_ns + steps * self.capabilities.step_ns
+        self._time.reach(t_ns, self._sent, self._attended_topics)
+        self._note_lateness()
+        for letter in self._node.inbox.take():
+            if letter.topic in self._attended_topics:
+                self._take(letter.topic, Stamped(t_ns, letter.message))
+
+    def _take(self, topic: str, heard: Stamped) -> None:
+        if topic in self._where.topics:
+            self._where.take(topic, heard.message)
+        for subscription in self._bus.get(topic, ()):
+            subscription.push(heard)
+
+    def _note_lateness(self) -> None:
+        if self._time.late_ns > _MUCH_NS and not self._was_late:
+            self._was_late = True
+            self.warnings.append(
+                f"the loop does not keep up with the body: at {seconds(self._at_ns):g} s it was "
+                f"{milliseconds(self._time.late_ns):.0f} ms late"
+            )
+
+    # -- whom to hear
+
+    def _find_models(self) -> None:
+        """Learn where the models are before the first step, from a body that does not wait for that step."""
+        for name, kind in self._where.topics.items():
+            self._node.listen(name, kind)
+        patience_s = seconds(self._options.patience)
+        told = self._where.topics.keys() - self._node.settle(patience_s)
+        if told and self._options.time is not TimeSource.LOCKSTEP:
+            inbox = self._node.inbox
+            inbox.wait(lambda: any(map(inbox.last, told)), patience_s, self._node.check)
+            for letter in inbox.take():
+                if letter.topic in told:
+                    self._where.take(letter.topic, letter.message)
+
+    def _attend(self) -> None:
+        """Listen to all that somebody here listens to, and wait for those who publish it."""
+        self._attended = self.subscribed
+        wanted = {name for name in self._attended if name in self._bus and name in self._parts}
+        self._attended_topics = wanted | self._where.topics.keys()
+        for name in wanted:
+            self._node.listen(name, self._topics[name].type)
+        if self._options.time is TimeSource.LOCKSTEP:
+            wanted.add(GO)
+        self._meet(wanted)
+
+    def _meet(self, wanted: set[str]) -> None:
+        patience_s = seconds(self._options.patience)
+        end_s = time.monotonic() + patience_s
+        while missing := wanted & (alone := self._node.settle(patience_s)):
+            if time.monotonic() > end_s:
+                names = ", ".join(sorted(missing))
+                raise SimulationError(
+                    f"nobody in ROS is on the other side of {names} ({patience_s:g} s waited); "
+                    "rostopic list shows what there is"
+                )
+            self._node.check()
+            time.sleep(0.05)
+        if self._where.topics.keys() <= alone:
+            told = " and ".join(sorted(self._where.topics))
+            self.warnings.append(f"where the models are is not known: nobody publishes {told}")
+
+    # -- what the body is told
+
+    def _write(self, part: Part, topic: str, message: Any) -> None:
+        if topic in self._ours:
+            super()._write(part, topic, message)
+        if part is not self._services:
+            with self._guarded(f"publish on {topic}"):
+                self._tell(topic, message)
+
+    def _tell(self, topic: str, message: Any) -> None:
+        publisher = self._node.publisher(topic, self._topics[topic].type)
+        if topic not in self._told:
+            self._told.add(topic)
+            if topic in self._node.settle(seconds(self._options.patience)):
+                self.warnings.append(f"nobody in ROS listens to {topic}")
+        if publisher.peers():
+            publisher.publish(message)
+            self._sent[topic] += 1
+
+    # -- what a world must have
+
+    def _do_reset(self, seed: int) -> None:
+        """Time begins anew; the body is where it is."""
+        self._node.inbox.take()
+        self._begun = False
+
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        return self._where.motion(model)
+
+    def _do_close(self) -> None:
+        """Stop what was driven, and leave."""
+        drives = {drive.command_topic for model in self.scene.models for drive in model.drives}
+        for topic in drives & self._told:
+            self._node.publisher(topic, Twist).publish(Twist())
+        time.sleep(_HANDED_OVER_S)
+        self._node.close()
+
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        """The body does that, when it hears it."""
+
+    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
+        """So does the room."""
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """So do joints."""
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        raise CapabilityError("a body behind ROS is not pushed from here")
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        raise CapabilityError("a body behind ROS is not pushed from here")

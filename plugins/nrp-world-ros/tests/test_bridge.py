@@ -1,0 +1,80 @@
+"""ROS's own tools, and what they see and do."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from rosbags.highlevel import AnyReader
+
+from conftest import Ros, needs_ros
+
+pytestmark = [needs_ros, pytest.mark.slow]
+
+
+def test_nodes_of_ros_see_the_robot_and_drive_it(ros: Ros) -> None:
+    ros.body()
+    topics = ros.run("rostopic", "list").split()
+    assert {"/clock", "/tf", "/husky/camera", "/husky/odom", "/husky/cmd_vel"} <= set(topics)
+    assert ros.run("rostopic", "type", "/husky/camera").strip() == "sensor_msgs/Image"
+    assert "width: 80" in ros.run("rostopic", "echo", "-n", "1", "--noarr", "/husky/camera")
+
+    def forward() -> float:
+        return float(ros.run("rostopic", "echo", "-n", "1", "/husky/odom/pose/pose/position/x").split()[0])
+
+    before = forward()
+    ros.start("rostopic", "pub", "-r", "20", "/husky/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 1.0}}")
+    ros.until(lambda: forward() > before + 0.5)
+
+
+@pytest.mark.skipif(shutil.which("rosbag") is None, reason="rosbag is not here")
+def test_rosbag_records_what_another_reader_understands(ros: Ros) -> None:
+    ros.body()
+    ros.run(
+        "rosbag", "record", "-O", "seen", "--duration", "3", "/clock", "/tf", "/husky/odom", "/husky/camera"
+    )
+    with AnyReader([Path(ros.folder / "seen.bag")]) as bag:
+        counts = {connection.topic: connection.msgcount for connection in bag.connections}
+        assert counts.keys() == {"/clock", "/tf", "/husky/odom", "/husky/camera"}
+        assert counts["/husky/camera"] > 30
+        camera = [connection for connection in bag.connections if connection.topic == "/husky/camera"]
+        stamps = []
+        for connection, _, data in bag.messages(camera):
+            image = bag.deserialize(data, connection.msgtype)
+            assert image.data.size == 80 * 60 * 3
+            stamps.append(image.header.stamp.sec + image.header.stamp.nanosec * 1e-9)
+        assert (stamps[-1] - stamps[0]) / (len(stamps) - 1) == pytest.approx(1 / 30, rel=0.01)
+
+
+def test_a_run_with_its_brain_is_seen_too(ros: Ros) -> None:
+    run = ros.nrp("ros-bridge", "braitenberg_husky", "--until", "8s", "-s", "world.options.image_scale=0.25")
+    ros.until(lambda: "/husky/odom" in ros.run("rostopic", "list"))
+    seen = ros.run("rostopic", "echo", "-n", "1", "/husky/odom/twist/twist/angular/z")
+    assert re.match(r"-?\d", seen)
+    said, _ = run.communicate(timeout=60)
+    assert "in ROS" in said
+    assert run.returncode == 0
+
+
+def test_what_ros_sends_wrongly_is_dropped_with_a_warning(ros: Ros) -> None:
+    body = ros.body("--until", "12s")
+    ros.run("rostopic", "pub", "-1", "/husky/cmd_vel", "geometry_msgs/Twist", "{linear: {x: .nan}}")
+    said, _ = body.communicate(timeout=60)
+    assert body.returncode == 0
+    assert "was dropped" in said
+    assert "linear.x" in said
+
+
+def test_the_check_sums_are_those_of_the_message_packages(ros: Ros) -> None:
+    """A node with other check sums would be refused: ROS's program compares them."""
+    ros.body()
+    for topic in ("/husky/odom", "/husky/joint_states", "/clock"):
+        done = subprocess.run(
+            ["rostopic", "echo", "-n", "1", topic], env=ros.env, capture_output=True, text=True,
+            timeout=20, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        assert "secs:" in done.stdout

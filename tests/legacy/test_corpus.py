@@ -1,0 +1,114 @@
+"""Each experiment of the corpus does what it is about, on every pair of engines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nrp_core.experiment.run import Run
+
+Opened = Callable[..., Run]
+
+ENGINES = {
+    "event and mujoco": ("brain.backend=event", "world.backend=mujoco"),
+    "spinnaker and pybullet": ("brain.backend=spinnaker", "world.backend=pybullet"),
+}
+
+
+@pytest.fixture(params=ENGINES.values(), ids=ENGINES)
+def played(request: pytest.FixtureRequest, opened: Opened) -> Callable[..., Run]:
+    """Runs an experiment of the corpus to its end."""
+
+    def play(name: str, *overrides: str) -> Run:
+        run = opened(name, *request.param, *overrides)
+        run.run()
+        assert run.result().error is None
+        return run
+
+    return play
+
+
+def rows(run: Run, function: str, parameter: str) -> list[list[str]]:
+    adapters: dict[str, Any] = {one.name: one.adapters for one in run.loop.functions}
+    recorded: list[list[str]] = adapters[function][parameter].rows
+    return recorded
+
+
+def test_an_arm_goes_where_its_joints_are_told_to(played: Callable[..., Run]) -> None:
+    run = played("arm_2017/arm.exc")
+    last = {name: float(position) for name, _, position in rows(run, "record_joints", "recorder")}
+    assert last == {"arm_1_joint": pytest.approx(0.5, abs=0.03), "arm_2_joint": pytest.approx(-0.4, abs=0.03)}
+    told = "\n".join(run.result().warnings)
+    assert "the mesh 'model://arm_robot/meshes/arm_1.stl' is not there" in told
+    assert "no room 'nowhere/biology_base.sdf': a plain floor it is" in told
+
+
+def test_a_pioneer_sees_a_wall_and_moves(played: Callable[..., Run]) -> None:
+    run = played("p3dx_2018/p3dx.exc", "duration=0.4 s")
+    result = run.result()
+    assert not result.failures
+    assert result.spikes["sensors"] > 100
+    assert result.final_pose["robot"]["x"] > 0.02
+    assert abs(result.final_pose["robot"]["pitch"]) < 0.1
+    assert len(rows(run, "csv_spike_monitor", "recorder")) == result.spikes["record"]
+    assert any("no 'model://no_such_model'" in warning for warning in result.warnings)
+
+
+def test_eyes_turn_by_topics_that_no_known_plugin_serves(played: Callable[..., Run]) -> None:
+    run = played("icub_2017/icub.exc")
+    _, eye, plotted = rows(run, "look", "out")[-1]
+    assert (float(eye), plotted) == (pytest.approx(0.2, abs=0.05), "True")
+    assert not run.result().failures
+
+
+def test_machines_switch_screens_move_things_and_call_services(played: Callable[..., Run]) -> None:
+    run = played("screens_2016/ExDBraitenbergHuskyScreens.exc")
+    result = run.result()
+    assert not result.failures
+    told = "\n".join(result.warnings)
+    assert "state machine" not in told
+    assert "service /gazebo" not in told
+    screen = run.world.subscribe("/left_vr_screen/body/screen_glass/color").latest
+    assert screen is not None
+    assert (screen.message.r, screen.message.g) == (1.0, 0.0)
+    assert "sphere" not in [model.name for model in run.world.scene.models]
+    height = float(rows(run, "screen", "recorder")[-1][1])
+    assert height == pytest.approx(0.1, abs=0.02)
+    assert result.spikes["sensors"] > 50
+    assert np.hypot(result.final_pose["husky"]["x"], result.final_pose["husky"]["y"]) > 0.05
+
+
+def test_a_brain_in_nest_takes_currents_in_pa(played: Callable[..., Run]) -> None:
+    run = played("directnest_2019/husky.exc", "duration=0.5 s")
+    result = run.result()
+    assert not result.failures
+    assert result.spikes["sensors"] > 50
+    assert result.spikes["actors"] > 20
+    functions = {function.name: function.adapters for function in run.loop.functions}
+    current = functions["eye_sensor_transmit"]["red_left_eye"]
+    assert (current.amplitude, current.port.amplitude) == (pytest.approx(150.0), pytest.approx(0.15))
+
+
+def test_every_idiom_of_transfer_functions_runs(played: Callable[..., Run]) -> None:
+    run = played("floreano_2018/experiment.exc")
+    result = run.result()
+    assert not result.failures
+    assert [function.name for function in run.loop.functions] == [
+        "sinks", "voltages", "rates", "other_robot", "tabs", "sources", "rostopics", "triggered",
+    ]  # fmt: skip
+    time, text, rate = rows(run, "other_robot", "rows")[-1]
+    assert (float(time), text) == (pytest.approx(0.38), "3")
+    assert float(rate) > 0
+    assert result.final_pose["rat"]["x"] > 3.1
+    assert result.final_pose["husky"]["y"] > 0.05
+    told = "\n".join(result.warnings)
+    for left_out in ("no_such_library", "declares no transfer function", "gone.py", "hears nothing"):
+        assert left_out in told
+
+
+def test_a_machine_that_is_not_there_is_named(opened: Opened, corpus: Path) -> None:
+    assert any("no state machine 'gone.exd'" in text for text in opened("icub_2017/icub.exc").warnings)

@@ -1,0 +1,57 @@
+"""Of rooms and robots that cannot be used whole, the rest is used, and what is left out is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.left_out import read_without
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.sdf import read_scene
+
+ROOM = """<sdf version="1.6"><world name="w">
+  <include><uri>model://not_there</uri></include>
+  <model name="box"><static>1</static>
+    <link name="link">
+      <collision name="c">
+        <geometry><box><size>1 1 1</size></box></geometry>
+      </collision>
+      <visual name="v">
+        <pose>0 0</pose>
+        <geometry><box><size>1 1 1</size></box></geometry>
+      </visual>
+    </link>
+  </model>
+  <light name="lamp" type="candle"/>
+</world></sdf>
+"""
+
+
+def read(folder: Path, text: str) -> tuple[Scene, list[str]]:
+    path = folder / "room.sdf"
+    path.write_text(text)
+    return read_without(lambda without: read_scene(path, without=without))
+
+
+def test_the_least_that_is_wrong_is_left_out_with_its_line(tmp_path: Path) -> None:
+    scene, left_out = read(tmp_path, ROOM)
+    (box,) = scene.models
+    (link,) = box.links
+    assert (len(link.collisions), len(link.visuals), scene.lights) == (1, 0, ())
+    assert sorted(int(text.split(":")[1]) for text in left_out) == [2, 9, 14]
+    assert all(text.endswith(": left out") for text in left_out)
+
+
+def test_a_room_without_faults_is_read_as_it_is(tmp_path: Path) -> None:
+    text = "\n".join(
+        line for line in ROOM.splitlines() if not any(w in line for w in ("not_there", "0 0<", "candle"))
+    )
+    scene, left_out = read(tmp_path, text)
+    assert (len(scene.models[0].links[0].visuals), left_out) == (1, [])
+
+
+def test_a_file_that_is_no_scene_is_an_error_all_the_same(tmp_path: Path) -> None:
+    with pytest.raises(SceneError):
+        read(tmp_path, "<html/>")

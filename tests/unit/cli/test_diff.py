@@ -1,0 +1,161 @@
+"""Comparing backends and recordings from the command line."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+FAST = """
+from dataclasses import replace
+
+from experiment_fakes import DiscBackend, DiscWorld
+from nrp_core.comparison.metrics.base import ScalarMetric
+
+
+class FastWorld(DiscWorld):
+    def _do_set_drive(self, model, drive, velocity):
+        super()._do_set_drive(model, drive, replace(velocity, forward=1.5 * velocity.forward))
+
+
+class FastBackend(DiscBackend):
+    def open(self, scene, *, seed, options):
+        return FastWorld(scene, seed=seed, capabilities=self.capabilities(options), identity="fast")
+
+
+class TwinBackend(DiscBackend):
+    pass
+
+
+class Steps(ScalarMetric):
+    name, title = "steps", "Steps"
+
+    def values(self, run):
+        return {"all": float(run.result["steps"])}
+"""
+ENTRIES = (
+    "[nrp_core.world]\nfast = fast:FastBackend\ntwin = fast:TwinBackend\n"
+    "[nrp_core.metrics]\nsteps = fast:Steps\n"
+)
+
+
+@pytest.fixture
+def worlds(experiment: Path, install: Callable[..., None]) -> Path:
+    """The experiment, a world like its own, one that drives faster, and a metric of somebody else."""
+    install("fast", ENTRIES, FAST)
+    return experiment
+
+
+def test_what_agrees_is_told_and_the_exit_code_is_0(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    done = nrp(
+        "diff", worlds, "--worlds", "disc,twin", "--seeds", 7, "--jobs", 1,
+        "--results", tmp_path / "results", "--html", page,
+    )  # fmt: skip
+    assert done.code == 0
+    assert "runs: 14 of 14" in done.err
+    assert done.out.startswith("The finding does not depend on the simulator")
+    assert "the same to the last bit in 151 steps" in done.out
+    html = page.read_text()
+    assert html.count("<svg") == 3
+    assert "agrees across backends" in html
+    assert "<script" not in html
+    assert 'src="' not in html
+
+
+def test_what_differs_is_named(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    done = nrp(
+        "diff", worlds, "--worlds", "disc,fast", "--seeds", 3, "--jobs", 1,
+        "--results", tmp_path / "results", "--json",
+    )  # fmt: skip
+    assert done.code == 1
+    told = json.loads(done.out)
+    assert told["answer"] == "depends on the world"
+    assert told["finding"] == ["criteria", "time_to_event"]
+    assert told["metrics"]["steps"]["answer"] == "agrees across backends"
+    response = told["metrics"]["drive_response"]["parts"]["husky/forward"]
+    assert response["answer"] == "depends on the world"
+    assert response["contrasts"][0]["difference"] == pytest.approx(0.5, abs=0.02)
+    (parting,) = told["partings"]
+    assert parting["first"]["side"] == "world"
+    assert parting["visible"]["signal"].startswith("/gazebo/model_states/husky.")
+
+
+def test_what_has_run_is_not_run_again_and_processes_share_the_work(
+    nrp: Any, worlds: Path, tmp_path: Path
+) -> None:
+    results = tmp_path / "results"
+    asked = ("diff", worlds, "--worlds", "disc,fast", "--results", results, "--json")
+    first = nrp(*asked, "--seeds", 1, "--jobs", 2)
+    made = {folder: (folder / "recording.mcap").stat().st_mtime_ns for folder in results.iterdir()}
+    assert len(made) == 2
+    assert json.loads(first.out)["answer"] == "not decided: take more seeds"
+    (next(iter(made)) / "run.json").unlink()  # as a kill leaves it
+    nrp(*asked, "--seeds", 2, "--jobs", 1)
+    again = {folder: (folder / "recording.mcap").stat().st_mtime_ns for folder in results.iterdir()}
+    assert len(again) == 4
+    assert sum(again[folder] == made[folder] for folder in made) == 1
+
+
+def test_another_file_is_another_run(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    asked = ("diff", worlds, "--worlds", "disc,twin", "--seeds", 1, "--jobs", 1, "--results", results)
+    nrp(*asked)
+    drive = worlds / "drive.py"
+    drive.write_text(drive.read_text() + "\n# changed\n")
+    nrp(*asked)
+    assert len(list(results.iterdir())) == 4
+
+
+def test_a_setting_can_be_drawn_with_the_seed(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    done = nrp(
+        "diff", worlds, "--worlds", "disc,twin", "--seeds", 3, "--jobs", 1,
+        "--vary", "events.red.at=0.5..1.5 s", "--results", tmp_path / "results", "--json",
+    )  # fmt: skip
+    told = json.loads(done.out)
+    part = told["metrics"]["time_to_event"]["parts"]["arrives"]
+    disc, twin = (set(cell["values"]) for cell in part["cells"])
+    assert len(disc) > 1
+    assert disc == twin
+
+
+def test_two_recordings_are_compared_without_running_anything(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    one, other, page = tmp_path / "one", tmp_path / "other", tmp_path / "page.html"
+    assert nrp("run", worlds, "--record", one).code == 0
+    nrp("run", worlds, "--record", other, "--world", "fast")
+    assert nrp("diff", one, one).out.startswith("identical: 151 steps")
+    done = nrp("diff", one, other, "--html", page)
+    assert done.code == 1
+    assert "part in step" in done.out
+    assert "Drive response" in done.out
+    assert page.read_text().count("<svg") == 2
+    told = json.loads(nrp("diff", one, other, "--json").out)
+    assert told["identical"] is False
+    assert told["signals"][0]["largest"] > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["--worlds", "disc"], 2, "takes two names"),
+        (["--worlds", "disc,dics"], 4, "did you mean 'disc'"),
+        (["--worlds", "disc,disc"], 3, "given twice"),
+        (["--worlds", "disc,twin", "--margin", "time=1"], 2, "no metric is called 'time'"),
+        (["--worlds", "disc,twin", "--vary", "seed"], 2, "KEY=LOW..HIGH"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_before_anything_runs(
+    nrp: Any, worlds: Path, tmp_path: Path, arguments: list[str], code: int, told: str
+) -> None:
+    results = tmp_path / "results"
+    done = nrp("diff", worlds, *arguments, "--results", results)
+    assert done.code == code
+    assert told in " ".join(done.err.replace("│", " ").split())
+    assert not results.exists()
+
+
+def test_what_is_no_recording_is_refused(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    done = nrp("diff", worlds, tmp_path)
+    assert done.code == 3
+    assert "there is no recording" in done.err

@@ -1,0 +1,143 @@
+"""What a value depends on, decided from numbers that were made to depend on it."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nrp_core.comparison.grid import Cell
+from nrp_core.comparison.judgement import Answer, Judgement
+from nrp_core.comparison.measuring import judge
+from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, ScalarMetric
+from nrp_core.errors import ExperimentError
+
+BRAINS, WORLDS = ("exact", "coarse"), ("here", "there")
+
+
+class Value(ScalarMetric):
+    name, title, unit = "value", "Value", "m"
+
+    def values(self, run: Any) -> dict[str, float | None]:
+        return {"it": run}
+
+
+class Met(Value):
+    name, is_share, is_finding = "met", True, True
+    margin = Margin(at_most=0.25)
+
+
+class Apart(DistanceMetric):
+    name, title, unit = "apart", "Apart", "m"
+
+    def features(self, run: Any) -> dict[str, float]:
+        return {"it": run}
+
+    def distance(self, one: float, other: float) -> float:
+        return abs(one - other)
+
+
+def judged(
+    metric: Any, value: Callable[[Cell, float], float | None], seeds: int = 20, margins: Margins | None = None
+) -> Judgement:
+    """Judge runs that gave ``value(cell, noise)``, the noise being that of each run."""
+    grid = SimpleNamespace(brains=BRAINS, worlds=WORLDS, seeds=tuple(range(seeds)))
+    cells = [Cell(b, w, s) for s in grid.seeds for b in BRAINS for w in WORLDS]
+    drawn = np.random.Generator(np.random.Philox(5)).normal(size=len(cells))
+    runs = {cell: value(cell, float(x)) for cell, x in zip(cells, drawn, strict=True)}
+    (found,) = judge(grid, runs, [metric()], margins or Margins())  # type: ignore[arg-type]
+    return found
+
+
+BY = {
+    Answer.AGREES: lambda cell, x: 3.0,
+    Answer.SEED: lambda cell, x: x,
+    Answer.BRAIN: lambda cell, x: x + 3.0 * (cell.brain == "coarse"),
+    Answer.WORLD: lambda cell, x: x + 3.0 * (cell.world == "there"),
+    Answer.BOTH: lambda cell, x: x + 3.0 * (cell.world == "there") + 3.0 * (cell.brain == "coarse"),
+    Answer.OPEN: lambda cell, x: x + 0.9 * (cell.brain == "coarse"),
+}
+
+
+@pytest.mark.parametrize("expected", list(BY))
+def test_a_number_depends_on_what_it_was_made_to_depend_on(expected: Answer) -> None:
+    assert judged(Value, BY[expected]).answer is expected
+
+
+@pytest.mark.parametrize("expected", [Answer.AGREES, Answer.SEED, Answer.BRAIN, Answer.WORLD, Answer.BOTH])
+def test_so_does_a_distance(expected: Answer) -> None:
+    assert judged(Apart, BY[expected]).answer is expected
+
+
+def test_the_effect_of_a_distance_is_told_as_the_shift_that_makes_it() -> None:
+    (part,) = judged(Apart, lambda cell, x: x + 3.0 * (cell.brain == "coarse"), seeds=60).parts
+    brain = next(one for one in part.contrasts if one.factor == "brain")
+    assert brain.effect_sd == pytest.approx(3.0, rel=0.15)
+
+
+def test_what_cancels_on_average_is_found_in_the_interaction() -> None:
+    crossed = judged(Value, lambda cell, x: x + 3.0 * ((cell.brain == "coarse") == (cell.world == "there")))
+    assert crossed.answer is Answer.BOTH
+
+
+def test_too_few_seeds_decide_nothing_instead_of_no_difference() -> None:
+    assert judged(Value, BY[Answer.SEED], seeds=3).answer is Answer.OPEN
+    assert judged(Apart, BY[Answer.SEED], seeds=2).answer is Answer.NONE
+
+
+def test_seeds_that_share_their_noise_are_compared_one_by_one() -> None:
+    """A difference far below the spread is seen, and is still none that matters."""
+    (part,) = judged(Value, lambda cell, x: float(np.sin(cell.seed)) + 0.1 * (cell.brain == "coarse")).parts
+    brain = part.contrasts[0]
+    assert brain.estimate.mean == pytest.approx(0.1)
+    assert brain.p_different < 1e-6
+    assert part.answer is Answer.SEED
+
+
+@pytest.mark.parametrize(
+    ("margin", "expected"), [("0.5", Answer.BRAIN), ("5", Answer.SEED), ("6sd", Answer.SEED)]
+)
+def test_a_margin_says_what_matters(margin: str, expected: Answer) -> None:
+    for key in ("value", "value/it"):
+        margins = Margins.parse([f"{key}={margin}"], [Value()])
+        assert judged(Value, BY[Answer.BRAIN], margins=margins).answer is expected
+
+
+def test_a_margin_for_nothing_is_refused() -> None:
+    for text, what in (
+        ("valeu=1", "did you mean 'value'"),
+        ("value", "METRIC=VALUE"),
+        ("value=-1", "above 0"),
+    ):
+        with pytest.raises(ValueError, match=what):
+            Margins.parse([text], [Value()])
+    with pytest.raises(ExperimentError, match="no run has 'value/at'"):
+        judged(Value, BY[Answer.SEED], margins=Margins.parse(["value/at=1"], [Value()]))
+
+
+@pytest.mark.parametrize(("seeds", "expected"), [(4, Answer.OPEN), (10, Answer.AGREES)])
+def test_a_criterion_that_is_always_met_agrees_once_there_are_enough_runs(
+    seeds: int, expected: Answer
+) -> None:
+    assert judged(Met, lambda cell, x: 1.0, seeds=seeds).answer is expected
+
+
+def test_a_criterion_that_one_brain_does_not_meet_depends_on_the_brain() -> None:
+    assert judged(Met, lambda cell, x: float(cell.brain == "exact"), seeds=10).answer is Answer.BRAIN
+
+
+def test_what_one_backend_never_has_decides_nothing() -> None:
+    missing = judged(Value, lambda cell, x: x if cell.brain == "exact" else None)
+    assert missing.answer is Answer.OPEN
+    assert missing.parts[0].n_seeds == 0
+    assert judged(Value, lambda cell, x: None).answer is Answer.NONE
+
+
+def test_chance_is_seldom_taken_for_a_difference() -> None:
+    wrong = 0
+    for start in range(200):
+        rng = np.random.Generator(np.random.Philox(start))
+        found = judged(Value, lambda cell, x, rng=rng: float(rng.normal()), seeds=8)  # type: ignore[misc]
+        wrong += found.answer.is_dependent
+    assert wrong <= 16  # 10 of 200 would be the 5 % of the tests
