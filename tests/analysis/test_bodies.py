@@ -107,7 +107,7 @@ FAILS = [
      "'wheels', a group of population_rate (sink), has no attribute 'voltage'"),
     ("spikes.times = 1", "NRP224", "'spikes', a spike_recorder (sink),: 'times' can only be read"),
     ("camera.value = None", "NRP224", "can only be read"),
-    ("helper(camera.value.header.stamp.secs)", "NRP226", "builtin_interfaces/msg/Time has no field 'secs'"),
+    ("helper(camera.value.header.stamp.hours)", "NRP226", "builtin_interfaces/msg/Time has no field 'hours'"),
     ("twist = geometry_msgs.msg.Twist()\ntwist.linaer.x = 1.0", "NRP226", "did you mean 'linear'?"),
     ("twist = geometry_msgs.msg.Twist()\ntwist.linear = 1.0", "NRP227",
      "linear of geometry_msgs/msg/Twist must be"),
