@@ -48,15 +48,13 @@ class Wiring:
         added = [function for function in add if bound.get(function.name) is not function]
         for i, function in enumerate(added):
             require_new_name(function, added[:i])
-        leaving = {self._known(name) for name in remove} | (bound.keys() & {f.name for f in added})
-        after = {
-            name: bound[name] for name in bound if name not in leaving or name in {f.name for f in added}
-        }
-        after |= {function.name: function for function in added}
+        new = {function.name: function for function in added}
+        removed = {self._known(name) for name in remove} - new.keys()
+        after = {name: function for name, function in bound.items() if name not in removed} | new
         declare_topics(list(after.values()), self._world)
         with ExitStack() as undo:
-            before = {_device_key(port): port for port in self._brain.devices}
-            known = {id(port) for port in before.values()}
+            there = self._brain.devices
+            before, known = {_device_key(port): port for port in there}, set(map(id, there))
             for function in added:
                 function.bind(self._brain, self._world, variables=self._variables)
                 undo.callback(function.unbind)
@@ -66,7 +64,7 @@ class Wiring:
                 if id(port) not in known and _device_key(port) in before:
                     port.restore(before[_device_key(port)].save())
             undo.pop_all()
-        for name in leaving:
+        for name in removed | (bound.keys() & new.keys()):
             bound[name].unbind()
         self.functions = tuple(sorted(after.values(), key=lambda function: -function.priority))
 

@@ -9,13 +9,6 @@ from nrp_core.conformance import BrainBackendTests
 class _OnPyNN(BrainBackendTests):
     backend_name = "pynn"
 
-    @pytest.mark.xfail(
-        reason="NEST: source spikes reach STDP synapses a step late; NEURON: exponential charge", strict=False
-    )
-    @pytest.mark.parametrize("gap", [8.0, -8.0])
-    def test_stdp_changes_a_weight_by_the_time_between_spikes(self, gap):
-        super().test_stdp_changes_a_weight_by_the_time_between_spikes(gap)
-
 
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("nest") is None, reason="NEST is not installed")
