@@ -94,10 +94,10 @@ def _grid(
     experiment: str, brains: str, worlds: str, seeds: int, settings: list[str], vary: list[str]
 ) -> Grid:
     from nrp_core.comparison.grid import Grid
-    from nrp_core.comparison.varying import Varied
+    from nrp_core.experiment.varied import keyed_range
 
     with usage_errors("--vary"):
-        varied = [Varied.parse(text) for text in vary]
+        varied = dict(map(keyed_range, vary))
     grid = Grid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied)
     if len(grid.brains) * len(grid.worlds) < 2:
         raise typer.BadParameter(

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from pathlib import Path
 
-from nrp_core.comparison.varying import Varied
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.varied import Range
 from nrp_core.recording.capsule import named_files
 from nrp_core.registry import Registry, brains, worlds
 
@@ -44,7 +44,7 @@ class Grid:
         brains, worlds: names of the backends.
         seeds: the same for every pair of backends.
         overrides: ``dotted.key=value``, laid over the experiment in every run.
-        varied: settings that are drawn anew with each seed.
+        varied: settings that are drawn anew with each seed, by their dotted keys.
 
     Raises:
         BackendError: there is no such backend.
@@ -56,7 +56,7 @@ class Grid:
     worlds: tuple[str, ...]
     seeds: tuple[int, ...]
     overrides: tuple[str, ...] = ()
-    varied: tuple[Varied, ...] = ()
+    varied: Mapping[str, Range] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for what, names in (("brain", self.brains), ("world", self.worlds), ("seed", self.seeds)):
@@ -68,9 +68,12 @@ class Grid:
     @classmethod
     def of(
         cls, experiment: str, brains: Sequence[str], worlds: Sequence[str], seeds: int,
-        overrides: Sequence[str] = (), varied: Sequence[Varied] = (),
+        overrides: Sequence[str] = (), varied: Mapping[str, Range] | None = None,
     ) -> Grid:  # fmt: skip
-        """Return a grid of so many seeds from the experiment's own on; without names its own backends."""
+        """Return a grid of so many seeds from the experiment's own on; without names its own backends.
+
+        What the experiment itself says is varied is varied as well.
+        """
         own = load_experiment(experiment, overrides)
         return cls(
             experiment,
@@ -78,7 +81,7 @@ class Grid:
             tuple(worlds) or (own.world.backend,),
             tuple(range(own.seed, own.seed + seeds)),
             tuple(overrides),
-            tuple(varied),
+            {**own.comparison.vary, **(varied or {})},
         )
 
     @property
@@ -90,7 +93,7 @@ class Grid:
         """Return the overrides of one run."""
         return [
             *self.overrides,
-            *(varied.override(cell.seed) for varied in self.varied),
+            *(values.override(key, cell.seed) for key, values in self.varied.items()),
             f"brain.backend={cell.brain}",
             f"world.backend={cell.world}",
             f"seed={cell.seed}",

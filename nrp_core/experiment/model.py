@@ -27,6 +27,7 @@ from nrp_core.experiment.happenings import END, START, Criterion, Event
 from nrp_core.experiment.making import Maker
 from nrp_core.experiment.section import Name, Section, TopicName
 from nrp_core.experiment.tree import Key, Place, Tree
+from nrp_core.experiment.varied import Range
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
 from nrp_core.world.scene.pose import Pose
@@ -83,6 +84,9 @@ TimeLimit = Annotated[
 ]
 MessageType = Annotated[
     type, PlainValidator(message_type), WithJsonSchema({"type": "string", "examples": ["std_msgs/Float64"]})
+]
+VariedRange = Annotated[
+    Range, PlainValidator(Range.parse), WithJsonSchema({"type": "string", "examples": ["4..8 s"]})
 ]
 PoseList = Annotated[
     tuple[LengthM, LengthM, LengthM, AngleRad, AngleRad, AngleRad], BeforeValidator(_six_values)
@@ -148,6 +152,22 @@ class WorldSection(BackendSection):
     """Sensors that are worse than their files have them, by their topics."""
 
 
+class ComparisonSection(Section):
+    """What ``nrp diff`` is told by the experiment itself."""
+
+    vary: dict[str, VariedRange] = Field(default_factory=dict)
+    """Settings on whose exact value the finding must not hang, drawn with the seed: ``key: 4..8 s``."""
+
+
+class CompatibilitySection(Section):
+    """Another platform, whose names and modules the files of this experiment use."""
+
+    platform: str
+    """Name of an installed platform: ``hbp_nrp`` is the original one."""
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Options of that platform."""
+
+
 class Experiment(Section):
     """A brain, a world, what connects them, and what shall happen."""
 
@@ -175,6 +195,8 @@ class Experiment(Section):
     """What happens when."""
     criteria: dict[Name, Criterion] = Field(default_factory=dict)
     """What must be so for the run to pass."""
+    comparison: ComparisonSection = ComparisonSection()
+    """How the finding is compared between simulators."""
     on_error: Literal["stop", "quarantine"] = "stop"
     """What a transfer function that raises, or does not return, does: stop the run, or be set aside."""
     function_time_limit: TimeLimit = 60_000_000_000
@@ -189,6 +211,8 @@ class Experiment(Section):
     """How fast to run: ``max``, ``realtime`` or a multiple of real time."""
     models: tuple[ExistingFolder, ...] = ()
     """Folders that ``model://`` and other files of rooms and robots are looked for in."""
+    compatibility: CompatibilitySection | None = None
+    """The platform that its files were written for, where they need what only that one has."""
     csv_folder: Path = Path("csv")
     """Where a run that is not recorded puts the files of its CSV recorders."""
 

@@ -12,7 +12,7 @@ from nrp_core.comparison.metrics.base import Margins, all_metrics
 from nrp_core.comparison.parting import Parting, parting
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.comparison.running import run_grid
-from nrp_core.comparison.varying import Varied
+from nrp_core.experiment.varied import Range
 
 pytestmark = pytest.mark.slow
 
@@ -162,7 +162,7 @@ def test_two_recordings_are_laid_side_by_side(diff: GridDiff) -> None:
 
 
 def test_the_braitenberg_finding_depends_on_no_simulator_as_far_as_a_few_seeds_tell(tmp_path: Path) -> None:
-    varied = [Varied.parse("events.left_red.at=1..7 s")]
+    varied = {"events.left_red.at": Range(1, 7, "s")}
     settings = ("world.options.image_scale=0.1", "duration=16 s")
     grid = Grid.of("braitenberg_husky", ("event", "spinnaker"), ("mujoco", "pybullet"), 7, settings, varied)
     runs = run_grid(grid, tmp_path, 2, lambda done, total, last: None)

@@ -18,7 +18,7 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
         "worlds": diff.grid.worlds,
         "seeds": diff.grid.seeds,
         "overrides": diff.grid.overrides,
-        "varied": list(map(str, diff.grid.varied)),
+        "varied": {key: str(values) for key, values in diff.grid.varied.items()},
         "independent": diff.answer.is_independent,
         "answer": diff.answer,
         "finding": [one.metric.name for one in diff.finding],

@@ -24,7 +24,7 @@ def subject(diff: GridDiff) -> str:
     return (
         f"{len(diff.runs)} runs: {', '.join(grid.brains)} x {', '.join(grid.worlds)}, "
         f"{len(grid.seeds)} seeds ({grid.seeds[0]} to {grid.seeds[-1]})"
-        + "".join(f", {varied}" for varied in grid.varied)
+        + "".join(f", {key}={values}" for key, values in grid.varied.items())
     )
 
 

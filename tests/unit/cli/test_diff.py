@@ -159,3 +159,19 @@ def test_what_is_no_recording_is_refused(nrp: Any, worlds: Path, tmp_path: Path)
     done = nrp("diff", worlds, tmp_path)
     assert done.code == 3
     assert "there is no recording" in done.err
+
+
+def test_an_experiment_says_itself_what_is_drawn_with_the_seed(
+    nrp: Any, worlds: Path, tmp_path: Path
+) -> None:
+    varied = worlds / "varied.yaml"
+    varied.write_text(
+        "extends: experiment.yaml\nname: varied\ncomparison: {vary: {events.red.at: 0.5..1.5 s}}\n"
+    )
+    asked = ("diff", varied, "--worlds", "disc,twin", "--seeds", 3, "--jobs", 1, "--json")
+    told = json.loads(nrp(*asked, "--results", tmp_path / "results").out)
+    assert told["varied"] == {"events.red.at": "0.5..1.5 s"}
+    part = told["metrics"]["time_to_event"]["parts"]["arrives"]
+    assert len(set(part["cells"][0]["values"])) > 1
+    fixed = json.loads(nrp(*asked, "--results", tmp_path / "results", "-s", "comparison=null").out)
+    assert fixed["varied"] == {}
