@@ -161,7 +161,8 @@ def read_xml(path: Path, kind: type[ExperimentError]) -> Element:
         if not path.parent.is_dir():
             raise kind(f"there is no file {path}; there is no folder {path.parent}") from None
         near = [other.name for other in path.parent.glob(f"*{path.suffix}")]
-        raise kind(f"there is no file {path}{did_you_mean(path.name, near)}") from None
+        hint = did_you_mean(path.name, near) if near else ""
+        raise kind(f"there is no file {path}{hint}") from None
     except OSError as error:
         raise kind(f"cannot read {path}: {error.strerror}") from None
 

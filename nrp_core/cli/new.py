@@ -26,7 +26,7 @@ class Subject(StrEnum):
 
 
 def new(
-    subject: Annotated[Subject, typer.Argument(help="What it is.")],
+    subject: Annotated[Subject, typer.Argument(metavar="SUBJECT", help="What it is.")],
     name: Annotated[
         str, typer.Argument(metavar="NAME", help="What users will call it, in lower case, e.g. acme.")
     ],

@@ -18,7 +18,7 @@ class Subject(StrEnum):
 
 
 def schema(
-    subject: Annotated[Subject, typer.Argument(help="What to describe.")],
+    subject: Annotated[Subject, typer.Argument(metavar="SUBJECT", help="What to describe.")],
     json: Json = False,  # noqa: ARG001  it is a JSON document anyway
 ) -> None:
     """Print the JSON Schema of a file format, for editors."""

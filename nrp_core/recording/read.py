@@ -66,7 +66,8 @@ class Recording:
         self.folder = path if path.is_dir() else path.parent
         self.file = path / MCAP_NAME if path.is_dir() else path
         if not self.file.is_file():
-            raise ExperimentError(f"there is no recording: {self.file.name} is missing", path=path)
+            lacking = f"no file '{self.file.name}' is in it" if path.is_dir() else "there is no such folder"
+            raise ExperimentError(f"no recording: {lacking}", path=path)
 
     @cached_property
     def run(self) -> dict[str, Any]:

@@ -158,7 +158,7 @@ def test_what_cannot_be_compared_is_refused_before_anything_runs(
 def test_what_is_no_recording_is_refused(nrp: Any, worlds: Path, tmp_path: Path) -> None:
     done = nrp("diff", worlds, tmp_path)
     assert done.code == 3
-    assert "there is no recording" in done.err
+    assert "no recording: no file 'recording.mcap' is in it" in done.err
 
 
 def test_an_experiment_says_itself_what_is_drawn_with_the_seed(

@@ -127,7 +127,7 @@ def test_an_unfinished_file_that_holds_nothing_is_an_empty_recording(tmp_path: P
 
 
 def test_a_folder_without_a_recording_is_an_error_with_its_name(tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match=r"there is no recording: recording\.mcap is missing") as caught:
+    with pytest.raises(ExperimentError, match=r"no recording: no file 'recording\.mcap' is in it") as caught:
         Recording(tmp_path)
     assert caught.value.path == tmp_path
 
