@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from collections.abc import Iterable, Iterator
+from typing import Any, NoReturn
 
 import pytest
 
@@ -17,20 +18,59 @@ def undeclared(what: str) -> NoReturn:
 def refuse_quiet_edits(cls: type) -> None:
     """Refuse a class outside the kit that replaces one of its tests without saying why.
 
+    A test, or some of its parameters, may be expected to fail: ``xfail(reason=...)``. In the second case all
+    parameters of the kit must be there, and what is not expected to fail must still be the kit's test.
+
     Raises:
-        TypeError: a test is replaced, and its replacement is not marked ``xfail(reason=...)``.
+        TypeError: a test is replaced in another way.
     """
     if cls.__module__.startswith(KIT):
         return
     for name, value in vars(cls).items():
-        inherited = any(name in vars(base) for base in cls.__mro__[1:])
-        if name.startswith("test") and inherited and not _explained(value):
+        inherited = [vars(base)[name] for base in cls.__mro__[1:] if name in vars(base)]
+        if not name.startswith("test") or not inherited:
+            continue
+        in_part = _explained_in_part(value, inherited[0]) and _calls(value, name)
+        if not in_part and not _explained(_marks(value)):
             raise TypeError(
                 f"{cls.__name__}.{name} replaces a test of the conformance kit; if the backend cannot pass "
-                f"it yet, call super().{name}() under @pytest.mark.xfail(reason='...')"
+                f"it yet, call super().{name}() under @pytest.mark.xfail(reason='...'), or mark those of "
+                "its parameters so that fail, and keep the others"
             )
 
 
-def _explained(test: object) -> bool:
-    marks = getattr(test, "pytestmark", ())
+def _explained_in_part(test: object, original: object) -> bool:
+    """Return whether a test has the parameters of the original, with nothing but explained failures."""
+    marks = [mark for marks, _ in _parameters(test) for mark in marks]
+    same = [values for _, values in _parameters(test)] == [values for _, values in _parameters(original)]
+    return same and bool(marks) and all(_explained([mark]) for mark in marks)
+
+
+def _calls(test: object, name: str) -> bool:
+    return name in getattr(getattr(test, "__code__", None), "co_names", ())
+
+
+def _parameters(test: object) -> Iterator[tuple[list[Any], Any]]:
+    """Give the marks of each set of parameters, and its names and values."""
+    for mark in _marks(test):
+        if mark.name == "parametrize":
+            names, sets = mark.args
+            several = not isinstance(names, str) or "," in names
+            for given in sets:
+                parameter = given if isinstance(given, _PARAMETER) else _parameter(given, several)
+                yield list(parameter.marks), (names, tuple(parameter.values))
+
+
+def _parameter(given: Any, several: bool) -> Any:
+    return pytest.param(*given) if several else pytest.param(given)
+
+
+_PARAMETER = type(pytest.param())
+
+
+def _marks(test: object) -> list[Any]:
+    return list(getattr(test, "pytestmark", ()))
+
+
+def _explained(marks: Iterable[Any]) -> bool:
     return any(mark.name == "xfail" and mark.kwargs.get("reason") for mark in marks)

@@ -2,15 +2,21 @@
 
 import os
 import signal
+import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from nrp_brain_event import EventBackend
 from nrp_brain_spinnaker import SpinnakerBackend
 
 from nrp_core.brain.network import Network, Population, Projection
-from nrp_core.brain.remote import RemoteBrain
+from nrp_core.brain.remote import RemoteBrain, RemoteOptions
+from nrp_core.brain.remote.columns import SharedColumns
+from nrp_core.brain.remote.liveness import Watch
 from nrp_core.brain.sinks import SpikeRecorder
 from nrp_core.brain.sources import DCSource, PoissonSource
 from nrp_core.clock import NS_PER_MS
@@ -120,6 +126,91 @@ def test_a_process_that_dies_is_one_clear_error(remote):
     os.kill(brain._process.pid, signal.SIGKILL)
     with pytest.raises(SimulationError, match=r"the process of the brain \(.*\) was ended by SIGKILL"):
         brain.run_until(2 * NS_PER_MS)
+
+
+LIMITED = "500 ms"
+HANGS = r"the process of the brain \(.*\) hangs: for 0.5 s it has neither answered nor computed"
+
+
+class LimitedOptions(type(EventBackend().options()), RemoteOptions):
+    """Of the event backend in a process of its own."""
+
+
+class LimitedBackend(EventBackend):
+    """The event backend with a limit."""
+
+    options = LimitedOptions
+
+
+@pytest.mark.parametrize("ask", [
+    lambda brain: brain.run_until(2 * NS_PER_MS),
+    lambda brain: brain.read_state("v", [0]),
+    lambda brain: brain.set_weights("p", np.ones(300_000)),  # more than a socket holds
+], ids=["a step", "a request", "a long request"])  # fmt: skip
+def test_a_process_that_hangs_is_one_clear_error(remote, ask):
+    index = np.zeros(300_000, np.int32)
+    ones = np.ones(index.size)
+    many = Projection("p", "cells", "cells", "excitatory", index, index + 1, ones, ones)
+    brain = remote(LimitedBackend(), Network(cells().populations, (many,)), time_limit=LIMITED)
+    brain.run_until(NS_PER_MS)
+    os.kill(brain._process.pid, signal.SIGSTOP)
+    with pytest.raises(SimulationError, match=HANGS):
+        ask(brain)
+    with pytest.raises(ProcessLookupError):
+        os.kill(brain._process.pid, 0)
+
+
+def test_a_process_that_hangs_while_it_opens_is_one_clear_error(tmp_path):
+    lazy = tmp_path / "python"
+    lazy.write_text("#!/bin/sh\nexec sleep 100\n")
+    lazy.chmod(0o755)
+    backend = LimitedBackend()
+    with pytest.raises(BackendLoadError, match=HANGS):
+        RemoteBrain(backend, cells(), seed=1, options=backend.options(time_limit=LIMITED), python=str(lazy))
+
+
+def test_a_process_that_works_longer_than_the_limit_is_waited_for():
+    script = "import os; end = 0.6\nwhile os.times().user < end: pass"
+    process = subprocess.Popen(["sh", "-c", f"{sys.executable} -c '{script}'; true"])  # a child does the work
+    watch, looks = Watch(process.pid, 0.2, AssertionError), 0
+    while process.poll() is None:
+        time.sleep(watch.between_looks_s)
+        if process.poll() is None:
+            watch.look()
+            looks += 1
+    assert looks > 4
+
+
+def test_many_spikes_pass_in_one_step(remote):
+    size, count = 50, 40_000
+    noise = {"rate": np.full(size, 1e6), "start": np.zeros(size), "duration": np.full(size, np.inf)}
+    network = Network({"noise": Population("noise", size, "SpikeSourcePoisson", noise)})
+    backend, found = SpinnakerBackend(), []
+    for brain in (backend.open(network, seed=5, options=backend.options()), remote(backend, network)):
+        recorder = brain.add_sink(SpikeRecorder(), range(size), name="recorder")
+        brain.run_until(NS_PER_MS)
+        brain.run_until(2 * NS_PER_MS)
+        found.append((recorder.spikes().neurons.tolist(), recorder.spikes().times_ms.tolist()))
+        brain.close()
+    assert len(found[0][0]) > count
+    assert found[0] == found[1]
+
+
+@given(st.lists(st.lists(st.lists(st.floats(allow_nan=False), max_size=9000), max_size=4), max_size=4))
+def test_shared_columns_are_read_as_they_were_written(messages):
+    here = SharedColumns()
+    there = SharedColumns(os.dup(here.descriptor))
+    try:
+        for turn, message in enumerate(messages):
+            writer, reader = (here, there) if turn % 2 else (there, here)
+            columns = [np.array(column, float) for column in message]
+            total = writer.write([np.arange(3), *columns])
+            block = reader.read(total)
+            assert block[:3].tolist() == [0, 1, 2]
+            assert block[3:].view(np.float64).tolist() == [x for column in message for x in column]
+    finally:
+        here.close()
+        there.close()
 
 
 def test_a_program_that_is_no_python_with_nrp_core_does_not_open(remote):

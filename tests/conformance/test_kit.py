@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from math import exp, log
+from types import FunctionType
 
 import pytest
 
@@ -36,6 +37,42 @@ def test_an_expected_failure_needs_a_reason():
     with pytest.raises(TypeError, match="replaces a test"):
         type("Mine", (BrainBackendTests,), {NAME: pytest.mark.xfail(replacement)})
     type("Mine", (BrainBackendTests,), {NAME: pytest.mark.xfail(reason="the clock is round")(replacement)})
+
+
+PAIRED = "test_stdp_changes_a_weight_by_the_time_between_spikes"
+FAILING = pytest.param(-8.0, marks=pytest.mark.xfail(reason="one step late"))
+
+
+def _paired(self, gap):
+    super(BrainBackendTests, self).test_stdp_changes_a_weight_by_the_time_between_spikes(gap)
+
+
+def _own(self, gap):
+    pass
+
+
+def test_one_parameter_of_a_test_can_be_expected_to_fail():
+    replacement = pytest.mark.parametrize("gap", [8.0, FAILING])(FunctionType(_paired.__code__, globals()))
+    type("Mine", (BrainBackendTests,), {PAIRED: replacement})
+
+
+@pytest.mark.parametrize(
+    ("gaps", "body"),
+    [
+        ([FAILING], _paired),
+        ([8.0, -8.0], _paired),
+        ([9.0, FAILING], _paired),
+        ([8.0, FAILING], _own),
+        ([8.0, pytest.param(-8.0, marks=pytest.mark.xfail)], _paired),
+        ([8.0, pytest.param(-8.0, marks=pytest.mark.skip(reason="late"))], _paired),
+        ([pytest.param(8.0, marks=pytest.mark.skip(reason="late")), FAILING], _paired),
+    ],
+    ids=["fewer", "no marks", "another value", "another test", "no reason", "skipped", "one skipped"],
+)
+def test_the_other_parameters_stay_as_they_are(gaps, body):
+    replacement = pytest.mark.parametrize("gap", gaps)(FunctionType(body.__code__, globals()))
+    with pytest.raises(TypeError, match="replaces a test"):
+        type("Mine", (BrainBackendTests,), {PAIRED: replacement})
 
 
 def test_tests_of_ones_own_may_be_added():

@@ -8,7 +8,16 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-SIMULATORS = {"nest", "neuron", "brian2", "pyNN.nest", "pyNN.neuron", "pyNN.brian2"}
+SIMULATORS = {
+    "nest",
+    "neuron",
+    "brian2",
+    "spynnaker",
+    "pyNN.nest",
+    "pyNN.neuron",
+    "pyNN.brian2",
+    "pyNN.spiNNaker",
+}
 PLUGINS = sorted((ROOT / "plugins").glob("*/pyproject.toml"), key=str)
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Final, Self
 
-import numpy as np
 from pydantic import Field
 
 from nrp_core.brain.changes import ParameterChange
@@ -14,10 +13,15 @@ from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
 from nrp_core.brain.network import FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.remote.process import BrainProcess
 from nrp_core.brain.remote.sole import is_taken
+from nrp_core.brain.remote.step import Inputs, read_spikes
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.clock import seconds
+from nrp_core.quantities import DurationNs
 
 if TYPE_CHECKING:
-    from nrp_core.brain.remote.server import Opened, Order
+    from nrp_core.brain.remote.server import Opened
+
+DEFAULT_LIMIT_NS: Final = 60_000_000_000
 
 
 class RemoteOptions(BrainOptions):
@@ -27,6 +31,10 @@ class RemoteOptions(BrainOptions):
         default=None,
         description="the Python that runs the simulator in a process of its own, e.g. VENV/bin/python; "
         "by default the simulator runs in this process",
+    )
+    time_limit: DurationNs = Field(
+        default=DEFAULT_LIMIT_NS,
+        description="how long that process may neither answer nor compute before the run ends with an error",
     )
 
     def here(self) -> Self:
@@ -54,13 +62,15 @@ class RemoteBrain(Brain):
 
     Raises:
         BackendLoadError: the process does not start.
+        SimulationError: it ends, or hangs.
         NrpError: whatever the backend raises there.
     """
 
     def __init__(
         self, backend: BrainBackend, network: Network, *, seed: int, options: BrainOptions, python: str
     ) -> None:
-        self._process = BrainProcess(python)
+        limit_ns = options.time_limit if isinstance(options, RemoteOptions) else DEFAULT_LIMIT_NS
+        self._process = BrainProcess(python, seconds(limit_ns))
         try:
             opened: Opened = self._process.call("open", backend, network, seed, options)
         except BaseException:
@@ -71,30 +81,30 @@ class RemoteBrain(Brain):
             network,
             seed=seed,
             capabilities=replace(backend.capabilities(options), releases_gil=True),
-            identity=f"{type(backend).__qualname__}:{options.model_dump_json()}",
+            identity=f"{type(backend).__qualname__}:{options.model_dump_json(exclude={'time_limit'})}",
         )
         self.warnings += opened.warnings
-        self._orders: list[Order] = []
-        self._events: dict[str, list[SynapticEvents]] = {}
-        self._spikes: list[Spikes] = []
+        self._inputs, self._spikes = Inputs(), list[Spikes]()
 
     def _do_run_until(self, t_ns: int) -> None:
-        orders, self._orders = [*self._orders, *map(_joined, self._events.values())], []
-        self._events.clear()
-        self._spikes.append(Spikes(*self._process.call("run", self._now_ns, orders, t_ns)))
+        inputs, self._inputs = self._inputs, Inputs()
+        memory = self._process.columns
+        (n_spikes, *_) = self._process.step(self._now_ns, t_ns, *inputs.write(memory))
+        if n_spikes:
+            self._spikes.append(read_spikes(memory, n_spikes))
 
     def _do_take_spikes(self) -> Spikes:
         spikes, self._spikes = self._spikes, []
         return spikes[0] if len(spikes) == 1 else Spikes.merged(spikes)
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
-        self._orders.append(("fire", (neurons, times_ms)))
+        self._inputs.fire(neurons, times_ms)
 
     def _do_inject(self, events: SynapticEvents) -> None:
-        self._events.setdefault(events.receptor, []).append(events)
+        self._inputs.inject(events)
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
-        self._orders.append(("set_current", (currents_na,)))
+        self._inputs.set_current(currents_na)
 
     def _do_reset(self, seed: int) -> None:
         self._forget()
@@ -130,11 +140,4 @@ class RemoteBrain(Brain):
 
     def _forget(self) -> None:
         """Drop what has not been sent or taken: it belongs to the time before a jump."""
-        self._orders, self._events, self._spikes = [], {}, []
-
-
-def _joined(events: list[SynapticEvents]) -> Order:
-    """Return events at one kind of receptor as one order: few arrays pickle faster than many."""
-    parts = [(one.neurons, one.times_ms, one.weights) for one in events]
-    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
-    return "inject", (*columns, events[0].receptor)
+        self._inputs, self._spikes = Inputs(), []

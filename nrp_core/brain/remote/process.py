@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import shutil
 import signal
+import socket
+import struct
 import subprocess
-from contextlib import suppress
-from multiprocessing.connection import Pipe
 from typing import Any, Final
 
-from nrp_core.brain.remote.messages import receive, send
+from nrp_core.brain.remote.columns import SharedColumns
+from nrp_core.brain.remote.liveness import Watch
+from nrp_core.brain.remote.messages import Channel, Numbers
 from nrp_core.errors import BackendLoadError, SimulationError
 
 _PATIENCE_S: Final = 5.0
 """How long a process may take to end by itself."""
 _STANDARD_ERROR: Final = 2
+_MICROSECONDS: Final = 1_000_000
 
 
 class BrainProcess:
@@ -24,23 +27,32 @@ class BrainProcess:
 
     Args:
         python: the interpreter, a path or a name on the search path.
+        time_limit_s: how long it may neither answer nor compute.
+
+    Attributes:
+        columns: memory that the process sees, too.
 
     Raises:
         BackendLoadError: there is no such program.
     """
 
-    def __init__(self, python: str) -> None:
+    def __init__(self, python: str, time_limit_s: float) -> None:
         program = shutil.which(python)
         if program is None:
             raise BackendLoadError(f"python: '{python}' is not a program that can be run")
-        self._python = python
-        self._connection, theirs = Pipe()
-        command = [program, "-m", "nrp_core.brain.remote", str(theirs.fileno())]
+        self._python, self._time_limit_s = python, time_limit_s
+        self.columns = SharedColumns()
+        ours, theirs = socket.socketpair()
+        descriptors = [theirs.fileno(), self.columns.descriptor]
+        command = [program, "-m", "nrp_core.brain.remote", *map(str, descriptors)]
         with theirs:
             self._process = subprocess.Popen(
-                command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
+                command, pass_fds=descriptors, stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
             )
-        self._opened = False
+        self._watch = Watch(self._process.pid, time_limit_s, self._hangs)
+        _time_out(ours, self._watch.between_looks_s)
+        self._channel = Channel(ours, self.columns, self._watch.look)
+        self._opened = self._waiting = False
 
     @property
     def pid(self) -> int:
@@ -52,36 +64,82 @@ class BrainProcess:
 
         Raises:
             BackendLoadError: the process ended before it had opened a brain.
-            SimulationError: it ended later.
+            SimulationError: it ended later, or hangs.
             NrpError: what was raised there.
         """
+        self._begin()
         try:
-            send(self._connection, (request, arguments))
-            answer, error = receive(self._connection)
+            self._channel.send((request, arguments))
+            return self._answer()[0]
         except (EOFError, OSError):
             raise self._ended() from None
-        if error is not None:
-            raise error
-        self._opened = True
-        return answer
+
+    def step(self, *numbers: int) -> Numbers:
+        """Return the numbers that answer those of a step; the columns that belong to them lie in memory.
+
+        Raises:
+            SimulationError, NrpError: see :meth:`call`.
+        """
+        self._begin()
+        try:
+            self._channel.send_step(*numbers)
+            return self._answer()[1]
+        except (EOFError, OSError):
+            raise self._ended() from None
 
     def close(self) -> None:
         """End the process."""
-        with suppress(OSError):
-            self._connection.close()  # the other side reads the end of the stream and leaves
+        self._channel.close()  # the other side reads the end of the stream and leaves
         try:
             self._process.wait(_PATIENCE_S)
         except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+            self._kill()
+
+    def _begin(self) -> None:
+        self._watch.begin()
+        if self._waiting:  # an earlier call was interrupted, and its answer is still to come
+            self._channel.receive()
+        self._waiting = True
+
+    def _answer(self) -> tuple[Any, Numbers]:
+        message, numbers = self._channel.receive()
+        self._waiting = False
+        if message is None:
+            return None, numbers
+        answer, error = message
+        if error is not None:
+            raise error
+        self._opened = True
+        return answer, numbers
+
+    def _kill(self) -> None:
+        self._process.kill()
+        self._process.wait()
+
+    def _hangs(self) -> BackendLoadError | SimulationError:
+        self._kill()
+        self._channel.close()
+        return self._error(
+            f"hangs: for {self._time_limit_s:g} s it has neither answered nor computed; "
+            "the option time_limit sets how long it may"
+        )
 
     def _ended(self) -> BackendLoadError | SimulationError:
         self.close()
         code = self._process.returncode
         how = f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
         if self._opened:
-            return SimulationError(f"the process of the brain ({self._python}) {how}")
-        return BackendLoadError(
-            f"the process of the brain ({self._python}) {how} before it was ready; "
-            "that Python needs nrp-core and the backend installed"
-        )
+            return self._error(how)
+        return self._error(f"{how} before it was ready; that Python needs nrp-core and the backend installed")
+
+    def _error(self, how: str) -> BackendLoadError | SimulationError:
+        kind = SimulationError if self._opened else BackendLoadError
+        return kind(f"the process of the brain ({self._python}) {how}")
+
+
+def _time_out(connection: socket.socket, after_s: float) -> None:
+    """Let sending and receiving stop by ``BlockingIOError`` after a time, which costs no call of its own."""
+    whole_s = int(after_s)
+    value = struct.pack("ll", whole_s, max(1, round((after_s - whole_s) * _MICROSECONDS)))
+    for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
+        connection.setsockopt(socket.SOL_SOCKET, option, value)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from multiprocessing.connection import Connection
-from typing import Any, Final, Literal, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple
 
 from nrp_core.brain.changes import ParameterChange, projection_of
 from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
 from nrp_core.brain.network import FloatArray, IntArray, Network
-from nrp_core.brain.remote.messages import receive, send
-from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.brain.remote.columns import SharedColumns
+from nrp_core.brain.remote.messages import Channel
+from nrp_core.brain.remote.step import carry_out, write_spikes
 from nrp_core.errors import NrpError, SimulationError
-
-Order: TypeAlias = tuple[Literal["fire", "inject", "set_current"], tuple[Any, ...]]
-"""One of a brain's inputs, and its arguments; plain tuples and arrays, which pickle fast."""
 
 
 class Opened(NamedTuple):
@@ -48,21 +45,14 @@ class BrainServer:
         own = {p.label for p in network.populations.values() if p.is_source and brain._emits(p)}
         return Opened(brain.warnings, frozenset(own))
 
-    def run(self, now_ns: int, orders: Sequence[Order], t_ns: int) -> tuple[IntArray, FloatArray]:
-        """Carry out the orders given since the last run, run, and return ids and times (ms) of the spikes."""
+    def step(self, memory: SharedColumns, now_ns: int, t_ns: int, *counts: int) -> int:
+        """Carry out what was asked for since the last step, run, and return the number of spikes."""
         brain = self._brain
         brain._now_ns = now_ns
-        for order, arguments in orders:
-            if order == "inject":
-                brain._do_inject(SynapticEvents(*arguments))
-            elif order == "fire":
-                brain._do_fire(*arguments)
-            else:
-                brain._do_set_current(*arguments)
+        carry_out(brain, memory, counts)
         brain._do_run_until(t_ns)
         brain._now_ns = t_ns
-        spikes = brain._do_take_spikes()
-        return spikes.neurons, spikes.times_ms
+        return write_spikes(memory, brain._do_take_spikes())
 
     def reset(self, seed: int) -> None:
         """Go back to time 0."""
@@ -103,7 +93,6 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
     name: getattr(BrainServer, name)
     for name in (
         "open",
-        "run",
         "reset",
         "read_state",
         "set_parameters",
@@ -115,13 +104,21 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
 }
 
 
-def serve(connection: Connection) -> None:
+def serve(channel: Channel) -> None:
     """Answer requests, each with what it returns or raises, until the other side is gone."""
     server = BrainServer()
     with suppress(EOFError, ConnectionError):
         while True:
-            request, arguments = receive(connection)
-            send(connection, server.answer(request, arguments))
+            message, numbers = channel.receive()
+            if message is not None:
+                channel.send(server.answer(*message))
+                continue
+            try:
+                n_spikes = server.step(channel.columns, *numbers)
+            except Exception as error:  # noqa: BLE001  whatever it is, the other side raises it
+                channel.send((None, _portable(error)))
+            else:
+                channel.send_step(n_spikes)
     server.close()
 
 

@@ -14,6 +14,7 @@ ALL = [
         name, marks=pytest.mark.skipif(find_spec(one.package) is None, reason=f"{one.name} is not installed")
     )
     for name, one in SIMULATORS.items()
+    if name != "spinnaker"  # is a machine
 ]
 
 

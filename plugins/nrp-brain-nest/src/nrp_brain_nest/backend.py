@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import Annotated, ClassVar
 
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
@@ -51,6 +52,7 @@ class NestBackend(BrainBackend):
             resolution_ns=options.resolution,
             determinism=Determinism.MACHINE,
             state_variables=frozenset().union(*(kind.readable for kind in CELL_TYPES.values())),
+            changes=frozenset({PARAMETERS, WEIGHTS}),
             releases_gil=options.python is not None,
         )
 

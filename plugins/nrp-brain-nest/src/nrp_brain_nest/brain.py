@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.grid import Grid
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network import FloatArray, IntArray, Network
+from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
 
@@ -13,8 +16,11 @@ from nrp_brain_nest.backend import NestOptions
 from nrp_brain_nest.cells import Cells
 from nrp_brain_nest.inputs import DeviceInput, SourceCells
 from nrp_brain_nest.kernel import NAME, Kernel
+from nrp_brain_nest.status import put
 from nrp_brain_nest.synapses import Wiring
 from nrp_brain_nest.weights import Weights
+
+_TIME_CONSTANTS: Final = frozenset({"tau_syn_E", "tau_syn_I"})
 
 
 class NestBrain(Brain):
@@ -49,7 +55,8 @@ class NestBrain(Brain):
         self._cells, weights = Cells(nest, network), Weights(network)
         self._source_cells = SourceCells(nest, network, grid)
         self._device_input = DeviceInput(nest, self._cells, weights, grid)
-        wiring = Wiring(nest, network, self._cells, self._source_cells, weights, grid)
+        self._weights = weights
+        self._wiring = wiring = Wiring(nest, network, self._cells, self._source_cells, weights, grid)
         for projection in network.projections:
             wiring.connect(projection)
         self._recorder = nest.Create("spike_recorder", params={"time_in_steps": True})
@@ -72,7 +79,7 @@ class NestBrain(Brain):
         events = self._recorder.get("events")
         if not len(events["senders"]):
             return Spikes()
-        self._recorder.set(n_events=0)
+        put(self._recorder, [{"n_events": 0}])
         return Spikes(self._ids[events["senders"]], self._grid.time_ms(events["times"]))
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
@@ -86,6 +93,19 @@ class NestBrain(Brain):
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         return self._cells.read(variable, neurons)
+
+    def _do_set_parameters(self, change: ParameterChange) -> None:
+        now = self._cells.changed(change)
+        self._weights.check_receptors(change.label, now)
+        self._cells.set_parameters(change)
+        if not _TIME_CONSTANTS.isdisjoint(change.values):
+            self._wiring.renew_decay(change.label, now)
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        return self._wiring.read_weights(projection)
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        self._wiring.set_weights(projection, weights)
 
     def _do_reset(self, seed: int) -> None:
         self._build()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network import FloatArray, IntArray, Network, Population
 from nrp_core.brain.traub import settled_gates
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
@@ -32,7 +34,9 @@ class Cells:
         self._network = network
         self.nodes = np.zeros(network.size, np.int64)
         self.all: Any = None
+        self._nest = nest
         self._collections: dict[str, Any] = {}
+        self._parameters: dict[str, Mapping[str, FloatArray]] = {}
         self._offsets_pa = np.zeros(network.size)
         for population in network.populations.values():
             if population.size and not population.is_source:
@@ -44,6 +48,7 @@ class Cells:
         self.nodes[ids] = collection.tolist()
         self.all = collection if self.all is None else self.all + collection
         self._collections[population.label] = collection
+        self._parameters[population.label] = population.parameters
         self._offsets_pa[ids] = population.parameters["i_offset"] * MILLI
 
     def set_currents(self, currents_na: FloatArray) -> None:
@@ -53,6 +58,32 @@ class Cells:
         for _, collection, index, which in self._by_population(changed):
             collection[index.tolist()].set(I_e=wanted[changed[which]].tolist())
         self._held_pa = wanted
+
+    def changed(self, change: ParameterChange) -> Mapping[str, FloatArray]:
+        """Return all parameters of a population, in PyNN's units, as they are after a change."""
+        values = {name: array.copy() for name, array in self._parameters[change.label].items()}
+        for name, array in change.values.items():
+            values[name][change.index] = array
+        return values
+
+    def set_parameters(self, change: ParameterChange) -> None:
+        """Change parameters of cells.
+
+        Raises:
+            NetworkError: NEST refuses a parameter.
+        """
+        population, now = self._network.populations[change.label], self.changed(change)
+        cells = np.unique(change.index)
+        ids = self._network.offsets[change.label] + cells
+        chosen = {name: array[cells] for name, array in now.items()}
+        part = replace(population, size=cells.size, parameters=chosen, initial_values={}, positions_um=None)
+        values = nest_parameters(part, CELL_TYPES[population.cell_type])
+        offsets_pa = values["I_e"]
+        held_pa = self._held_pa[ids] - self._offsets_pa[ids] + offsets_pa
+        collection = self._collections[change.label][cells.tolist()]
+        _set(self._nest, collection, values | {"I_e": held_pa}, population)
+        self._parameters[change.label] = now
+        self._offsets_pa[ids], self._held_pa[ids] = offsets_pa, held_pa
 
     def read(self, variable: str, neurons: IntArray) -> FloatArray:
         """Return a state variable in PyNN's unit.
@@ -91,15 +122,20 @@ def _created(nest: Any, population: Population) -> Any:
     kind = CELL_TYPES[population.cell_type]
     values = nest_parameters(population, kind) | _initial_state(population, kind)
     collection = nest.Create(kind.model, population.size)
+    collection.set(dict(kind.fixed))
+    _set(nest, collection, values, population)
+    return collection
+
+
+def _set(nest: Any, collection: Any, values: Mapping[str, FloatArray], population: Population) -> None:
     try:
-        collection.set({name: array.tolist() for name, array in values.items()} | dict(kind.fixed))
+        collection.set({name: array.tolist() for name, array in values.items()})
     except nest.NESTError as error:
         reason = str(error).rpartition(": ")[2] or str(error)
         raise NetworkError(
-            f"population '{population.label}' ({population.cell_type}): NEST's {kind.model} refuses its "
-            f"parameters: {reason}"
+            f"population '{population.label}' ({population.cell_type}): "
+            f"NEST's {CELL_TYPES[population.cell_type].model} refuses its parameters: {reason}"
         ) from error
-    return collection
 
 
 def nest_parameters(population: Population, kind: CellType) -> dict[str, FloatArray]:

@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 from nrp_core.brain.grid import Grid
 from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.train_queue import TrainQueue
+
+from nrp_brain_nest.status import put
 
 
 class SpikeGenerators:
@@ -19,10 +22,10 @@ class SpikeGenerators:
     """
 
     def __init__(self, nest: Any, grid: Grid, *, weighted: bool) -> None:
-        self._nest, self._grid, self._weighted = nest, grid, weighted
+        self._nest, self._weighted = nest, weighted
+        self._queue = TrainQueue(grid)
         self._nodes: Any = None
         self._size = 0
-        self._waiting: list[tuple[IntArray, IntArray, FloatArray]] = []
 
     def add(self, n: int) -> tuple[IntArray, IntArray]:
         """Make generators and return their numbers and NEST's ids of them."""
@@ -34,26 +37,12 @@ class SpikeGenerators:
 
     def send(self, numbers: IntArray, steps: IntArray, weights: FloatArray) -> None:
         """Let generators emit spikes at grid points; they may lie beyond the window to come."""
-        self._waiting.append((numbers, steps, weights))
+        self._queue.put(numbers, steps, weights)
 
     def feed(self, until_step: int) -> None:
         """Give NEST everything up to the end of a window."""
-        if not self._waiting:
-            return
-        numbers, steps, weights = map(np.concatenate, zip(*self._waiting, strict=True))
-        later = steps > until_step
-        self._waiting = [(numbers[later], steps[later], weights[later])] if later.any() else []
-        order = np.lexsort((steps, numbers))
-        order = order[~later[order]]
-        if not order.size:
-            return
-        numbers, weights = numbers[order], weights[order]
-        times_ms = self._grid.time_ms(steps[order])
-        busy, first = np.unique(numbers, return_index=True)
-        trains = zip(np.split(times_ms, first[1:]), np.split(weights, first[1:]), strict=True)
-        self._nodes[busy.tolist()].set(
-            [
-                {"spike_times": times, "spike_weights": own} if self._weighted else {"spike_times": times}
-                for times, own in trains
-            ]
-        )
+        busy, trains = self._queue.take(until_step)
+        if trains:
+            names = ("spike_times", "spike_weights")[: 1 + self._weighted]
+            nodes = self._nodes if busy.size == self._size else self._nodes[busy.tolist()]
+            put(nodes, [dict(zip(names, train, strict=False)) for train in trains])

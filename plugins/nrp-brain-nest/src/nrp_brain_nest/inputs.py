@@ -32,27 +32,31 @@ class SourceCells:
     def __init__(self, nest: Any, network: Network, grid: Grid) -> None:
         self._nest, self._network, self._grid = nest, network, grid
         self._generators = SpikeGenerators(nest, grid, weighted=False)
-        self._numbers = np.full((2, network.size), -1)
-        self._nodes = np.zeros((2, network.size), np.int64)
+        self._rows: dict[int | None, tuple[IntArray, IntArray]] = {}
 
-    def nodes(self, label: str, *, relayed: bool) -> IntArray:
+    def nodes(self, label: str, *, copy: int | None) -> IntArray:
         """Return NEST's ids of what emits the spikes of a population, made when first asked for.
 
         Args:
             label: of the population.
-            relayed: whether the spikes are for plastic synapses; they come one step later.
+            copy: which of the generators, whose synapses are all of one model in NEST; None for the relays
+                that plastic synapses need, whose spikes come one step later.
         """
-        ids, kind = self._network.ids_of(label), int(relayed)
-        if ids.size and self._numbers[kind, ids[0]] < 0:
-            self._numbers[kind, ids], nodes = self._generators.add(ids.size)
-            self._nodes[kind, ids] = self._relays(nodes) if relayed else nodes
-        found: IntArray = self._nodes[kind, ids]
-        return found
+        if copy not in self._rows:
+            size = self._network.size
+            self._rows[copy] = np.full(size, -1), np.zeros(size, np.int64)
+        (numbers, found), ids = self._rows[copy], self._network.ids_of(label)
+        if ids.size and numbers[ids[0]] < 0:
+            numbers[ids], nodes = self._generators.add(ids.size)
+            found[ids] = self._relays(nodes) if copy is None else nodes
+        emitters: IntArray = found[ids]
+        return emitters
 
     def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         """Let cells (global ids) emit spikes."""
         steps = self._grid.first_at(times_ms)
-        for numbers in self._numbers[:, neurons]:
+        for every, _ in self._rows.values():
+            numbers = every[neurons]
             used = numbers >= 0
             if used.any():
                 self._generators.send(numbers[used], steps[used], np.ones(int(used.sum())))
@@ -90,8 +94,8 @@ class DeviceInput:
         """
         weights = self._weights.onto(events.neurons, events.weights, events.receptor)
         numbers = self._numbers[RECEPTORS.index(events.receptor)]
-        new = np.unique(events.neurons[numbers[events.neurons] < 0])
-        if new.size:
+        if (unknown := numbers[events.neurons] < 0).any():
+            new = np.unique(events.neurons[unknown])
             numbers[new], generators = self._generators.add(new.size)
             _link(self._nest, generators, self._cells.nodes[new], np.ones(new.size), self._grid)
         steps = np.maximum(self._grid.first_at(events.times_ms) - 1, now_step + 1)

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 from nrp_core.brain.grid import Grid
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network import (
+    STATIC,
+    STDP,
+    TSODYKS_MARKRAM,
+    FloatArray,
+    IntArray,
+    Network,
+    Population,
+    Projection,
+)
 from nrp_core.errors import CapabilityError, NetworkError
 
 from nrp_brain_nest.cell_types import CELL_TYPES
 from nrp_brain_nest.cells import Cells
 from nrp_brain_nest.inputs import SourceCells
+from nrp_brain_nest.links import Link, Synapses
 from nrp_brain_nest.weights import Weights
 
 _MODELS: Final = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
@@ -45,6 +57,8 @@ class Wiring:
         self._nest, self._network, self._grid = nest, network, grid
         self._cells, self._sources, self._weights = cells, sources, weights
         self._tau_minus = np.full(network.size, np.nan)
+        self._links: dict[str, Link] = {}
+        self._between: Counter[tuple[str, str, str]] = Counter()
         self.warnings: list[str] = []
 
     def connect(self, projection: Projection) -> None:
@@ -56,23 +70,76 @@ class Wiring:
         if not projection.size:
             return
         pre = self._network.populations[projection.pre]
-        relayed = pre.is_source and projection.synapse_type != STATIC
-        post = self._network.offsets[projection.post] + projection.post_index.astype(np.int64)
+        copy, model = self._copy_of(projection), _MODELS[projection.synapse_type]
+        relayed = _is_relayed(pre, projection)
+        if pre.is_source:
+            nodes = self._sources.nodes(projection.pre, copy=None if relayed else copy)
+        else:
+            nodes = self._cells.nodes[self._network.ids_of(projection.pre)]
+        if copy and (relayed or not pre.is_source):
+            model = self._copied(model, copy)
+        if projection.synapse_type == STDP:
+            self._share_trace(projection)
+        *ends, values = self._made(projection, nodes)
+        synapses = {"synapse_model": model, **values}
+        if projection.synapse_type == TSODYKS_MARKRAM:
+            synapses["u"] = np.zeros(projection.size)  # they start rested, with nothing facilitated
+        self._nest.Connect(*ends, "one_to_one", synapses)
+        self._links[projection.label] = Link(self._nest, model, partial(self._made, projection, nodes))
+
+    def _made(self, projection: Projection, nodes: IntArray) -> Synapses:
+        """Return what a projection is in NEST, given the ids of its presynaptic cells."""
+        post = self._targets(projection)
         weights = self._weights.onto(post, projection.weight, projection.receptor)
-        synapses: dict[str, Any] = {
-            "synapse_model": _MODELS[projection.synapse_type],
+        relayed = _is_relayed(self._network.populations[projection.pre], projection)
+        values = {
             "weight": weights,
             "delay": self._delays_ms(projection, sooner=relayed and projection.synapse_type != STDP),
         }
         if projection.synapse_type == TSODYKS_MARKRAM:
-            synapses |= self._short_term(projection)
+            values |= self._short_term(projection)
         elif projection.synapse_type == STDP:
-            synapses |= self._stdp(projection, weights)
-        if pre.is_source:
-            nodes = self._sources.nodes(projection.pre, relayed=relayed)
-        else:
-            nodes = self._cells.nodes[self._network.ids_of(projection.pre)]
-        self._nest.Connect(nodes[projection.pre_index], self._cells.nodes[post], "one_to_one", synapses)
+            values |= self._stdp(projection, weights)
+        return nodes[projection.pre_index], self._cells.nodes[post], values
+
+    def read_weights(self, projection: Projection) -> FloatArray:
+        """Return the weights of a projection as they are now, in PyNN's units."""
+        if not projection.size:
+            return np.empty(0)
+        return self._weights.of(
+            self._targets(projection), self._links[projection.label].read("weight"), projection.receptor
+        )
+
+    def set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        """Change the weights of a projection.
+
+        Raises:
+            CapabilityError: NEST has no such synapses.
+        """
+        if projection.size:
+            new = self._weights.onto(self._targets(projection), weights, projection.receptor)
+            self._links[projection.label].set("weight", new)
+
+    def renew_decay(self, label: str, parameters: Mapping[str, FloatArray]) -> None:
+        """Let Tsodyks-Markram synapses know the time constants of their targets, as they are now."""
+        for projection in self._network.projections:
+            if projection.post == label and projection.synapse_type == TSODYKS_MARKRAM and projection.size:
+                self._links[projection.label].set("tau_psc", self._decay(projection, parameters))
+
+    def _targets(self, projection: Projection) -> IntArray:
+        return self._network.offsets[projection.post] + projection.post_index.astype(np.int64)
+
+    def _copy_of(self, projection: Projection) -> int:
+        """Return how many of a kind between two populations came before: it tells them apart."""
+        kind = projection.pre, projection.post, projection.synapse_type
+        self._between[kind] += 1
+        return self._between[kind] - 1
+
+    def _copied(self, model: str, copy: int) -> str:
+        name = f"{model}_{copy}"
+        if name not in self._nest.synapse_models:
+            self._nest.CopyModel(model, name)
+        return name
 
     def _delays_ms(self, projection: Projection, *, sooner: bool) -> FloatArray:
         """Return the delays in NEST; ``sooner`` by the step that a relay takes.
@@ -91,20 +158,23 @@ class Wiring:
         return self._grid.time_ms(steps)
 
     def _short_term(self, projection: Projection) -> dict[str, FloatArray]:
-        """Return PyNN's parameters by NEST's names; a synapse starts rested, with nothing facilitated."""
-        tau_rec = _parameter(projection, "tau_rec")
+        """Return PyNN's parameters by NEST's names."""
         post = self._network.populations[projection.post]
-        tau_psc = np.full(projection.size, _NO_TIME_MS)
-        if CELL_TYPES[post.cell_type].drive != "jump":
-            taus = "tau_syn_E" if projection.receptor == "excitatory" else "tau_syn_I"
-            tau_psc = post.parameters[taus][projection.post_index]
         return {
             "U": _parameter(projection, "U"),
-            "tau_rec": tau_rec,
+            "tau_rec": _parameter(projection, "tau_rec"),
             "tau_fac": _parameter(projection, "tau_facil"),
-            "tau_psc": np.where(np.isclose(tau_psc, tau_rec, rtol=1e-7), tau_psc * _APART, tau_psc),
-            "u": np.zeros(projection.size),
+            "tau_psc": self._decay(projection, post.parameters),
         }
+
+    def _decay(self, projection: Projection, parameters: Mapping[str, FloatArray]) -> FloatArray:
+        """Return ``tau_psc``, by the parameters of the target population."""
+        tau_psc = np.full(projection.size, _NO_TIME_MS)
+        if CELL_TYPES[self._network.populations[projection.post].cell_type].drive != "jump":
+            taus = "tau_syn_E" if projection.receptor == "excitatory" else "tau_syn_I"
+            tau_psc = parameters[taus][projection.post_index]
+        equal = np.isclose(tau_psc, _parameter(projection, "tau_rec"), rtol=1e-7)
+        return np.where(equal, tau_psc * _APART, tau_psc)
 
     def _stdp(self, projection: Projection, weights: FloatArray) -> dict[str, FloatArray]:
         exponent = _exponent(projection)
@@ -112,7 +182,6 @@ class Wiring:
         w_max = _parameter(projection, "w_max")
         post = self._network.ids_of(projection.post)[projection.post_index]
         limit = np.abs(self._weights.onto(post, np.where(weights < 0, -w_max, w_max), projection.receptor))
-        self._share_trace(projection, post)
         return {
             "Wmax": np.copysign(limit, np.where(weights == 0, limit, weights)),
             "lambda": a_plus,
@@ -122,8 +191,9 @@ class Wiring:
             "tau_plus": _parameter(projection, "tau_plus"),
         }
 
-    def _share_trace(self, projection: Projection, post: IntArray) -> None:
+    def _share_trace(self, projection: Projection) -> None:
         """Set ``tau_minus``, which in NEST belongs to the cell and not to its synapses."""
+        post = self._targets(projection)
         tau_minus, known = _parameter(projection, "tau_minus"), self._tau_minus
         fresh = np.isnan(known[post])
         known[post[fresh]] = tau_minus[fresh]
@@ -137,7 +207,13 @@ class Wiring:
         self._cells.set_trace_time(projection.post, cells, known[offset + cells])
 
     def _warn(self, projection: Projection, text: str) -> None:
-        self.warnings.append(f"projection '{projection.label}': {text}")
+        warning = f"projection '{projection.label}': {text}"
+        if warning not in self.warnings:
+            self.warnings.append(warning)
+
+
+def _is_relayed(pre: Population, projection: Projection) -> bool:
+    return pre.is_source and projection.synapse_type != STATIC
 
 
 def _parameter(projection: Projection, name: str) -> FloatArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from nrp_core.brain.network import RECEPTORS, FloatArray, IntArray, Network
 from nrp_core.errors import CapabilityError
@@ -45,3 +47,23 @@ class Weights:
                 f"weight {weights[first]:g} on cell {cell} of population '{label}'"
             )
         return values
+
+    def of(self, neurons: IntArray, values: FloatArray, receptor: str) -> FloatArray:
+        """Return the weights that :meth:`onto` makes these of."""
+        weights: FloatArray = values / self._factors[RECEPTORS.index(receptor), neurons]
+        return weights
+
+    def check_receptors(self, label: str, parameters: Mapping[str, FloatArray]) -> None:
+        """Check that other parameters of a population leave the meaning of signs as it is.
+
+        Raises:
+            CapabilityError: the receptors become different where a weight of any sign could be on both.
+        """
+        ids = self._network.ids_of(label)
+        if CELL_TYPES[self._network.populations[label].cell_type].drive == "current":
+            differ = parameters["tau_syn_E"] != parameters["tau_syn_I"]
+            if (differ != self._sign_is_receptor[ids]).any():
+                raise CapabilityError(
+                    f"population '{label}': NEST tells receptors by the sign of the weight, so tau_syn_E and "
+                    "tau_syn_I cannot become different, or equal, while it runs"
+                )

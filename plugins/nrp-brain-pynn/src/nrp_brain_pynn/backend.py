@@ -12,7 +12,6 @@ from nrp_core.clock import NS_PER_MS
 from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import BackendLoadError
 from nrp_core.quantities import DurationNs
-from nrp_core.simulation import Determinism
 from pydantic import AfterValidator, Field
 
 from nrp_brain_pynn.simulators import SIMULATORS, Simulator
@@ -29,7 +28,7 @@ def _whole_microseconds(t_ns: int) -> int:
 class PyNNOptions(RemoteOptions):
     """Options of the ``pynn`` backend."""
 
-    simulator: Literal["nest", "neuron", "brian2"] = Field(
+    simulator: Literal["nest", "neuron", "brian2", "spinnaker"] = Field(
         default="neuron", description="which of PyNN's simulators"
     )
     timestep: Annotated[DurationNs, AfterValidator(_whole_microseconds)] = Field(
@@ -60,8 +59,9 @@ class PyNNBackend(BrainBackend):
             synapses=chosen.synapses,
             approximate=chosen.approximate,
             resolution_ns=options.timestep,
-            determinism=Determinism.MACHINE,
+            determinism=chosen.determinism,
             state_variables=chosen.state_variables,
+            changes=chosen.changes,
             releases_gil=options.python is not None,
         )
 

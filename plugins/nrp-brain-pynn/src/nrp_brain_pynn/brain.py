@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from importlib import import_module
 
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.grid import Grid
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network import FloatArray, IntArray, Network
+from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
 from nrp_core.brain.remote import Sole
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
@@ -66,6 +67,15 @@ class PyNNBrain(Brain):
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         return self._driver.read(variable, neurons)
+
+    def _do_set_parameters(self, change: ParameterChange) -> None:
+        self._driver.set_parameters(change)
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        return self._driver.read_weights(projection)
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        self._driver.set_weights(projection, weights)
 
     def _do_reset(self, seed: int) -> None:
         self._driver.close()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from nrp_core.brain.network import STDP, Network, Population, Projection
+from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Network, Population, Projection
 from nrp_core.errors import CapabilityError
 
 from nrp_brain_pynn.simulators import Simulator
@@ -19,6 +20,26 @@ def check(network: Network, simulator: Simulator) -> None:
     for projection in network.projections:
         if projection.synapse_type == STDP:
             _check_plasticity(projection, simulator)
+
+
+def check_change(network: Network, simulator: Simulator, change: ParameterChange) -> None:
+    """Check that parameters of cells can be changed while a simulator runs.
+
+    Raises:
+        CapabilityError: they cannot; the message names population and parameter.
+    """
+    where = f"population '{change.label}' ({network.populations[change.label].cell_type})"
+    shared = set(simulator.uniform.get(network.populations[change.label].cell_type, ()))
+    for name in shared & change.values.keys():
+        raise CapabilityError(f"{where}: {simulator.name} cannot change {name} while it runs")
+    for projection in network.projections:
+        decay = "tau_syn_E" if projection.receptor == "excitatory" else "tau_syn_I"
+        onto = projection.post == change.label and projection.synapse_type == TSODYKS_MARKRAM
+        if onto and projection.size and decay in change.values:
+            raise CapabilityError(
+                f"{where}: {decay} cannot change while it runs, because synapses of projection "
+                f"'{projection.label}' keep it"
+            )
 
 
 def _check_population(population: Population, simulator: Simulator) -> None:

@@ -7,12 +7,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.grid import Grid
 from nrp_core.brain.network import STATIC, STDP, FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.brain.traub import settled_gates
 
 from nrp_brain_pynn.backend import PyNNOptions
+from nrp_brain_pynn.checks import check_change
 
 _STATE = ("v", "u", "w", "m", "h", "n")
 _ON_THE_GRID_MS = 1e-6
@@ -29,6 +31,7 @@ class Driver(ABC):
     Attributes:
         sim: PyNN's module for the simulator.
         populations: PyNN's populations by label.
+        projections: PyNN's projections by label.
         warnings: what the simulator does otherwise than the network says.
     """
 
@@ -44,9 +47,16 @@ class Driver(ABC):
             for label, population in network.populations.items()
             if population.size
         }
+        self.projections: dict[str, Any] = {}
         for projection in network.projections:
             if projection.size:
-                self._connect(projection)
+                self.projections[projection.label] = self._connect(projection)
+        self._offsets_na, self._currents_na = np.zeros(network.size), np.zeros(network.size)
+        for label in self.cell_labels:
+            offsets = network.populations[label].parameters["i_offset"]
+            self._offsets_na[network.ids_of(label)] = offsets
+        self._held_na = self._offsets_na.copy()
+        self._parameters = {label: dict(network.populations[label].parameters) for label in self.cell_labels}
         self._begin()
 
     # -- building, by PyNN's interface
@@ -66,8 +76,8 @@ class Driver(ABC):
         """Return PyNN's class of a cell type."""
         return getattr(self.sim, cell_type)
 
-    def _connect(self, projection: Projection) -> None:
-        self._projection(projection, self.populations[projection.pre], self._delays_ms(projection))
+    def _connect(self, projection: Projection) -> Any:
+        return self._projection(projection, self.populations[projection.pre], self._delays_ms(projection))
 
     def _projection(self, projection: Projection, pre: Any, delays_ms: FloatArray) -> Any:
         """Make a projection; all numbers of its synapses but those of STDP come as columns."""
@@ -134,6 +144,38 @@ class Driver(ABC):
             if which.size:
                 yield label, neurons[which] - first, which
 
+    # -- changes between steps
+
+    def set_currents(self, currents_na: FloatArray) -> None:
+        """Hold these currents into all cells beside their own, shape ``(network.size,)``."""
+        self._currents_na = currents_na
+        wanted = self._offsets_na + currents_na
+        changed = np.flatnonzero(wanted != self._held_na)
+        for label, index, which in self.by_population(changed):
+            if not self.network.populations[label].is_source:
+                self._hold(label, index, wanted[changed[which]])
+        self._held_na = wanted
+
+    def set_parameters(self, change: ParameterChange) -> None:
+        """Change parameters of cells.
+
+        Raises:
+            CapabilityError: the simulator cannot.
+        """
+        check_change(self.network, self.options.chosen, change)
+        label, cells = change.label, np.unique(change.index)
+        now = {name: values.copy() for name, values in self._parameters[label].items()}
+        for name, values in change.values.items():
+            now[name][change.index] = values
+        self._parameters[label] = now
+        self._offsets_na[self.network.offsets[label] + cells] = now["i_offset"][cells]
+        names = change.values.keys() - {"i_offset"}
+        # where cells keep the leak, cm would change tau_m
+        for some in (names - {"tau_m"}, {"tau_m"} if names & {"cm", "tau_m"} and "tau_m" in now else ()):
+            if some:
+                self.populations[label][cells].set(**{name: now[name][cells] for name in some})
+        self.set_currents(self._currents_na)
+
     # -- what each simulator does its own way
 
     @abstractmethod
@@ -157,8 +199,16 @@ class Driver(ABC):
         """Let events arrive at cells, maybe beyond the window to come."""
 
     @abstractmethod
-    def set_currents(self, currents_na: FloatArray) -> None:
-        """Hold these currents into all cells beside their own, shape ``(network.size,)``."""
+    def _hold(self, label: str, index: IntArray, currents_na: FloatArray) -> None:
+        """Hold currents into cells of a population, in place of those before."""
+
+    @abstractmethod
+    def read_weights(self, projection: Projection) -> FloatArray:
+        """Return the weights of a projection as they are now."""
+
+    @abstractmethod
+    def set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        """Change the weights of a projection; spikes on their way keep the old ones."""
 
     @abstractmethod
     def run_until(self, step: int) -> None:

@@ -8,13 +8,14 @@ from typing import Any, Final
 import brian2
 import numpy as np
 import pyNN.brian2 as sim
-from nrp_core.brain.network import TSODYKS_MARKRAM, FloatArray, IndexArray, IntArray, Population, Projection
+from nrp_core.brain.indices import IndexArray
+from nrp_core.brain.network import TSODYKS_MARKRAM, FloatArray, IntArray, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError
 from pyNN.connectors import Connector
 
 from nrp_brain_pynn.brian2_models import PUT_RIGHT, TsodyksMarkramSynapse
-from nrp_brain_pynn.driver import Driver
+from nrp_brain_pynn.late_weights import LateWeightsDriver
 from nrp_brain_pynn.stepping import SteppedRun
 
 _UNITS: Final = {"v": 1e-3, "u": 1.0, "w": 1e-9, "gsyn_exc": 1e-6, "gsyn_inh": 1e-6}
@@ -64,7 +65,7 @@ class AtOnce(Connector):  # type: ignore[misc]
         projection._n_connections += len(self._pre)
 
 
-class Brian2Driver(Driver):
+class Brian2Driver(LateWeightsDriver):
     """See :class:`~nrp_brain_pynn.driver.Driver`. One run of Brian2 lasts from the first step to the last.
 
     What Brian2 finds in the step that begins at ``t`` is what is true at its end, ``t + dt``.
@@ -99,11 +100,10 @@ class Brian2Driver(Driver):
         return TsodyksMarkramSynapse()
 
     def _begin(self) -> None:
-        self._offsets_na = np.zeros(self.network.size)
+        super()._begin()
         self._watched = []
         for label in self.cell_labels:
             group, ids = self.populations[label].brian2_group, self.network.ids_of(label)
-            self._offsets_na[ids] = self.network.populations[label].parameters["i_offset"]
             self._watched.append((group.variables["_spikespace"], ids))
         network, clock = sim.simulator.state.network, sim.simulator.state.network.clock
         for operation, slot in ((self._emit, "start"), (self._arrive, "synapses"), (self._note, "end")):
@@ -155,8 +155,17 @@ class Brian2Driver(Driver):
                 arrival = variable, index[now], amounts[now], variable.conditional_write
                 self._arriving.setdefault(step, []).append(arrival)
 
-    def run_until(self, step: int) -> None:
+    def _pass(self, step: int) -> None:
         self._run.until(step)
+
+    def _finish(self, step: int) -> None:
+        self._run.until(step)
+
+    def _write(self, projection: Projection, index: IntArray, weights: FloatArray) -> None:
+        made = self.projections[projection.label]
+        unit = made.synapse_type.translations["weight"]["forward_transform"]
+        held = made._brian2_synapses[0][0].variables["weight"].get_value()
+        held[index] = np.asarray(unit(weight=weights))
 
     def take_spikes(self) -> Spikes:
         spikes, self._spikes = self._spikes, []
@@ -165,11 +174,9 @@ class Brian2Driver(Driver):
         steps = np.repeat([step for step, _ in spikes], [len(ids) for _, ids in spikes])
         return Spikes(np.concatenate([ids for _, ids in spikes]), self.grid.time_ms(steps))
 
-    def set_currents(self, currents_na: FloatArray) -> None:
-        for label in self.cell_labels:
-            ids = self.network.ids_of(label)
-            held = self.populations[label].brian2_group.variables["i_offset"].get_value()
-            held[:] = (self._offsets_na[ids] + currents_na[ids]) * _NANO
+    def _hold(self, label: str, index: IntArray, currents_na: FloatArray) -> None:
+        held = self.populations[label].brian2_group.variables["i_offset"].get_value()
+        held[index] = currents_na * _NANO
 
     def read(self, variable: str, neurons: IntArray) -> FloatArray:
         values = np.zeros(len(neurons))

@@ -9,13 +9,15 @@ import numpy as np
 import numpy.typing as npt
 import pyNN.neuron as sim
 from neuron import h, hclass
-from nrp_core.brain.network import FloatArray, IntArray, Population
+from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.network import FloatArray, IntArray, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError
 from pyNN.neuron.cells import NativeCellType
 
-from nrp_brain_pynn.driver import Driver
+from nrp_brain_pynn.late_weights import LateWeightsDriver
+from nrp_brain_pynn.neuron_synapses import in_order, weight_of
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -85,10 +87,11 @@ class ThresholdWatch:
         return below
 
 
-class NeuronDriver(Driver):
+class NeuronDriver(LateWeightsDriver):
     """See :class:`~nrp_brain_pynn.driver.Driver`. In an MPI job each process has a part of the cells."""
 
     sim = sim
+    arrival_steps = 1  # what arrives at the end of a step acts in the next
 
     def _set_up(self, longest_delay_ms: float) -> None:
         step_ms = self.grid.step_ms
@@ -97,9 +100,9 @@ class NeuronDriver(Driver):
         h.secondorder = _CRANK_NICOLSON
         self._parallel = sim.simulator.state.parallel_context
         self._parallel.spike_compress(0, 0)  # PyNN lets processes tell each other times rounded to steps
-        self._synapses: dict[tuple[int, str, float], Any] = {}
+        self._events: dict[tuple[int, str, float], Any] = {}
+        self._connections: dict[str, list[Any]] = {}
         self._times, self._gids = h.Vector(), h.Vector()
-        self._step = 0
 
     def _check_parallel(self) -> None:
         """Refuse what NEURON would between processes, whose spikes are exchanged once in a shortest delay."""
@@ -117,6 +120,7 @@ class NeuronDriver(Driver):
         return sim.Population(population.size, RelayType(), label=population.label)
 
     def _begin(self) -> None:
+        super()._begin()
         size = self.network.size
         self._objects: list[Any] = [None] * size
         self._gid_to_id = np.zeros(sim.simulator.state.gid_counter, np.int64)
@@ -127,20 +131,17 @@ class NeuronDriver(Driver):
                     self._objects[neuron] = ident._cell
                     if not self.network.populations[label].is_source:
                         self._parallel.spike_record(int(ident), self._times, self._gids)
-        self._offsets_na = np.zeros(size)
-        for label in self.cell_labels:
-            offsets = self.network.populations[label].parameters["i_offset"]
-            self._offsets_na[self.network.ids_of(label)] = offsets
-        self._held_na = self._offsets_na
-        self._watch = ThresholdWatch(
-            {
-                neuron: cell
-                for neuron, cell in enumerate(self._objects)
-                if cell is not None and not isinstance(cell, Relay)
-            }
-        )
+        self._watch_thresholds()
         self._crossed = np.empty(0, np.int64)
         sim.run_until(0.0)  # what happens from now on must find an initialised simulator
+
+    def _watch_thresholds(self) -> None:
+        cells = {
+            neuron: cell
+            for neuron, cell in enumerate(self._objects)
+            if cell is not None and not isinstance(cell, Relay)
+        }
+        self._watch = ThresholdWatch(cells)
 
     def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         before: dict[int, float] = {}
@@ -155,31 +156,56 @@ class NeuronDriver(Driver):
         columns = events.neurons.tolist(), events.times_ms.tolist(), events.weights.tolist()
         for neuron, time_ms, weight in zip(*columns, strict=True):
             if self._objects[neuron] is not None:
-                synapse = self._synapses.get((neuron, receptor, weight))
+                synapse = self._events.get((neuron, receptor, weight))
                 if synapse is None:
-                    synapse = self._synapse(neuron, receptor, weight)
+                    synapse = self._event(neuron, receptor, weight)
                 synapse.event(max(time_ms, now_ms))
 
-    def _synapse(self, neuron: int, receptor: str, weight: float) -> Any:
+    def _event(self, neuron: int, receptor: str, weight: float) -> Any:
         synapse = h.NetCon(None, getattr(self._objects[neuron], receptor))
         synapse.weight[0] = weight
-        self._synapses[neuron, receptor, weight] = synapse
+        self._events[neuron, receptor, weight] = synapse
         return synapse
 
-    def set_currents(self, currents_na: FloatArray) -> None:
-        wanted = self._offsets_na + currents_na
-        for neuron in np.flatnonzero(wanted != self._held_na).tolist():
+    def _hold(self, label: str, index: IntArray, currents_na: FloatArray) -> None:
+        for neuron, current_na in zip(index + self.network.offsets[label], currents_na.tolist(), strict=True):
             if self._objects[neuron] is not None:
-                self._objects[neuron].i_offset = wanted[neuron]
-        self._held_na = wanted
+                self._objects[neuron].i_offset = current_na
 
-    def run_until(self, step: int) -> None:
+    def set_parameters(self, change: ParameterChange) -> None:
+        super().set_parameters(change)
+        self._watch_thresholds()
+
+    def _synapses(self, projection: Projection) -> list[Any]:
+        """Return PyNN's connections in the order of a projection, None for those of other processes."""
+        if projection.label not in self._connections:
+            made = list(self.projections[projection.label].connections)
+            self._connections[projection.label] = in_order(made, projection, self.grid)
+        return self._connections[projection.label]
+
+    def _write(self, projection: Projection, index: IntArray, weights: FloatArray) -> None:
+        synapses = self._synapses(projection)
+        for i, weight in zip(index.tolist(), weights.tolist(), strict=True):
+            if synapses[i] is not None:
+                weight_of(synapses[i], projection)[0] = weight
+
+    def _weights_now(self, projection: Projection) -> FloatArray:
+        synapses = self._synapses(projection)
+        now = np.array([0.0 if one is None else one.nc.weight[0] for one in synapses])
+        if self._parallel.nhost() > 1:
+            now = np.sum(self._parallel.py_allgather(now), axis=0)
+        return now
+
+    def _pass(self, step: int) -> None:
+        sim.run_until(milliseconds(step * self.grid.step_ns))
+
+    def _finish(self, step: int) -> None:
         self._began = self._step
         sim.run_until(milliseconds((step - 1) * self.grid.step_ns))
         below = self._watch.below()
         sim.run_until(milliseconds(step * self.grid.step_ns))
         self._crossed = self._watch.neurons[below & ~self._watch.below()]
-        self._step = step
+        self._finished = step
 
     def take_spikes(self) -> Spikes:
         """Return spikes. NEURON looks at thresholds when the next step begins; those of the last are ours."""
@@ -190,7 +216,7 @@ class NeuronDriver(Driver):
         self._gids.resize(0)
         fresh = steps > self._began
         neurons = np.concatenate([neurons[fresh], self._crossed])
-        steps = np.concatenate([steps[fresh], np.full(len(self._crossed), self._step)])
+        steps = np.concatenate([steps[fresh], np.full(len(self._crossed), self._finished)])
         if self._parallel.nhost() > 1:
             parts = self._parallel.py_allgather((neurons, steps))
             neurons, steps = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -216,5 +242,5 @@ class NeuronDriver(Driver):
     def close(self) -> None:
         sim.projections._projections.clear()  # PyNN keeps them all, and NEURON would simulate their cells
         self.populations.clear()
-        self._objects, self._synapses = [], {}
+        self._objects, self._events, self._connections = [], {}, {}
         sim.setup(timestep=self.grid.step_ms)

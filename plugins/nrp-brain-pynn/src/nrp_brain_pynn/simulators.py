@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.simulation import Determinism
 
 _LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_cond_exp", "IF_cond_alpha"})
 _ADAPTIVE: Final = frozenset({"EIF_cond_exp_isfa_ista", "EIF_cond_alpha_isfa_ista"})
@@ -22,7 +24,7 @@ class Simulator:
         package: the Python package of the simulator itself.
         install: what installs it.
         driver: module and class of the driver.
-        cells, synapses, approximate, state_variables: see
+        cells, synapses, approximate, state_variables, changes, determinism: see
             :class:`~nrp_core.brain.interface.BrainCapabilities`.
         uniform: by cell type, the parameters of which PyNN gives a population one value there.
     """
@@ -35,6 +37,8 @@ class Simulator:
     synapses: frozenset[str] = frozenset({STATIC})
     approximate: frozenset[str] = frozenset()
     state_variables: frozenset[str] = _MEMBRANE
+    changes: frozenset[str] = frozenset({PARAMETERS, WEIGHTS})
+    determinism: Determinism = Determinism.MACHINE
     uniform: Mapping[str, Iterable[str]] = field(default_factory=dict)
 
 
@@ -63,6 +67,19 @@ BRIAN2: Final = Simulator(
     | dict.fromkeys(_ADAPTIVE, _ONE_RESET)
     | {"Izhikevich": ("c", "d")},
 )  # fmt: skip
+_FIXED_POINT: Final = frozenset(
+    {"IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_exp", "Izhikevich"}
+)
+SPINNAKER: Final = Simulator(
+    "SpiNNaker", "spynnaker", "pip install sPyNNaker", "nrp_brain_pynn.on_spinnaker:SpinnakerDriver",
+    cells=_FIXED_POINT, approximate=_FIXED_POINT,
+    state_variables=frozenset(), changes=frozenset(), determinism=Determinism.STATISTICAL,
+)  # fmt: skip
 
-SIMULATORS: Final[Mapping[str, Simulator]] = {"nest": NEST, "neuron": NEURON, "brian2": BRIAN2}
-"""By the name of PyNN's module: ``pyNN.nest`` ..."""
+SIMULATORS: Final[Mapping[str, Simulator]] = {
+    "nest": NEST,
+    "neuron": NEURON,
+    "brian2": BRIAN2,
+    "spinnaker": SPINNAKER,
+}
+"""By the name of PyNN's module, in small letters: ``pyNN.nest`` ..."""

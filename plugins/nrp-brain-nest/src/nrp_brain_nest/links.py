@@ -1,0 +1,60 @@
+"""The synapses of projections, found again in NEST, which keeps them in an order of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.synapse_order import same_order
+from nrp_core.clock import NS_PER_MS
+
+Synapses = tuple[IntArray, IntArray, Mapping[str, FloatArray]]
+
+
+class Link:
+    """The synapses of one projection.
+
+    Args:
+        nest: the module.
+        model: NEST's synapse model; no other projection between these nodes has it.
+        made: gives what the synapses were made of: NEST's ids of their ends, and their values in its units,
+            each of shape ``(n,)``; anew each time, because it takes much memory.
+    """
+
+    def __init__(self, nest: Any, model: str, made: Callable[[], Synapses]) -> None:
+        self._nest, self._model, self._made = nest, model, made
+        self._changed: dict[str, FloatArray] = {}
+
+    def read(self, name: str) -> FloatArray:
+        """Return a value of each synapse as it is now, in the order of the projection."""
+        synapses, ours, theirs = self._found()
+        now = np.empty(len(ours))
+        now[ours] = np.atleast_1d(synapses.get(name))[theirs]
+        return now
+
+    def set(self, name: str, values: FloatArray) -> None:
+        """Set a value of each synapse."""
+        synapses, ours, theirs = self._found()
+        wanted = np.empty(len(ours))
+        wanted[theirs] = values[ours]
+        synapses.set([{name: value} for value in wanted.tolist()])
+        self._changed[name] = values
+
+    def _found(self) -> tuple[Any, IntArray, IntArray]:
+        """Return NEST's synapses, and the orders in which ours and theirs are the same."""
+        pre, post, values = self._made()
+        ends = (self._nest.NodeCollection(np.unique(ids).tolist()) for ids in (pre, post))
+        synapses = self._nest.GetConnections(*ends, synapse_model=self._model)
+        ours = {**values, **self._changed, "source": pre, "target": post}
+        theirs = synapses.get(list(ours))
+        return synapses, *same_order(
+            *(known | {"delay": _whole_ns(known["delay"])} for known in (ours, theirs))
+        )
+
+
+def _whole_ns(delays_ms: npt.ArrayLike) -> FloatArray:
+    whole: FloatArray = np.rint(np.asarray(delays_ms) * NS_PER_MS)
+    return whole

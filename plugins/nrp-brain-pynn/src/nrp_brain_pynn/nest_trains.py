@@ -1,0 +1,46 @@
+"""Spike generators of NEST: trains from outside, handed over window by window. Importing this loads NEST."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from nest import nestkernel_api
+from nrp_core.brain.grid import Grid
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.train_queue import TrainQueue
+
+
+class Trains:
+    """What generators are to emit; they are numbered in the order in which they are added.
+
+    Args:
+        grid: NEST's.
+    """
+
+    def __init__(self, grid: Grid) -> None:
+        self._queue = TrainQueue(grid)
+        self._nodes: Any = None
+
+    def add(self, generators: Any) -> IntArray:
+        """Take generators on and return their numbers."""
+        first = 0 if self._nodes is None else len(self._nodes)
+        self._nodes = generators if self._nodes is None else self._nodes + generators
+        return np.arange(first, first + len(generators))
+
+    def send(self, numbers: IntArray, steps: IntArray, weights: FloatArray) -> None:
+        """Let generators emit spikes at grid points; they may lie beyond the window to come."""
+        self._queue.put(numbers, steps, weights)
+
+    def feed(self, until_step: int) -> None:
+        """Give NEST everything up to the end of a window."""
+        busy, trains = self._queue.take(until_step)
+        if trains:
+            nodes = self._nodes if busy.size == len(self._nodes) else self._nodes[busy.tolist()]
+            put(nodes, [{"spike_times": times, "spike_weights": weights} for times, weights in trains])
+
+
+def put(nodes: Any, values: Sequence[Mapping[str, object]]) -> None:
+    """Set each node to values of its own. NEST's ``set`` first asks each where it lives, at 6 us a node."""
+    nestkernel_api.llapi_set_nc_status(nodes._datum, values)

@@ -1,0 +1,49 @@
+"""PyNN's connections in NEURON, which it sorts by target in no certain order."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from nrp_core.brain.grid import Grid
+from nrp_core.brain.network import TSODYKS_MARKRAM, Projection
+from nrp_core.brain.synapse_order import same_order
+
+
+def in_order(made: list[Any], projection: Projection, grid: Grid) -> list[Any]:
+    """Return connections in the order of a projection, None for those of other processes.
+
+    Args:
+        made: PyNN's connections, with their weights as they were made or as plasticity left them.
+        projection: what they were made of.
+        grid: NEURON's.
+    """
+    local = np.isin(projection.post_index, [one.postsynaptic_index for one in made])
+    ours: dict[str, npt.ArrayLike] = {
+        "source": projection.pre_index[local],
+        "target": projection.post_index[local],
+        "delay": grid.delays(projection.delay_ms[local]),
+        "weight": projection.weight[local],
+    }
+    theirs: dict[str, npt.ArrayLike] = {
+        "source": [one.presynaptic_index for one in made],
+        "target": [one.postsynaptic_index for one in made],
+        "delay": grid.delays(np.array([one.delay for one in made])),
+        "weight": [weight_of(one, projection)[0] for one in made],
+    }
+    if projection.synapse_type == TSODYKS_MARKRAM:
+        for name in ("U", "tau_rec", "tau_facil"):
+            ours[name] = projection.synapse_parameters[name][local]
+            theirs[name] = [getattr(one.weight_adjuster, name) for one in made]
+    found: list[Any] = [None] * projection.size
+    where = np.flatnonzero(local)
+    for mine, other in zip(*same_order(ours, theirs), strict=True):
+        found[where[mine]] = made[other]
+    return found
+
+
+def weight_of(connection: Any, projection: Projection) -> Any:
+    """Return where a connection keeps its weight: of a Tsodyks-Markram synapse, that without depression."""
+    short_term = projection.synapse_type == TSODYKS_MARKRAM
+    return connection.pre2wa.weight if short_term else connection.nc.weight
