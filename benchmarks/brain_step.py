@@ -6,7 +6,7 @@ at its grid of 0.1 ms on one thread. CPU time, best of several rounds in which a
 has new rates.
 
     python benchmarks/brain_step.py
-    python benchmarks/brain_step.py --brains event spinnaker --rounds 5 --json
+    python benchmarks/brain_step.py --brains event "event:resolution=0.1 ms" spinnaker --rounds 5 --json
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ STEP_MS = 20
 LARGEST_RATE_HZ = 2000.0
 EYES = {"left": [0, 2], "right": [1, 3], "green_blue": [4]}
 WHEELS = [6, 7]
+WIDTHS = {"brain": 24}
 
 Step = Callable[[list[float]], None]
 Spikes = Callable[[], int]
@@ -45,9 +46,11 @@ def braitenberg() -> Network:
 
 @contextmanager
 def backend(name: str, network: Network) -> Iterator[tuple[Step, Spikes]]:
-    """One of our brains, through the interface that the loop uses."""
+    """One of our brains, through the interface that the loop uses; ``name`` or ``name:option=value``."""
+    name, _, given = name.partition(":")
     chosen = brains().load(name)
-    with chosen.open(network, seed=1, options=chosen.options()) as brain:
+    options = chosen.options.model_validate(dict([given.split("=")]) if given else {})
+    with chosen.open(network, seed=1, options=options) as brain:
         eyes = [brain.add_source(PoissonSource(), ids, name=eye) for eye, ids in EYES.items()]
         wheels = [brain.add_sink(LeakyIntegratorAlpha(), [cell], name=f"wheel {cell}") for cell in WHEELS]
         recorder = brain.add_sink(SpikeRecorder(), np.arange(8), name="all")
@@ -152,7 +155,7 @@ def main() -> None:
         print(json.dumps(rows, indent=2))
         return
     for line in (dict(zip(rows[0], rows[0], strict=True)), *rows):
-        print("  ".join(f"{value!s:>{len(key)}}" for key, value in line.items()))
+        print("  ".join(f"{value!s:>{WIDTHS.get(key, len(key))}}" for key, value in line.items()))
 
 
 if __name__ == "__main__":

@@ -73,19 +73,28 @@ def _cache_directory(package: Path, chosen: str) -> Path:
 if COMPILED:
 
     @intrinsic  # type: ignore[untyped-decorator]
-    def borrowed(_typing: Any, array: Any) -> Any:
-        """Return an array without a share in its memory, which the caller keeps alive.
+    def borrowed(_typing: Any, arrays: Any) -> Any:
+        """Return an array, or a tuple of arrays, without a share in its memory, which the caller keeps alive.
 
         Compiled code counts references atomically in each call that passes an array; in a kernel of many
         short calls that takes most of the time.
         """
 
         def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            view = context.make_array(array)(context, builder, arguments[0])
-            view.meminfo = view.meminfo.type(None)
-            return view._getvalue()
+            (value,) = arguments
+            if isinstance(arrays, types.Array):
+                return view(context, builder, arrays, value)
+            for i, kind in enumerate(arrays):
+                own = view(context, builder, kind, builder.extract_value(value, i))
+                value = builder.insert_value(value, own, i)
+            return value
 
-        return array(array), generate
+        def view(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+            seen = context.make_array(kind)(context, builder, value)
+            seen.meminfo = seen.meminfo.type(None)
+            return seen._getvalue()
+
+        return arrays(arrays), generate
 
     @intrinsic  # type: ignore[untyped-decorator]
     def prefetch(_typing: Any, array: Any, index: Any, offset: Any) -> Any:
@@ -121,9 +130,9 @@ if COMPILED:
 
 else:
 
-    def borrowed(array: A) -> A:
-        """Return the array."""
-        return array
+    def borrowed(arrays: A) -> A:
+        """Return the array or arrays."""
+        return arrays
 
     def prefetch(_array: A, _index: int, _offset: int) -> None:
         """Do nothing."""

@@ -104,7 +104,7 @@ def new_weights(network: Network, label: str, weights: npt.ArrayLike) -> FloatAr
     each = _each("weight", weights, projection.size)
     conductance_based = network.populations[projection.post].is_conductance_based
     check_synapses(
-        f"projection '{label}'", projection.pre_index, projection.post_index, {"weight": each},
+        f"projection '{label}'", projection.ends, {"weight": each},
         receptor=projection.receptor, conductance_based=conductance_based, signed=conductance_based,
     )  # fmt: skip
     return each

@@ -88,13 +88,17 @@ class LeakyMembrane:
         self._slope = 0.0
         self._above = kernel.v_rest_mv - kernel.settled_mv
         self._pending: list[tuple[float, float]] = []
+        self._last_read: tuple[float, float] | None = None
 
     def push(self, arrival_ms: float, weight_na: float) -> None:
         """Add a spike that arrives at ``arrival_ms``."""
         heapq.heappush(self._pending, (arrival_ms, weight_na))
+        self._last_read = None
 
     def voltage_mv(self, t_ms: float) -> float:
         """Return the voltage at ``t_ms``, absorbing what has arrived by then."""
+        if self._last_read is not None and self._last_read[0] == t_ms:
+            return self._last_read[1]  # a transfer function and a recording both ask
         while self._pending and self._pending[0][0] <= t_ms:
             arrival_ms, weight = heapq.heappop(self._pending)
             self._move_to(arrival_ms)
@@ -103,7 +107,9 @@ class LeakyMembrane:
             else:
                 self._current += weight
         dt_ms = t_ms - self._at_ms
-        return self._kernel.settled_mv + self._above_at(dt_ms, exp(-dt_ms / self._kernel.tau_syn_ms))
+        voltage = self._kernel.settled_mv + self._above_at(dt_ms, exp(-dt_ms / self._kernel.tau_syn_ms))
+        self._last_read = t_ms, voltage
+        return voltage
 
     def _above_at(self, dt_ms: float, fade: float) -> float:
         """Voltage above its settled value after ``dt_ms``, when ``fade`` is left of the current."""
@@ -127,3 +133,4 @@ class LeakyMembrane:
         """Return to a state."""
         self._at_ms, self._current, self._slope, self._above, pending = state
         self._pending = list(pending)
+        self._last_read = None

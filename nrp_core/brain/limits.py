@@ -16,7 +16,6 @@ _NOT_NEGATIVE = frozenset(
 _FRACTIONS = frozenset({"U", "dendritic_delay_fraction"})
 
 Values = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int32]
 
 
 def check_values(
@@ -38,7 +37,7 @@ def check_values(
 
 
 def check_synapses(
-    owner: str, pre: Indices, post: Indices, values: Mapping[str, Values],
+    owner: str, ends: Callable[[int], tuple[int, int]], values: Mapping[str, Values],
     *, receptor: str, conductance_based: bool, signed: bool,
 ) -> None:  # fmt: skip
     """Check the values of synapses as :func:`check_values` does, and the sign of their weights.
@@ -48,8 +47,7 @@ def check_synapses(
 
     Args:
         owner: whose they are, for the message.
-        pre: indices of the presynaptic cells, for the message.
-        post: indices of the postsynaptic cells, likewise.
+        ends: returns the indices of the two cells that a synapse connects, for the message.
         values: ``weight`` and other parameters, shape ``(n_synapses,)``.
         receptor: ``excitatory`` or ``inhibitory``.
         conductance_based: whether weights are conductances.
@@ -60,7 +58,8 @@ def check_synapses(
     """
 
     def item(synapse: int) -> str:
-        return f"synapse {synapse} ({pre[synapse]} -> {post[synapse]})"
+        pre, post = ends(synapse)
+        return f"synapse {synapse} ({pre} -> {post})"
 
     check_values(owner, values, item)
     if signed:

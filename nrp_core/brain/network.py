@@ -11,7 +11,7 @@ Neurons are addressed by *global ids*: the populations laid one after another in
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.brain.indices import IndexArray as IndexArray
+from nrp_core.brain.indices import folded, indices_of
 from nrp_core.brain.limits import check_spike_times, check_synapses, check_values
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-IndexArray = npt.NDArray[np.int32]
 
 RECEPTORS = ("excitatory", "inhibitory")
 STATIC = "static"
@@ -107,6 +108,7 @@ class Origin:
     delay: Any = None
 
 
+@folded("pre_index", "post_index")
 @dataclass(frozen=True)
 class Projection:
     """Synapses from one population to another on one receptor.
@@ -115,7 +117,8 @@ class Projection:
         label: unique name within the network.
         pre, post: labels of the populations.
         receptor: ``excitatory`` or ``inhibitory``.
-        pre_index, post_index: cells within their populations, shape ``(n_synapses,)``.
+        pre_index, post_index: cells within their populations, shape ``(n_synapses,)``; kept in less memory
+            than they show, so who needs few at a time asks for :meth:`pairs`.
         weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
             may share memory (a broadcast array).
         delay_ms: shape ``(n_synapses,)``, likewise.
@@ -142,7 +145,18 @@ class Projection:
     @property
     def size(self) -> int:
         """Number of synapses."""
-        return len(self.pre_index)
+        return len(indices_of(self, "pre_index"))
+
+    def pairs(self) -> Iterator[tuple[IndexArray, IndexArray]]:
+        """Yield ``pre_index`` and ``post_index`` of all synapses in parts that need little memory."""
+        return zip(indices_of(self, "pre_index").parts(), indices_of(self, "post_index").parts(), strict=True)
+
+    def ends(self, synapse: int) -> tuple[int, int]:
+        """Return the indices of the two cells that a synapse connects."""
+        pre, post = (
+            indices_of(self, name).part(synapse, synapse + 1) for name in ("pre_index", "post_index")
+        )
+        return int(pre[0]), int(post[0])
 
 
 @dataclass(frozen=True)
@@ -251,8 +265,11 @@ class Network:
             _feed(state, population.spike_times_ms, population.positions_um)
         for projection in self.projections:
             _feed(state, (projection.label, projection.pre, projection.post, projection.receptor))
-            _feed(state, projection.pre_index, projection.post_index, projection.weight)
-            _feed(state, projection.delay_ms, projection.synapse_type)
+            for name in ("pre_index", "post_index"):
+                state.update(f"int32{(projection.size,)}False".encode())  # as _feed does
+                for part in indices_of(projection, name).parts():
+                    state.update(part.tobytes())
+            _feed(state, projection.weight, projection.delay_ms, projection.synapse_type)
             _feed(state, dict(projection.synapse_parameters), dict(projection.plasticity))
             _feed(state, asdict(projection.origin))
         _feed(state, dict(self.views), self.timestep_ms)
@@ -260,12 +277,13 @@ class Network:
 
     def _check(self, projection: Projection) -> None:
         where = f"projection '{projection.label}'"
-        for end, index in (("pre", projection.pre_index), ("post", projection.post_index)):
+        for end in ("pre", "post"):
             label = getattr(projection, end)
             if label not in self.populations:
                 raise NetworkError(f"{where} names no population '{label}'")
             size = self.populations[label].size
-            if index.size and not (index.min() >= 0 and index.max() < size):
+            lowest, highest = indices_of(projection, f"{end}_index").bounds()
+            if lowest < 0 or highest >= size:
                 raise NetworkError(f"{where}: {end} index outside population '{label}' of {size}")
         if projection.receptor not in RECEPTORS:
             raise NetworkError(
@@ -282,7 +300,7 @@ class Network:
                 raise NetworkError(f"{where}: {name} has shape {array.shape}, not ({projection.size},)")
         conductance_based = self.populations[projection.post].is_conductance_based
         check_synapses(
-            where, projection.pre_index, projection.post_index, {**values, **projection.synapse_parameters},
+            where, projection.ends, {**values, **projection.synapse_parameters},
             receptor=projection.receptor, conductance_based=conductance_based, signed=conductance_based,
         )  # fmt: skip
 

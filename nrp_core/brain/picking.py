@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -65,6 +65,11 @@ def picked(name: str, selection: Selection, circuit: IntArray) -> IntArray:
     if not picked.size:
         raise NeuronSelectionError(f"population '{name}': {selection!r} picks no cell of the circuit")
     return picked
+
+
+def blamed(error: NeuronSelectionError, names: Iterable[str]) -> str:
+    """Return which of several populations an error of :func:`picked` is about, empty for none."""
+    return next((name for name in names if error.message.startswith(f"population '{name}':")), "")
 
 
 def _is_inside(index: slice | IntArray, size: int) -> bool:

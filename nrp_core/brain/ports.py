@@ -93,14 +93,14 @@ class Setting:
     Args:
         what: its name, for messages.
         size: number of neurons.
-        least: the smallest value allowed.
+        least, most: the smallest and the largest value allowed.
 
     Attributes:
         common: the value of all neurons, or None where they differ.
     """
 
-    def __init__(self, what: str, size: int, *, least: float = -inf) -> None:
-        self._what, self._size, self._least = what, size, least
+    def __init__(self, what: str, size: int, *, least: float = -inf, most: float = inf) -> None:
+        self._what, self._size, self._least, self._most = what, size, least, most
         self.common: float | None = 0.0
         self._each: FloatArray | None = None
 
@@ -108,16 +108,17 @@ class Setting:
         """Take one number, or one for each neuron.
 
         Raises:
-            ValueError: a value is not finite or too small, or the number of values is another.
+            ValueError: a value is not finite, too small or too large, or the number of values is another.
         """
         if isinstance(value, (int, float)):  # the way of a transfer function, 50 times a second
-            self._require(isfinite(value) and value >= self._least, value)
+            self._require(isfinite(value) and self._least <= value <= self._most, value)
             self.common, self._each = float(value), None
             return
         array = np.asarray(value, dtype=float)
         if array.ndim and array.shape != (self._size,):
             raise ValueError(f"{self._what} takes one value or {self._size}, not {array.size}")
-        self._require(bool((np.isfinite(array) & (array >= self._least)).all()), value)
+        fits = np.isfinite(array) & (array >= self._least) & (array <= self._most)
+        self._require(bool(fits.all()), value)
         same = array.ndim == 0 or array.size == 0 or bool((array == array.flat[0]).all())
         self.common = (float(array.flat[0]) if array.size else 0.0) if same else None
         self._each = None if same else array.copy()
@@ -137,4 +138,6 @@ class Setting:
     def _require(self, allowed: bool, value: Value) -> None:
         if not allowed:
             limit = "" if self._least == -inf else f" and at least {self._least:g}"
+            if bool(np.any(np.asarray(value) > self._most)):
+                limit = f" and at most {self._most:g}"
             raise ValueError(f"{self._what} must be finite{limit}, not {value}")

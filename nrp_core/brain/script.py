@@ -18,7 +18,7 @@ from nrp_core.brain.network import Network
 from nrp_core.brain.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.paths import MissingFileError, existing_file
-from nrp_core.scoped_import import Scope
+from nrp_core.scoped_import import Missing, Scope
 
 # what of PyNN is not a simulator
 _LIBRARY = frozenset(
@@ -37,10 +37,12 @@ def load_network(
     populations: Mapping[str, Selection] | None = None,
     seed: int = 0,
     simulators: Iterable[str] = (),
-    code: CodeType | None = None,
+    compiled: Callable[[Path], CodeType] | None = None,
     adapt: Callable[[ModuleType], None] | None = None,
     modules: Mapping[str, ModuleType] | None = None,
     other: Callable[[Mapping[str, Any]], Network | None] | None = None,
+    missing: Missing | None = None,
+    folders: Iterable[Path] = (),
 ) -> Network:
     """Execute a brain script and return its network.
 
@@ -52,11 +54,13 @@ def load_network(
             ``circuit`` that is a dictionary gives its populations the names of its keys instead.
         seed: all random numbers that the script does not seed itself follow from it.
         simulators: further modules, ``package.module``, that the script imports as its simulator.
-        code: what the script means, where it is not Python itself.
+        compiled: returns what the script, or a file that it imports, means, where it is not Python itself.
         adapt: changes the simulator before the script sees it, say for the spellings of another version.
         modules: further modules that the script sees, by name.
         other: returns the network that the script built with one of these, from its variables; None where
             it used PyNN.
+        missing: returns what stands in for modules that are nowhere.
+        folders: where modules are looked for that do not stand beside the script.
 
     Raises:
         NetworkError: the script is missing, is not Python, raises, or builds what cannot be; with
@@ -75,9 +79,9 @@ def load_network(
     sim = builder(seed)
     if adapt is not None:
         adapt(sim)
-    scope = scope_of(sim, simulators, modules or {})
+    scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled)
     try:
-        module = scope.run(file, code=code)
+        module = scope.run(file)
     except (Exception, SystemExit) as error:
         raise scope.located(error, NetworkError, file) from error
     try:
@@ -91,7 +95,12 @@ def load_network(
 
 
 def scope_of(
-    sim: ModuleType, simulators: Iterable[str] = (), modules: Mapping[str, ModuleType] = MappingProxyType({})
+    sim: ModuleType,
+    simulators: Iterable[str] = (),
+    modules: Mapping[str, ModuleType] = MappingProxyType({}),
+    folders: Iterable[Path] = (),
+    missing: Missing | None = None,
+    compiled: Callable[[Path], CodeType] | None = None,
 ) -> Scope:
     """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses its classes.
 
@@ -99,6 +108,9 @@ def scope_of(
         sim: the simulator.
         simulators: dotted names of further modules that are this simulator.
         modules: further modules, by name.
+        folders: where modules are looked for that do not stand beside the file.
+        missing: returns what stands in for modules that are nowhere.
+        compiled: returns what a file means; by default it is Python.
     """
     from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
 
@@ -126,4 +138,10 @@ def scope_of(
         known = child == SIMULATOR_NAME or child in _FORMER_SIMULATORS or find_spec(f"pyNN.{child}")
         return sim if known else None
 
-    return Scope({"pyNN", "nrp_core", *(name.partition(".")[0] for name in more)}, substitute)
+    return Scope(
+        {"pyNN", "nrp_core", *(name.partition(".")[0] for name in more)},
+        substitute,
+        folders,
+        missing,
+        compiled,
+    )

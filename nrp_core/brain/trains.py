@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 _BLOCK: Final = 256
 """Arrivals drawn at a time."""
+MAX_RATE_HZ: Final = 1e7
+"""Spikes a second into one neuron: a hundred thousand afferents at 100 Hz. What is beyond is a mistake, and
+would have the machine draw spikes for ever."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +89,7 @@ class TrainPort(SourcePort):
         super().__init__(neurons, name)
         self._spec = spec
         self._stop_ms = spec.start + spec.duration
-        self._rates = Setting("rate", len(neurons), least=0.0)
+        self._rates = Setting("rate", len(neurons), least=0.0, most=MAX_RATE_HZ / spec.n)
         self._weights = np.full(_BLOCK, spec.weight)
         self._synapses: ShortTermSynapses | None = None
         self.reset(seeds)
@@ -211,8 +214,8 @@ class PoissonPort(TrainPort):
 
     def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
         guess = self._operational(until_ms)
-        while self._last_u <= guess + 1.0:  # so that the last arrival is surely not due
-            self._draw()
+        if self._last_u <= guess + 1.0:
+            self._draw_beyond(guess + 1.0)  # so that the last arrival is surely not due
         first, last = self._next, int(self._u.searchsorted(guess, "right"))
         while True:  # the guess is off by rounding, the times decide
             times = self._real_ms(self._u[first : last + 1])
@@ -226,11 +229,13 @@ class PoissonPort(TrainPort):
         share = self._shares.searchsorted(self._v[first : self._next], "right")
         return times[:n], self.neurons.take(share, mode="clip")
 
-    def _draw(self) -> None:
-        block = self._last_u + self._rng.standard_exponential(_BLOCK).cumsum()
-        self._last_u = float(block[-1])
-        self._u = np.concatenate([self._u[self._next :], block])
-        self._v = np.concatenate([self._v[self._next :], self._rng.random(_BLOCK)])
+    def _draw_beyond(self, u: float) -> None:
+        times, shares = [self._u[self._next :]], [self._v[self._next :]]
+        while self._last_u <= u:
+            times.append(self._last_u + self._rng.standard_exponential(_BLOCK).cumsum())
+            shares.append(self._rng.random(_BLOCK))
+            self._last_u = float(times[-1][-1])
+        self._u, self._v = np.concatenate(times), np.concatenate(shares)
         self._next = 0
 
     def _save_train(self) -> object:

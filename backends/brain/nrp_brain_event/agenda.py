@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import inf
 from typing import Final
 
-from nrp_brain_event.records import Array, Cell, Clock, Event
+from nrp_brain_event.records import Array, Cell, Clock, Event, Link
 from nrp_core.jit import inlined, jit
 
 _BEYOND: Final = 1 << 61
@@ -19,85 +19,85 @@ _NEVER: Final = 1 << 62
 
 
 @inlined
-def post(clock: Clock, slots: Array, events: Array, time: float, target: int, weight: float) -> None:
-    """Let a spike arrive at a target; there must be a free event."""
+def post(clock: Clock, slots: Array, events: Array, time: float, target: int, weight: float, n: int) -> None:
+    """Let a spike arrive at a target, or at n synapses from number ``target`` on; needs a free event."""
     index = clock.free
     event = events[index]
     clock.free = event.after
     clock.n_free -= 1
-    event.time, event.target, event.weight = time, target, weight
+    event.time, event.target, event.weight, event.n = time, target, weight, n
     slot = _slot(_window(clock, len(slots) - 1, time), len(slots) - 1)
     event.after = slots[slot]
     slots[slot] = index
 
 
 @inlined
-def release(clock: Clock, events: Array, cell: Cell) -> None:
-    """Give the first arrival of a neuron back to the pool."""
-    index = cell.arrivals
-    cell.arrivals = events[index].after
-    events[index].after = clock.free
+def release(clock: Clock, events: Array) -> None:
+    """Give the event that has arrived back to the pool, and turn to the next."""
+    index = clock.arriving
+    clock.arriving, clock.arrived = events[index].after, 0
+    events[index].after, events[index].n = clock.free, 0
     clock.free = index
     clock.n_free += 1
 
 
-@inlined
-def schedule(clock: Clock, slots: Array, cells: Array, row: int) -> None:
-    """Put a neuron where it is found by the time it wakes; where it is found sooner, it can stay."""
-    cell = cells[row]
-    window = _window(clock, len(slots) - 1, cell.wake) if cell.wake < inf else _NEVER
-    if clock.slot < cell.window <= window < _NEVER or cell.window == window:
-        return
-    if cell.window >= 0:
-        _unlink(slots, cells, cell)
-    cell.window = -1
-    if window < _NEVER:
-        slot = _slot(window, len(slots) - 1)
-        cell.window, cell.before, cell.after = window, -1, slots[slot]
-        if cell.after >= 0:
-            cells[cell.after].before = row
-        slots[slot] = row
-
-
-@inlined
-def gather(
-    clock: Clock,
-    event_slots: Array,
-    cell_slots: Array,
-    events: Array,
-    cells: Array,
-    plastic: Array,
-    ready: Array,
-    end: float,
-) -> None:
-    """Hand out the events of the window before ``end`` and list the neurons that have something to do."""
-    slot = clock.slot & (len(event_slots) - 2)
-    index = event_slots[slot]
-    event_slots[slot] = -1
+@jit
+def gather(clock: Clock, slots: Array, events: Array, sorting: Array, end: float) -> None:
+    """Take the events of the window before ``end`` out of the calendar, in their order."""
+    slot = clock.slot & (len(slots) - 2)
+    index = slots[slot]
+    slots[slot] = -1
+    longest = 0
     while index >= 0:
-        event = events[index]
-        following = event.after
-        if event.time < end:
-            target = event.target if event.target >= 0 else plastic[~event.target].target
-            row = target >> 1
-            _hand_over(events, cells[row], index)
-            _get_ready(clock, cells, ready, row)
-        else:
-            event.after = event_slots[slot]
-            event_slots[slot] = index
-        index = following
-    row = cell_slots[slot]
-    while row >= 0:
-        following = cells[row].after
-        if cells[row].wake < end:
-            _get_ready(clock, cells, ready, row)
-        else:
-            schedule(clock, cell_slots, cells, row)
-        row = following
+        one, index = index, events[index].after
+        if events[one].time >= end:
+            events[one].after = slots[slot]
+            slots[slot] = one
+            continue
+        events[one].after = -1
+        k = 0
+        while sorting[k] >= 0:
+            one = _merged(events, sorting[k], one)
+            sorting[k] = -1
+            k += 1
+        sorting[k] = one
+        longest = max(longest, k)
+    for k in range(longest + 1):
+        if sorting[k] >= 0:
+            clock.arriving = sorting[k] if clock.arriving < 0 else _merged(events, clock.arriving, sorting[k])
+            sorting[k] = -1
+
+
+@inlined
+def schedule(clock: Clock, slots: Array, links: Array, cell: Cell, row: int) -> None:
+    """Put a neuron where it is found by the time it wakes; where it is found sooner, it can stay."""
+    if cell.wake < cell.listed:
+        reschedule(clock, slots, links, cell, row)
 
 
 @jit
-def next_round(clock: Clock, event_slots: Array, cell_slots: Array, events: Array, cells: Array) -> None:
+def reschedule(clock: Clock, slots: Array, links: Array, cell: Cell, row: int) -> None:
+    """Put a neuron where it is found when it wakes."""
+    link, n = links[row], len(slots) - 1
+    window = _window(clock, n, cell.wake) if cell.wake < inf else _NEVER
+    cell.listed = min(window, clock.slot + n) * clock.width if window < _NEVER else inf
+    if link.window == window:
+        return
+    if link.window < _NEVER:
+        _unlink(slots, links, link)
+    link.window = window
+    if window < _NEVER:
+        slot = _slot(window, n)
+        link.before, link.after = -1, slots[slot]
+        if link.after >= 0:
+            links[link.after].before = row
+        slots[slot] = row
+
+
+@jit
+def next_round(
+    clock: Clock, event_slots: Array, cell_slots: Array, events: Array, links: Array, cells: Array
+) -> None:
     """At the beginning of a round, take in what was too far ahead in the last one."""
     n = len(event_slots) - 1
     index = event_slots[n]
@@ -111,8 +111,8 @@ def next_round(clock: Clock, event_slots: Array, cell_slots: Array, events: Arra
         index = following
     row = cell_slots[n]
     while row >= 0:
-        following = cells[row].after
-        schedule(clock, cell_slots, cells, row)
+        following = links[row].after
+        reschedule(clock, cell_slots, links, cells[row], row)
         row = following
 
 
@@ -130,46 +130,41 @@ def _slot(window: int, n: int) -> int:
 
 
 @inlined
-def _unlink(slots: Array, cells: Array, cell: Cell) -> None:
-    if cell.before >= 0:
-        cells[cell.before].after = cell.after
+def _unlink(slots: Array, links: Array, link: Link) -> None:
+    if link.before >= 0:
+        links[link.before].after = link.after
     else:
-        slots[_slot(cell.window, len(slots) - 1)] = cell.after
-    if cell.after >= 0:
-        cells[cell.after].before = cell.before
+        slots[_slot(link.window, len(slots) - 1)] = link.after
+    if link.after >= 0:
+        links[link.after].before = link.before
 
 
-@inlined
-def _get_ready(clock: Clock, cells: Array, ready: Array, row: int) -> None:
-    cell = cells[row]
-    if not cell.ready:
-        cell.ready = 1
-        ready[clock.n_ready] = row
-        clock.n_ready += 1
-
-
-@inlined
-def _hand_over(events: Array, cell: Cell, index: int) -> None:
-    """Sort an event in among the arrivals of its neuron.
-
-    The order is by time, receptor and weight, so that sums are the same bit for bit however the events
-    came here.
-    """
-    event = events[index]
-    last, following = -1, cell.arrivals
-    while following >= 0 and _earlier(events[following], event):
-        last, following = following, events[following].after
-    event.after = following
-    if last >= 0:
-        events[last].after = index
-    else:
-        cell.arrivals = index
+@jit
+def _merged(events: Array, a: int, b: int) -> int:
+    """Return the first event of two sorted lists made into one."""
+    if _earlier(events[b], events[a]):
+        a, b = b, a
+    head = last = a
+    a = events[a].after
+    while a >= 0 and b >= 0:
+        if _earlier(events[b], events[a]):
+            a, b = b, a
+        events[last].after = a
+        last, a = a, events[a].after
+    events[last].after = a if a >= 0 else b
+    return head
 
 
 @inlined
 def _earlier(a: Event, b: Event) -> bool:
+    """Return whether a comes before b: by time, receptor or synapse, weight.
+
+    So sums are the same bit for bit however the events came here.
+    """
     if a.time != b.time:
         return a.time < b.time
+    if a.n != b.n:
+        return a.n < b.n
     if a.target != b.target:
         return a.target < b.target
     return a.weight < b.weight

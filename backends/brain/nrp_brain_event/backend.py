@@ -53,15 +53,14 @@ class EventBackend(BrainBackend):
         from nrp_brain_event.cell_types import CELL_TYPES
 
         assert isinstance(options, EventOptions)
-        exact = options.resolution is None
         variables = (kind.state_variables for kind in CELL_TYPES.values())
         return BrainCapabilities(
             cells=frozenset(CELL_TYPES),
-            synapses=frozenset({STATIC, STDP, TSODYKS_MARKRAM} if exact else {STATIC, TSODYKS_MARKRAM}),
+            synapses=frozenset({STATIC, STDP, TSODYKS_MARKRAM}),
             resolution_ns=options.resolution,
             determinism=Determinism.MACHINE,
             state_variables=frozenset().union(*variables),
-            changes=frozenset({PARAMETERS, WEIGHTS} if exact else ()),
+            changes=frozenset({PARAMETERS, WEIGHTS}),
             snapshot=True,
             releases_gil=True,
         )

@@ -12,7 +12,7 @@ from nrp_brain_event.backend import EventOptions
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import places_of
 from nrp_brain_event.engine import build_engine, changing, enlarged
-from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents
+from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import change_parameters, change_weights, weights_now
 from nrp_brain_event.records import DIVERGED, FULL, Engine
 from nrp_core.brain.changes import ParameterChange
@@ -79,6 +79,8 @@ class EventBrain(Brain):
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         if self._engine.weight is self._initial.weight:
             self._engine = self._engine._replace(weight=self._engine.weight.copy())
+        while not spread(self._engine):
+            self._engine = enlarged(self._engine)
         change_weights(self._engine, projection, self._places[projection.label], weights)
 
     @cached_property

@@ -170,7 +170,7 @@ def _load_state(cells: Array, kind: CellType, given: Mapping[str, FloatArray]) -
     for variable, values in enumerate(state):
         cells["path"][:, variable, 0] = values
     cells["step"], cells["on_wake"] = inf, START
-    cells["arrivals"] = cells["first_fired"] = cells["last_fired"] = -1
+    cells["first_fired"] = cells["last_fired"] = -1
 
 
 def _gates(given: Mapping[str, FloatArray], voltages: FloatArray) -> list[FloatArray]:

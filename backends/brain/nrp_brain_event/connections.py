@@ -29,14 +29,17 @@ def load_connections(network: Network, cells: Array, row_of: IntArray) -> dict[s
     targets = [_targets(projection, network, row_of) for projection in projections]
     dynamics, short_term = _short_term(projections, cells, targets)
     plastic = load_plastic(projections, targets, len(cells))
-    order = np.argsort(pre, kind="stable")
-    fan_out = np.bincount(pre, minlength=network.size)
+    order = _order(network, pre)
+    first = np.concatenate([[0], np.cumsum(np.bincount(pre, minlength=network.size))])
+    target = _joined(plastic.targets, np.int32)[order]
+    delay, dynamics = _delays(network)[order], dynamics[order]
     return {
-        "first": np.concatenate([[0], np.cumsum(fan_out)]),
-        "target": _joined(plastic.targets, np.int32)[order],
+        "first": first,
+        "target": target,
         "weight": _joined([projection.weight for projection in projections], np.float64)[order],
-        "delay": _joined([projection.delay_ms for projection in projections], np.float64)[order],
-        "dynamics": dynamics[order] if len(short_term) else dynamics[:0],
+        "delay": delay,
+        "dynamics": dynamics if len(short_term) else dynamics[:0],
+        "bundle": _bundles(first, delay, (target >= 0) & (dynamics < 0)),
         "short_term": short_term,
         **plastic.tables,
     }
@@ -73,7 +76,7 @@ def places_of(network: Network, row_of: IntArray) -> dict[str, IntArray]:
     The table is ``plastic`` for plastic synapses, else ``weight``.
     """
     projections = network.projections
-    order = np.argsort(_presynaptic(network), kind="stable")
+    order = _order(network, _presynaptic(network))
     rows = np.empty(len(order), np.int64)
     rows[order] = np.arange(len(order))
     cuts = np.cumsum([projection.size for projection in projections])[:-1]
@@ -88,6 +91,26 @@ def places_of(network: Network, row_of: IntArray) -> dict[str, IntArray]:
 def _presynaptic(network: Network) -> IntArray:
     parts = [network.offsets[p.pre] + p.pre_index.astype(np.int64) for p in network.projections]
     return _joined(parts, np.int64)
+
+
+def _delays(network: Network) -> Array:
+    return _joined([projection.delay_ms for projection in network.projections], np.float64)
+
+
+def _order(network: Network, pre: IntArray) -> IntArray:
+    """Return the order in which synapses stand: by neuron, then by delay."""
+    return np.lexsort((_delays(network), pre))
+
+
+def _bundles(first: Array, delay: Array, static: Array) -> Array:
+    """Return for the first of neighbouring static synapses of one neuron and delay their number, else 0."""
+    begins = np.ones(len(delay) + 1, bool)
+    begins[1:-1] = (delay[1:] != delay[:-1]) | ~static[1:] | ~static[:-1]
+    begins[first] = True
+    starts = np.flatnonzero(begins)
+    bundle = np.zeros(len(delay), np.int32)
+    bundle[starts[:-1]] = np.diff(starts)
+    return np.where(static, bundle, 0)
 
 
 def _joined(parts: Sequence[Array], dtype: type[np.generic]) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from nrp_brain_event.cells import load_cells
 from nrp_brain_event.connections import delay_range, load_connections
-from nrp_brain_event.records import CONSTANT, Array, Clock, Engine, Event, Spike, Work
+from nrp_brain_event.records import CONSTANT, Array, Clock, Engine, Event, Link, Spike, Work
 from nrp_core.brain.network import Network
 
 _ROOM: Final = 1024
@@ -17,6 +17,8 @@ _ROOM: Final = 1024
 _LONGEST_WINDOW_MS: Final = 1.0
 _FEWEST_WINDOWS: Final = 64
 _MOST_WINDOWS: Final = 4096
+_LISTS: Final = 64
+"""Sorted lists of twice the length each: more than there can be events."""
 
 
 def build_engine(network: Network, tolerance_mv: float) -> Engine:
@@ -32,7 +34,9 @@ def build_engine(network: Network, tolerance_mv: float) -> Engine:
     cells, row_of = load_cells(network, tolerance_mv)
     clock, events = np.zeros(1, Clock.dtype()), np.zeros(_ROOM, Event.dtype())
     clock["width"], clock["per_width"] = width_ms, 1.0 / width_ms
-    _chain_free(clock, events, 0)
+    clock["arriving"] = -1
+    links = np.zeros(len(cells), Link.dtype())
+    chain_free(clock, events, 0)
     return Engine(
         cells=cells,
         row_of=row_of,
@@ -40,8 +44,9 @@ def build_engine(network: Network, tolerance_mv: float) -> Engine:
         clock=clock,
         events=events,
         event_slots=np.full(n_windows + 1, -1),
-        cell_slots=_first_window(cells, n_windows),
-        ready=np.zeros(len(cells), np.int64),
+        cell_slots=_first_window(links, n_windows),
+        links=links,
+        sorting=np.full(_LISTS, -1),
         spikes=np.zeros(_ROOM, Spike.dtype()),
         work=np.zeros(1, Work.dtype()),
     )
@@ -51,9 +56,9 @@ def enlarged(engine: Engine) -> Engine:
     """Return the engine with twice the room for spikes, if that is used up, else for events."""
     clock, n_events = engine.clock, len(engine.events)
     if clock["n_spikes"][0] == len(engine.spikes):
-        return engine._replace(spikes=_doubled(engine.spikes))
-    events = _doubled(engine.events)
-    _chain_free(clock, events, n_events)
+        return engine._replace(spikes=doubled(engine.spikes))
+    events = doubled(engine.events)
+    chain_free(clock, events, n_events)
     return engine._replace(events=events)
 
 
@@ -71,13 +76,14 @@ def changing(engine: Engine, initial: Engine | None = None) -> dict[str, Array]:
     }
 
 
-def _doubled(array: Array) -> Array:
+def doubled(array: Array) -> Array:
+    """Return an array with what another has in it, and as much room again."""
     larger = np.zeros(2 * len(array), array.dtype)
     larger[: len(array)] = array
     return larger
 
 
-def _chain_free(clock: Array, events: Array, first: int) -> None:
+def chain_free(clock: Array, events: Array, first: int) -> None:
     """Put the events from ``first`` on at the head of the list of free ones."""
     events["after"][first:] = np.arange(first + 1, len(events) + 1)
     events["after"][-1] = clock["free"][0] if clock["n_free"][0] else -1
@@ -85,12 +91,12 @@ def _chain_free(clock: Array, events: Array, first: int) -> None:
     clock["n_free"] += len(events) - first
 
 
-def _first_window(cells: Array, n_windows: int) -> Array:
+def _first_window(links: Array, n_windows: int) -> Array:
     """Return the calendar with all neurons in the first window."""
     slots = np.full(n_windows + 1, -1)
-    if len(cells):
-        slots[0] = cells["window"][:] = 0
-        cells["before"] = np.arange(-1, len(cells) - 1)
-        cells["after"] = np.arange(1, len(cells) + 1)
-        cells["after"][-1] = -1
+    if len(links):
+        slots[0] = 0
+        links["before"] = np.arange(-1, len(links) - 1)
+        links["after"] = np.arange(1, len(links) + 1)
+        links["after"][-1] = -1
     return slots

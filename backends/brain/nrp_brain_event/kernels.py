@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
+from math import inf, nextafter
 from typing import Final
 
-from nrp_brain_event.agenda import gather, next_round, post, schedule
-from nrp_brain_event.neuron import advance, fire, move, voltage_at
-from nrp_brain_event.records import COLD, DIVERGED, DONE, FIRE, FULL, HOT, START, Array, Engine
+from nrp_brain_event.agenda import gather, next_round, post, release, reschedule, schedule
+from nrp_brain_event.linear import is_linear, search
+from nrp_brain_event.neuron import fire, move, plan, receive, voltage_at
+from nrp_brain_event.records import (
+    COLD,
+    DIVERGED,
+    DONE,
+    FIRE,
+    FULL,
+    HOT,
+    SEARCH,
+    START,
+    WAKE,
+    Array,
+    Clock,
+    Engine,
+    Event,
+)
 from nrp_brain_event.runge_kutta import state_at
 from nrp_brain_event.short_term import released_share
-from nrp_brain_event.spike_timing import remember
+from nrp_brain_event.spike_timing import remember, transmit
 from nrp_brain_event.synapses import remaining_at
 from nrp_core.jit import CACHE_LINE, borrowed, inlined, jit, prefetch
 
 READABLE = ("v", "u", "w", "gsyn_exc", "gsyn_inh")
 """State variables by number, see :func:`read`."""
 
-_AHEAD: Final = 5
+_AHEAD: Final = 8
 """How many neurons are fetched before they are needed."""
 
 
@@ -28,45 +44,110 @@ def run(engine: Engine, until: float, end: float) -> int:
         ``DONE``; ``FULL`` where events or spikes need more room (give it and call again);
         ``DIVERGED`` where a neuron cannot be integrated.
     """
-    clock, work, spikes = borrowed(engine.clock)[0], borrowed(engine.work)[0], borrowed(engine.spikes)
-    cells, events, first = borrowed(engine.cells), borrowed(engine.events), borrowed(engine.first)
-    event_slots, cell_slots = borrowed(engine.event_slots), borrowed(engine.cell_slots)
-    ready, rules = borrowed(engine.ready), borrowed(engine.rules)
-    plastic, first_plastic = borrowed(engine.plastic), borrowed(engine.first_plastic)
+    engine = borrowed(engine)
+    clock, cells, events = engine.clock[0], engine.cells, engine.events
+    event_slots, cell_slots, links = engine.event_slots, engine.cell_slots, engine.links
     last = len(event_slots) - 2
     while True:
         window_end = min((clock.slot + 1) * clock.width, end)
         slot = clock.slot & last
-        if clock.n_ready == 0 and (event_slots[slot] >= 0 or cell_slots[slot] >= 0):
-            gather(clock, event_slots, cell_slots, events, cells, plastic, ready, window_end)
-        while clock.n_ready > 0:
-            row = ready[clock.n_ready - 1]
-            cell = cells[row]
-            _fetch(cells, ready[max(clock.n_ready - 1 - _AHEAD, 0)])
-            if not advance(cell, clock, events, plastic, rules, work, window_end):
-                clock.failed = cell.id
-                return DIVERGED
-            if cell.on_wake == FIRE and cell.wake < window_end:
-                if clock.n_spikes == len(spikes) or clock.n_free <= first[cell.id + 1] - first[cell.id]:
-                    return FULL
-                spike = spikes[clock.n_spikes]
-                spike.time, spike.id = cell.wake, cell.id
-                clock.n_spikes += 1
-                _send(engine, cell.id, cell.wake)
-                if len(first_plastic) > 0 and first_plastic[row] < first_plastic[row + 1]:
-                    onto = plastic[first_plastic[row] : first_plastic[row + 1]]
-                    remember(cell, onto, rules, clock, events)
-                fire(cell)
-            else:
-                cell.ready = 0
-                schedule(clock, cell_slots, cells, row)
-                clock.n_ready -= 1
+        if clock.arriving < 0 and event_slots[slot] >= 0:
+            gather(clock, event_slots, events, engine.sorting, window_end)
+        while clock.arriving >= 0:
+            status = _arrive(engine, clock, cells, events[clock.arriving])
+            if status != DONE:
+                return status
+            release(clock, events)
+        status = _wake(engine, clock, cells, links, slot, window_end)
+        if status != DONE:
+            return status
         if window_end >= end:
             clock.now = until
             return DONE
         clock.slot += 1
         if clock.slot & last == 0:
-            next_round(clock, event_slots, cell_slots, events, cells)
+            next_round(clock, event_slots, cell_slots, events, links, cells)
+
+
+@inlined
+def _arrive(engine: Engine, clock: Clock, cells: Array, event: Event) -> int:
+    """Let a spike arrive wherever it has not yet; returns as :func:`run`."""
+    targets, weights, slots, t = engine.target, engine.weight, engine.cell_slots, event.time
+    first, last = event.target, event.target + event.n - 1
+    for k in range(clock.arrived, max(event.n, 1)):
+        target, weight = event.target, event.weight
+        if event.n > 0:
+            target, weight = targets[first + k], weights[first + k]
+            _fetch(cells, targets[min(first + k + _AHEAD, last)] >> 1)
+        elif target < 0:
+            target = engine.plastic[~target].target
+        row = target >> 1
+        cell = cells[row]
+        if cell.wake <= t and cell.t < t:
+            status = _pass(engine, row, nextafter(t, inf))
+            if status != DONE:
+                clock.arrived = k
+                return status
+        move(cell, t)
+        if event.n == 0 and event.target < 0:
+            synapse = engine.plastic[~event.target]
+            event.target, weight = (
+                target,
+                transmit(synapse, engine.rules[synapse.rule], cell, engine.events, t),
+            )
+        receive(cell, target & 1, weight)
+        if is_linear(cell):
+            plan(cell, engine.work[0])
+        else:  # once for all that arrives at this time
+            cell.on_wake, cell.wake = START, t
+        schedule(clock, slots, engine.links, cell, row)
+    return DONE
+
+
+@inlined
+def _wake(engine: Engine, clock: Clock, cells: Array, links: Array, slot: int, end: float) -> int:
+    """Let the neurons of a window do what they wake for before ``end``; returns as :func:`run`."""
+    row = engine.cell_slots[slot]
+    while row >= 0:
+        following = links[row].after
+        if following >= 0:
+            prefetch(cells, following, WAKE)
+        if cells[row].wake < end:
+            status = _pass(engine, row, end)
+            if status != DONE:
+                return status
+        reschedule(clock, engine.cell_slots, links, cells[row], row)
+        row = following
+    return DONE
+
+
+@inlined
+def _pass(engine: Engine, row: int, end: float) -> int:
+    """Let a neuron do all that it wakes for before ``end``; returns as :func:`run`."""
+    clock, work, spikes, first = engine.clock[0], engine.work[0], engine.spikes, engine.first
+    plastic, first_plastic = engine.plastic, engine.first_plastic
+    cell = engine.cells[row]
+    while cell.wake < end:
+        if cell.on_wake == SEARCH:
+            search(cell, work)
+            continue
+        if cell.on_wake == FIRE:
+            if clock.n_spikes == len(spikes) or clock.n_free <= first[cell.id + 1] - first[cell.id]:
+                return FULL
+            spike = spikes[clock.n_spikes]
+            spike.time, spike.id = cell.wake, cell.id
+            clock.n_spikes += 1
+            _send(engine, cell.id, cell.wake)
+            if len(first_plastic) > 0 and first_plastic[row] < first_plastic[row + 1]:
+                onto = plastic[first_plastic[row] : first_plastic[row + 1]]
+                remember(cell, onto, engine.rules, clock, engine.events)
+            fire(cell)
+        else:
+            move(cell, cell.wake)
+        if not plan(cell, work):
+            clock.failed = cell.id
+            return DIVERGED
+    return DONE
 
 
 @inlined
@@ -79,15 +160,16 @@ def _fetch(cells: Array, row: int) -> None:
 @inlined
 def _send(engine: Engine, neuron: int, time: float) -> None:
     """Put a spike of a neuron on its way to all its targets."""
-    clock, slots, events = borrowed(engine.clock)[0], borrowed(engine.event_slots), borrowed(engine.events)
-    first, target, delay = borrowed(engine.first), borrowed(engine.target), borrowed(engine.delay)
-    weights, dynamics = borrowed(engine.weight), borrowed(engine.dynamics)
-    short_term = borrowed(engine.short_term)
-    for s in range(first[neuron], first[neuron + 1]):
-        weight = weights[s]
-        if len(dynamics) > 0 and dynamics[s] >= 0:
-            weight *= released_share(short_term[dynamics[s]], time)
-        post(clock, slots, events, time + delay[s], target[s], weight)
+    clock, slots, events = engine.clock[0], engine.event_slots, engine.events
+    s, last = engine.first[neuron], engine.first[neuron + 1]
+    while s < last:
+        n, target, weight = engine.bundle[s], s, 0.0
+        if n == 0:
+            target, weight = engine.target[s], engine.weight[s]
+            if len(engine.dynamics) > 0 and engine.dynamics[s] >= 0:
+                weight *= released_share(engine.short_term[engine.dynamics[s]], time)
+        post(clock, slots, events, time + engine.delay[s], target, weight, n)
+        s += max(n, 1)
 
 
 @jit
@@ -97,7 +179,8 @@ def emit(engine: Engine, neurons: Array, times: Array, begin: int) -> int:
     Returns:
         How many of all are done; less than all where events need more room.
     """
-    clock = borrowed(engine.clock)[0]
+    engine = borrowed(engine)
+    clock = engine.clock[0]
     for k in range(begin, len(neurons)):
         if clock.n_free < engine.first[neurons[k] + 1] - engine.first[neurons[k]]:
             return k
@@ -108,13 +191,30 @@ def emit(engine: Engine, neurons: Array, times: Array, begin: int) -> int:
 @jit
 def inject(engine: Engine, neurons: Array, times: Array, weights: Array, inhibitory: int, begin: int) -> int:
     """Let events arrive at neurons (global ids), from number ``begin`` on; returns as :func:`emit`."""
-    clock = borrowed(engine.clock)[0]
-    slots, events, row_of = borrowed(engine.event_slots), borrowed(engine.events), borrowed(engine.row_of)
+    engine = borrowed(engine)
+    clock, slots, events, row_of = engine.clock[0], engine.event_slots, engine.events, engine.row_of
     for k in range(begin, len(neurons)):
         if clock.n_free == 0:
             return k
-        post(clock, slots, events, times[k], 2 * row_of[neurons[k]] + inhibitory, weights[k])
+        post(clock, slots, events, times[k], 2 * row_of[neurons[k]] + inhibitory, weights[k], 0)
     return len(neurons)
+
+
+@jit
+def spread(engine: Engine) -> bool:
+    """Let all spikes on their way keep the weights they have now; false where there is no room."""
+    engine = borrowed(engine)
+    clock, slots, events = engine.clock[0], engine.event_slots, engine.events
+    for index in range(len(events)):
+        event = events[index]
+        first, n = event.target, event.n
+        if n > clock.n_free:
+            return False
+        if n > 0:
+            event.target, event.weight, event.n = engine.target[first], engine.weight[first], 0
+        for s in range(first + 1, first + n):
+            post(clock, slots, events, event.time, engine.target[s], engine.weight[s], 0)
+    return True
 
 
 @jit
@@ -156,4 +256,4 @@ def _begin_anew(engine: Engine, row: int) -> None:
     cell = cells[row]
     move(cell, clock.now)
     cell.on_wake, cell.wake = START, clock.now
-    schedule(clock, engine.cell_slots, cells, row)
+    schedule(clock, engine.cell_slots, engine.links, cell, row)

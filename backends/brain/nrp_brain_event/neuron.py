@@ -1,55 +1,22 @@
-"""One neuron through one window: what arrives and what it wakes for, in the order of time."""
+"""What happens to one neuron: it moves in time, spikes arrive, it fires, its future is planned."""
 
 from __future__ import annotations
 
-from math import inf
-
-from nrp_brain_event.agenda import release
-from nrp_brain_event.linear import is_linear, linear_voltage, plan_search, search
+from nrp_brain_event.linear import is_linear, linear_voltage, plan_search
 from nrp_brain_event.records import (
     ADAPTIVE_EXPONENTIAL,
     FIRE,
     HODGKIN_HUXLEY,
     IZHIKEVICH,
     JUMP,
-    SEARCH,
     START,
-    Array,
     Cell,
-    Clock,
     Work,
 )
 from nrp_brain_event.runge_kutta import rise_within_step, stand_at, state_at, take_step
-from nrp_brain_event.spike_timing import SIMULTANEOUS, transmit
+from nrp_brain_event.spike_timing import SIMULTANEOUS
 from nrp_brain_event.synapses import arrive, fade, left_of
 from nrp_core.jit import inlined, jit
-
-
-@inlined
-def advance(
-    cell: Cell, clock: Clock, events: Array, plastic: Array, rules: Array, work: Work, end: float
-) -> bool:
-    """Take a neuron to the end of the window, or to its next spike there, which it then wakes for.
-
-    Returns:
-        False where its equations cannot be integrated.
-    """
-    while True:
-        arrival = events[cell.arrivals].time if cell.arrivals >= 0 else inf
-        if min(arrival, cell.wake) >= end:
-            return True
-        if arrival < cell.wake:
-            move(cell, arrival)
-            _receive(cell, clock, events, plastic, rules)
-        elif cell.on_wake == FIRE:
-            return True
-        elif cell.on_wake == SEARCH:
-            search(cell, work)
-            continue
-        else:
-            move(cell, cell.wake)
-        if not plan(cell, work):
-            return False
 
 
 @inlined
@@ -94,20 +61,12 @@ def fire(cell: Cell) -> None:
 
 
 @inlined
-def _receive(cell: Cell, clock: Clock, events: Array, plastic: Array, rules: Array) -> None:
-    """Take in everything that arrives now."""
-    while cell.arrivals >= 0 and events[cell.arrivals].time <= cell.t:
-        event = events[cell.arrivals]
-        target, weight = event.target, event.weight
-        if target < 0:
-            synapse = plastic[~target]
-            target = event.target = synapse.target
-            weight = transmit(synapse, rules[synapse.rule], cell, events, event.time)
-        if cell.synapse != JUMP:
-            arrive(cell, target & 1, weight)
-        elif cell.free_at - cell.t <= SIMULTANEOUS:  # else the voltage is held
-            cell.path[0, 0] += weight
-        release(clock, events, cell)
+def receive(cell: Cell, inhibitory: int, weight: float) -> None:
+    """Let a spike arrive now."""
+    if cell.synapse != JUMP:
+        arrive(cell, inhibitory, weight)
+    elif cell.free_at - cell.t <= SIMULTANEOUS:  # else the voltage is held
+        cell.path[0, 0] += weight
 
 
 @inlined

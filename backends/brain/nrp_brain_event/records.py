@@ -128,13 +128,8 @@ class Cell(CellParameters):
     """What is left of arrivals at each synapse, ``(x + s dt) exp(-dt / tau_syn)``, uS or nA."""
     wake: float
     on_wake: int
-    arrivals: int
-    """First event that arrives in the window at work."""
-    ready: int
-    window: int
-    before: int
-    after: int
-    """The window under which it stands in the calendar, and its neighbours there."""
+    listed: float
+    """When it is found in the calendar, at the latest."""
     path: Annotated[Array, (4, 5)]
     """The state variables as polynomials in the fraction of the step; the first is the voltage."""
 
@@ -152,18 +147,33 @@ class Cell(CellParameters):
 HOT: Final = int(Cell.dtype().fields["membrane"][1])  # type: ignore[index]
 COLD: Final = int(Cell.dtype().fields["path"][1]) + 8  # type: ignore[index]
 """Where in the record of a neuron the part lies that every event needs, in bytes."""
+WAKE: Final = int(Cell.dtype().fields["wake"][1])  # type: ignore[index]
+"""Where the time lies at which it wakes."""
 
 
 class Event(Record):
     """A spike on its way.
 
     A target is twice the row of a cell, plus one for the inhibitory receptor; or ``~p`` for the one of
-    plastic synapse p, which then decides the weight.
+    plastic synapse p, which then decides the weight. Where ``n`` is not zero the spike arrives at all
+    of n synapses, and the target is the first of these.
     """
 
     time: float
     weight: float
     target: int
+    n: int
+    after: int
+
+
+class Link(Record):
+    """Where a neuron stands in the calendar: the window, and its neighbours in the list of that.
+
+    Apart from the neuron, so that the links of all neurons fit into the nearer caches.
+    """
+
+    window: int
+    before: int
     after: int
 
 
@@ -231,7 +241,9 @@ class Clock(Record):
     free: int
     n_free: int
     """Head and length of the list of free events."""
-    n_ready: int
+    arriving: int
+    arrived: int
+    """First event that still arrives in the window at work, and at how many of its synapses it has."""
     n_spikes: int
     failed: int
     """The neuron whose integration broke down."""
@@ -260,6 +272,7 @@ class Engine(NamedTuple):
         first, target, weight, delay, dynamics: the synapses of neuron ``i`` are those from
             ``first[i]`` to ``first[i + 1]``; ``dynamics`` is a row of ``short_term`` or -1, and
             empty where no synapse has one.
+        bundle: at the first of static synapses of one neuron and delay their number, else 0.
         short_term: ``ShortTerm``.
         plastic: ``Plastic``, in the order of the cells they end on.
         first_plastic: the plastic synapses onto the cell in row ``i`` are those from ``first_plastic[i]``
@@ -269,7 +282,8 @@ class Engine(NamedTuple):
         events: ``Event``, a pool; those on their way and the free ones form linked lists.
         event_slots, cell_slots: first event and first cell to wake in each window of the calendar;
             the last entry holds what lies beyond its horizon.
-        ready: rows of the cells that have something to do in the window at work.
+        links: ``Link``, of the neurons.
+        sorting: first events of sorted lists of 1, 2, 4, ... events, while they are made.
         spikes: ``Spike``, those not yet taken.
         work: ``Work``, shape ``(1,)``.
     """
@@ -281,6 +295,7 @@ class Engine(NamedTuple):
     weight: Array
     delay: Array
     dynamics: Array
+    bundle: Array
     short_term: Array
     plastic: Array
     first_plastic: Array
@@ -289,12 +304,13 @@ class Engine(NamedTuple):
     events: Array
     event_slots: Array
     cell_slots: Array
-    ready: Array
+    links: Array
+    sorting: Array
     spikes: Array
     work: Array
 
 
 CONSTANT: Final = frozenset(
-    {"row_of", "first", "target", "weight", "delay", "dynamics", "first_plastic", "rules"}
+    {"row_of", "first", "target", "weight", "delay", "dynamics", "bundle", "first_plastic", "rules"}
 )
 """The parts of the engine that do not change by running."""

@@ -44,7 +44,7 @@ def first_rise(kind: int, work: Work, until: float) -> float:
         high = work.zeros[j] if j < n else until
         f_high = _value(kind, _SOUGHT, work, high)
         if f_low < 0.0 <= f_high:
-            return _zero(kind, _SOUGHT, work, low, high)
+            return _zero(kind, _SOUGHT, work, low, f_low, high, f_high)
         low, f_low = high, f_high
     return inf
 
@@ -52,9 +52,10 @@ def first_rise(kind: int, work: Work, until: float) -> float:
 @jit
 def only_rise(kind: int, work: Work, low: float, high: float) -> float:
     """Return the t in low..high at which the function, which grows there up to zero, is zero, or infinity."""
-    if _value(kind, _SOUGHT, work, high) < 0.0:
+    f_low, f_high = _value(kind, _SOUGHT, work, low), _value(kind, _SOUGHT, work, high)
+    if f_high < 0.0:
         return inf
-    return _zero(kind, _SOUGHT, work, low, high) if _value(kind, _SOUGHT, work, low) < 0.0 else low
+    return _zero(kind, _SOUGHT, work, low, f_low, high, f_high) if f_low < 0.0 else low
 
 
 @jit
@@ -66,7 +67,7 @@ def _zeros(kind: int, level: int, work: Work, n: int, until: float) -> int:
         high = work.zeros[j] if j < n else until
         f_high = _value(kind, level, work, high)
         if (f_low < 0.0) != (f_high < 0.0):
-            work.zeros[found] = _zero(kind, level, work, low, high)
+            work.zeros[found] = _zero(kind, level, work, low, f_low, high, f_high)
             found += 1
         low, f_low = high, f_high
     return found
@@ -150,13 +151,12 @@ def _decay(rate: float, slowest: float, t: float) -> float:
 
 
 @jit
-def _zero(kind: int, level: int, work: Work, a: float, b: float) -> float:
-    """Return the zero between a and b, where the signs differ, to rounding.
+def _zero(kind: int, level: int, work: Work, a: float, f_a: float, b: float, f_b: float) -> float:
+    """Return the zero between a and b, where the values have different signs, to rounding.
 
     Inverse quadratic interpolation where it is sure to help, else bisection
     (Chandrupatla 1997, Advances in Engineering Software 28:145).
     """
-    f_a, f_b = _value(kind, level, work, a), _value(kind, level, work, b)
     share = 0.5
     while True:
         x = a + share * (b - a)

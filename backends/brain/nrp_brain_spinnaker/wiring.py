@@ -130,9 +130,8 @@ def _wire(
     target = network.populations[projection.post]
     model = cell_models(options.semantics)[target.cell_type]
     check_synapses(
-        f"projection '{projection.label}'", projection.pre_index, projection.post_index,
-        {"weight": projection.weight}, receptor=projection.receptor,
-        conductance_based=target.is_conductance_based, signed=True,
+        f"projection '{projection.label}'", projection.ends, {"weight": projection.weight},
+        receptor=projection.receptor, conductance_based=target.is_conductance_based, signed=True,
     )  # fmt: skip
     own = cells.neurons(population)
     factor = weight_factors(cells, own, model)

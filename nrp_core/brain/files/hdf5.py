@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nrp_core.brain.files.heaps import has_damaged_heap
 from nrp_core.brain.memory import require_memory
 from nrp_core.errors import ExperimentError, NetworkError, NrpError, did_you_mean
 
@@ -40,6 +41,8 @@ def reading(path: Path) -> Iterator[h5py.File]:
         NetworkError: it is missing, cut short, damaged, or no HDF5.
     """
     _require_signature(path)
+    if has_damaged_heap(path):
+        raise NetworkError("the file is damaged; make or copy it again", path=path)
     try:
         with library().File(path, "r") as file:
             yield file
@@ -74,6 +77,15 @@ def group(parent: Any, name: str) -> h5py.Group:
         NetworkError: there is none; it names the nearest.
     """
     return _member(parent, name, library().Group, "group")
+
+
+def groups(parent: Any) -> list[tuple[str, h5py.Group]]:
+    """Return the groups in a group with their names.
+
+    Raises:
+        NetworkError: something in it is none, or is damaged.
+    """
+    return [(name, group(parent, name)) for name in parent]
 
 
 def _member(parent: Any, name: str, kind: type, what: str) -> Any:

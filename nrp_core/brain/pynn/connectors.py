@@ -19,8 +19,8 @@ import numpy.typing as npt
 from pyNN import connectors
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.memory import require_memory
 from nrp_core.brain.pynn.arguments import require_arguments, require_shape
+from nrp_core.brain.pynn.expected import require_room
 from nrp_core.brain.pynn.invalid import InvalidSynapseError
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.random_pairs import random_pairs
@@ -31,12 +31,6 @@ if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
 
 Indices = npt.NDArray[np.integer[Any]]
-
-BYTES_PER_SYNAPSE = 16
-"""While a projection is built: two indices, once in parts and once joined."""
-BYTES_PER_VALUE = 8
-"""For each parameter that differs between synapses; parts go as they are joined."""
-
 
 _RULES = "probabilities and numbers of synapses are 0 or more, flags are True or False"
 
@@ -66,40 +60,12 @@ class Connector(connectors.Connector):
         Raises:
             NetworkError: they would not fit into memory.
         """
-        self._require_memory(projection)
+        require_room(self, projection)
         owner = f"projection/{projection.label}"
         if hasattr(self, "rng"):
             self.rng = named(self.rng, self._simulator, f"{owner}/connector")
         name_streams({"n": getattr(self, "n", None)}, self._simulator, owner)
         self._connect(projection)
-
-    def _require_memory(self, projection: Any) -> None:
-        n_pre, n_post = projection.pre.size, projection.post.size
-        expected = self._expected_synapses(n_pre, n_post)
-        values = projection.synapse_type.parameter_space.items()
-        own = sum(not value.is_homogeneous for _, value in values)
-        needed = expected * (BYTES_PER_SYNAPSE + own * BYTES_PER_VALUE)
-        what = (
-            f"{type(self).__name__} from {n_pre} to {n_post} cells makes about {expected:.3g} synapses, which"
-        )
-        require_memory(f"projection '{projection.label}'", needed, what)
-
-    def _expected_synapses(self, n_pre: int, n_post: int) -> float:
-        """Return how many synapses it will make, as far as its parameters tell; 0 where they do not."""
-        n = getattr(self, "n", None)
-        n = n if isinstance(n, (int, float)) else 0
-        match self:
-            case connectors.AllToAllConnector():
-                return n_pre * n_post
-            case connectors.FixedProbabilityConnector():
-                return float(self.p_connect) * n_pre * n_post
-            case connectors.FixedNumberPreConnector():
-                return n * n_post
-            case connectors.FixedNumberPostConnector():
-                return n * n_pre
-            case connectors.FixedTotalNumberConnector():
-                return n
-        return 0
 
     def _connect(self, projection: Any) -> None:
         super().connect(projection)

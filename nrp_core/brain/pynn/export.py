@@ -12,6 +12,7 @@ import numpy as np
 from pyNN.random import RandomDistribution
 
 from nrp_core.brain import network as data
+from nrp_core.brain.indices import indices_of
 from nrp_core.brain.network import FloatArray, IntArray, Network, Origin
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
@@ -87,8 +88,8 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
             pre=labels[pre],
             post=labels[post],
             receptor=projection.receptor_type,
-            pre_index=_within(from_cells, projection.pre_index[chosen], projection.pre),
-            post_index=_within(to_cells, projection.post_index[chosen], projection.post),
+            pre_index=_within(from_cells, projection, "pre", chosen),
+            post_index=_within(to_cells, projection, "post", chosen),
             weight=values.pop("weight"),
             delay_ms=values.pop("delay"),
             synapse_type=projection.synapse_type.kind,
@@ -98,9 +99,11 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
         )
 
 
-def _within(places: data.IndexArray, index: data.IndexArray, cells: Any) -> data.IndexArray:
-    """Return where cells lie in their population; of a whole population where they lie anyway, uncopied."""
-    return index if isinstance(cells, Population) else places[index]
+def _within(places: data.IndexArray, projection: Projection, end: str, chosen: Any) -> Any:
+    """Return where chosen cells lie in their population; of a whole population as they are kept."""
+    if isinstance(getattr(projection, end), Population) and isinstance(chosen, slice):
+        return indices_of(projection, f"{end}_index")
+    return places[getattr(projection, f"{end}_index")[chosen]]
 
 
 def _members(cells: Any) -> list[tuple[Population, data.IndexArray]]:

@@ -12,8 +12,9 @@ from pyNN import common
 from pyNN.parameters import ParameterSpace
 from pyNN.space import Space
 
+from nrp_core.brain.indices import IndexArray, folded, indices_of
 from nrp_core.brain.limits import check_synapses
-from nrp_core.brain.network import RECEPTORS, FloatArray, IndexArray
+from nrp_core.brain.network import RECEPTORS, FloatArray
 from nrp_core.brain.pynn.arguments import require_names
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, raising
 from nrp_core.brain.pynn.synapse_columns import SynapseColumns, evaluated
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 _OPERATIONS = {"sum": (np.add, 0.0), "min": (np.minimum, np.inf), "max": (np.maximum, -np.inf)}
 
 
+@folded("pre_index", "post_index")
 class Projection(common.Projection):
     """Synapses between two groups of cells.
 
@@ -60,9 +62,10 @@ class Projection(common.Projection):
         )  # fmt: skip
         self._simulator.state.before_change()
         self.values: dict[str, FloatArray] = {}
-        self._columns = SynapseColumns()
+        self._columns = SynapseColumns(self.pre.size)
         connector.connect(self)
-        self.pre_index, self.post_index, values = self._columns.joined()
+        pre, post, values = self._columns.joined()
+        self.__dict__.update(pre_index=pre, post_index=post)
         for name in self.synapse_type.get_parameter_names():
             self.values[name] = values.get(name, np.empty(0))
         listed = getattr(connector, "column_names", ())
@@ -79,7 +82,7 @@ class Projection(common.Projection):
         return self._simulator.types["StaticSynapse"]()
 
     def __len__(self) -> int:
-        return len(self.pre_index)
+        return len(indices_of(self, "pre_index"))
 
     @property
     def connections(self) -> list[Connection]:
@@ -89,6 +92,13 @@ class Projection(common.Projection):
     def __getitem__(self, index: Any) -> Any:
         chosen = np.arange(len(self))[index]
         return Connection(self, int(chosen)) if np.ndim(chosen) == 0 else [self[i] for i in chosen]
+
+    def ends(self, synapse: int) -> tuple[int, int]:
+        """Return the indices of the two cells that a synapse connects."""
+        pre, post = (
+            indices_of(self, name).part(synapse, synapse + 1) for name in ("pre_index", "post_index")
+        )
+        return int(pre[0]), int(post[0])
 
     # -- what connectors call
 
@@ -181,7 +191,7 @@ class Projection(common.Projection):
         signed = "weight" in values and (conductance_based or self.connector.safe)
         with raising(InvalidSynapseError):
             check_synapses(
-                self._name, self.pre_index, self.post_index, values, receptor=self.receptor_type,
+                self._name, self.ends, values, receptor=self.receptor_type,
                 conductance_based=conductance_based, signed=signed,
             )  # fmt: skip
 
@@ -193,6 +203,8 @@ class Connection(common.Connection):
         self.__dict__.update(_projection=projection, _index=index)
 
     def __getattr__(self, name: str) -> Any:
+        if name in (ends := ("presynaptic_index", "postsynaptic_index")):
+            return self._projection.ends(self._index)[ends.index(name)]
         try:
             return self._projection.column(name)[self._index].item()
         except KeyError:

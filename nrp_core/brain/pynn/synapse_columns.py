@@ -9,15 +9,21 @@ from typing import Any
 import numpy as np
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network import FloatArray, IndexArray
+from nrp_core.brain.indices import IndexArray, Indices, index_type
+from nrp_core.brain.network import FloatArray
 
 
 class SynapseColumns:
-    """What a connector adds, column by column of the connection matrix."""
+    """What a connector adds, column by column of the connection matrix.
 
-    def __init__(self) -> None:
-        self._pre: list[IndexArray] = []
-        self._post: list[IndexArray | int] = []
+    Args:
+        n_pre: number of presynaptic cells.
+    """
+
+    def __init__(self, n_pre: int) -> None:
+        self._type = index_type(n_pre)
+        self._pre: list[Any] = []
+        self._post: list[Any] = []
         self._values: dict[str, list[Any]] = {}
 
     def add(self, pre: Any, post: Any, values: Mapping[str, Any]) -> None:
@@ -28,22 +34,26 @@ class SynapseColumns:
             post: index of the one postsynaptic cell, or of each, shape ``(n,)``.
             values: of every parameter, one number or ``n``.
         """
-        self._pre.append(np.asarray(pre, dtype=np.int32))
+        self._pre.append(np.asarray(pre, dtype=self._type))
         self._post.append(post)
         for name, value in values.items():
             self._values.setdefault(name, []).append(value)
 
-    def joined(self) -> tuple[IndexArray, IndexArray, dict[str, FloatArray]]:
+    def joined(self) -> tuple[Indices, Indices, dict[str, FloatArray]]:
         """Return indices and values of all synapses, shape ``(n_synapses,)``; empties the columns."""
         counts = [len(part) for part in self._pre]
-        pre = np.concatenate([np.empty(0, np.int32), *self._pre])
+        pre = Indices.of(np.concatenate([np.empty(0, self._type), *self._pre]))
         self._pre.clear()
-        posts = [
-            np.broadcast_to(np.asarray(part, np.int32), n) for part, n in zip(self._post, counts, strict=True)
-        ]
-        post = np.concatenate([np.empty(0, np.int32), *posts])
+        post = _targets(self._post, counts)
         values = {name: _joined(self._values[name], counts) for name in list(self._values)}
         return pre, post, values
+
+
+def _targets(parts: list[Any], counts: list[int]) -> Indices:
+    if counts and all(np.ndim(part) == 0 for part in parts) and (np.diff(parts) > 0).all():
+        return Indices.repeated(parts, counts)
+    each = [np.broadcast_to(np.asarray(part, np.int32), n) for part, n in zip(parts, counts, strict=True)]
+    return Indices.of(np.concatenate([np.empty(0, np.int32), *each]))
 
 
 def _joined(parts: list[Any], counts: list[int]) -> FloatArray:
@@ -78,7 +88,7 @@ def evaluated(values: LazyArray, pre: IndexArray, post: IndexArray) -> FloatArra
     """
     if values.is_homogeneous:
         return constant(values.evaluate(simplify=True), len(pre))
-    columns = SynapseColumns()
+    columns = SynapseColumns(int(pre.max(initial=0)) + 1)
     starts = np.flatnonzero(np.diff(post, prepend=-1))
     for start, stop in pairwise([*starts, len(post)]):
         columns.add(pre[start:stop], post[start], {"": values[pre[start:stop], int(post[start])]})

@@ -8,12 +8,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nrp_core.brain.files.hdf5 import array, attribute, group, reading
+from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
 from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
 from nrp_core.brain.picking import Selection, with_views
 from nrp_core.brain.sonata.config import Config, Files, read_config
 from nrp_core.brain.sonata.edges import read_edges
 from nrp_core.brain.sonata.items import Items, read_items, read_types
+from nrp_core.brain.sonata.node_sets import read_node_sets
 from nrp_core.brain.sonata.nodes import Nodes, Trains, read_nodes
 from nrp_core.errors import ExperimentError, NetworkError
 
@@ -32,7 +33,8 @@ def read_sonata(
 
     A population of nodes becomes a population of its name, or several (``name/cell type``) where its nodes
     are of several models; a view of its name has all nodes in their order. What the column ``pop_name``
-    of node types calls its nodes becomes a view as well. Edges become one projection for each receptor.
+    of node types calls its nodes becomes a view as well, and so does each node set. Edges
+    become one projection for each receptor and kind of synapse.
 
     Args:
         path: ``circuit_config.json`` or ``simulation_config.json``, whose spike inputs are read too.
@@ -50,7 +52,11 @@ def read_sonata(
         nodes = _nodes(config)
         cells = {p.label: p for part in nodes.values() for p in part.populations}
         network = Network(cells, tuple(_projections(config, nodes)))
-        network = Network(cells, network.projections, _views(network, nodes))
+        views = _views(network, nodes)
+        ids = {name: views[name] for name in nodes}
+        for path_of_sets in config.node_sets:
+            views |= read_node_sets(path_of_sets, nodes, ids)
+        network = Network(cells, network.projections, views)
         return with_views(network, populations or {})
     except ExperimentError as error:
         error.path = error.path or path
@@ -89,7 +95,7 @@ def _read(files: Files, kind: str, parameters: Path, read: Callable[[Any, Items]
         if "magic" in file.attrs and attribute(file, "magic", int) != _MAGIC:
             raise NetworkError("is HDF5, but not SONATA: its attribute 'magic' has another value")
         return [
-            read(part, read_items(part, name, kind, types)) for name, part in group(file, f"{kind}s").items()
+            read(part, read_items(part, name, kind, types)) for name, part in groups(group(file, f"{kind}s"))
         ]
 
 
@@ -98,7 +104,7 @@ def _spikes(config: Config) -> Mapping[str, Trains]:
     found: dict[str, dict[int, FloatArray]] = {}
     for path in config.spikes:
         with reading(path) as file:
-            for name, part in group(file, "spikes").items():
+            for name, part in groups(group(file, "spikes")):
                 times, ids = array(part, "timestamps", float), array(part, "node_ids", np.int64)
                 order = np.lexsort((times, ids))
                 numbers, starts = np.unique(ids[order], return_index=True)

@@ -27,6 +27,7 @@ class Config:
         nodes, edges: its files.
         point_neuron_models, synaptic_models: folders with parameters of types.
         spikes: the spikes of virtual nodes, one file for each input.
+        node_sets: files of names for nodes; what a later one names counts.
     """
 
     nodes: tuple[Files, ...]
@@ -34,6 +35,7 @@ class Config:
     point_neuron_models: Path
     synaptic_models: Path
     spikes: tuple[Path, ...] = ()
+    node_sets: tuple[Path, ...] = ()
 
 
 def read_config(path: Path) -> Config:
@@ -49,6 +51,7 @@ def read_config(path: Path) -> Config:
     networks, components = _section(path, circuit, "networks"), circuit.get("components") or {}
     if not networks.get("nodes"):
         raise NetworkError("the configuration has no 'networks' with 'nodes'", path=path)
+    sets = {name: None for part in (circuit, given) if isinstance(name := part.get("node_sets_file"), str)}
     inputs = (given.get("inputs") or {}).values()
     return Config(
         nodes=tuple(_files(path, entry, "node") for entry in networks["nodes"]),
@@ -60,6 +63,7 @@ def read_config(path: Path) -> Config:
             for entry in inputs
             if entry.get("input_type") == "spikes" and "input_file" in entry
         ),
+        node_sets=tuple(map(Path, sets)),
     )
 
 

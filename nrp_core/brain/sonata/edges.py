@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from nrp_core.brain.files.hdf5 import array, attribute
-from nrp_core.brain.network import RECEPTORS, FloatArray, IndexArray, IntArray, Projection
+from nrp_core.brain.network import RECEPTORS, FloatArray, IndexArray, IntArray, Population, Projection
 from nrp_core.brain.sonata.items import Items
-from nrp_core.brain.sonata.models import Model, require_static
+from nrp_core.brain.sonata.models import Model
 from nrp_core.brain.sonata.nodes import Nodes
+from nrp_core.brain.sonata.synapses import Chosen, Values, models_of
 from nrp_core.errors import NetworkError, did_you_mean
 
 
@@ -27,8 +29,7 @@ def read_edges(part: Any, items: Items, nodes: Mapping[str, Nodes]) -> Iterator[
         NetworkError: an edge refers to what there is not, or has an impossible weight or delay.
         CapabilityError: networks have no such synapses.
     """
-    for number, template in items.texts("model_template").items():
-        require_static(f"edge type {number} of '{items.name}'", template)
+    models = list(models_of(items))
     pre, pre_places = _ends(part, "source", items, nodes)
     post, post_places = _ends(part, "target", items, nodes)
     weight = _weights(items)
@@ -37,21 +38,40 @@ def read_edges(part: Any, items: Items, nodes: Mapping[str, Nodes]) -> Iterator[
     for pre_population, _, pre_index in _cells(pre, pre_places):
         for post_population, model, post_index in _cells(post, post_places):
             between = (pre_index >= 0) & (post_index >= 0)
-            for receptor, sign in zip(RECEPTORS, (~inhibitory, inhibitory), strict=True):
-                chosen = between & sign
-                if chosen.any():
-                    yield Projection(
-                        label=_label(items.name, pre, post, pre_population, post_population, receptor),
-                        pre=pre_population, post=post_population, receptor=receptor,
-                        pre_index=pre_index[chosen], post_index=post_index[chosen],
-                        weight=_signed(weight[chosen], model, receptor),
-                        delay_ms=np.ascontiguousarray(delay_ms[chosen]),
-                    )  # fmt: skip
+            signs = zip(RECEPTORS, (~inhibitory, inhibitory), strict=True)
+            for (receptor, sign), (name, synapses, of_model) in product(signs, models):
+                chosen = np.flatnonzero(between & sign & of_model)
+                if not len(chosen):
+                    continue
+                label = _label(items.name, pre, post, pre_population.label, post_population.label, receptor)
+                tau_minus = post.items.numbers("tau_minus")[post_places[chosen]]
+                which = Chosen(
+                    owner=f"edges '{items.name}'", values=_reader(items, chosen), target=post_population,
+                    post_index=post_index[chosen], tau_minus=tau_minus, receptor=receptor,
+                    weight_scale=_times(items)[chosen] * model.weight_scale,
+                )  # fmt: skip
+                kind = synapses(which)
+                yield Projection(
+                    label=f"{label} {name}" if len(models) > 1 else label,
+                    pre=pre_population.label, post=post_population.label, receptor=receptor,
+                    pre_index=pre_index[chosen], post_index=post_index[chosen],
+                    weight=_signed(weight[chosen], model, receptor),
+                    delay_ms=np.ascontiguousarray(delay_ms[chosen]), synapse_type=kind.synapse_type,
+                    synapse_parameters=kind.synapse_parameters, plasticity=kind.plasticity,
+                )  # fmt: skip
 
 
 def _label(name: str, pre: Nodes, post: Nodes, source: str, target: str, receptor: str) -> str:
     between = f" ({source}→{target})" if len(pre.populations) > 1 or len(post.populations) > 1 else ""
     return f"{name}{between} {receptor}"
+
+
+def _reader(items: Items, chosen: IntArray) -> Values:
+    def values(name: str, default: float) -> FloatArray:
+        given = items.numbers(name)[chosen]
+        return np.where(np.isnan(given), default, given)
+
+    return values
 
 
 def _ends(part: Any, end: str, items: Items, nodes: Mapping[str, Nodes]) -> tuple[Nodes, IntArray]:
@@ -66,19 +86,23 @@ def _ends(part: Any, end: str, items: Items, nodes: Mapping[str, Nodes]) -> tupl
     return nodes[name], nodes[name].places_of(ids, items.name)
 
 
-def _cells(nodes: Nodes, places: IntArray) -> Iterator[tuple[str, Model, IndexArray]]:
+def _cells(nodes: Nodes, places: IntArray) -> Iterator[tuple[Population, Model, IndexArray]]:
     """Yield each cell population of nodes, with the index in it of every node at ``places``, or -1."""
     for (model, chosen), population in zip(nodes.models, nodes.populations, strict=True):
         index = np.full(len(nodes.items), -1, np.int32)
         index[chosen] = np.arange(len(chosen))
-        yield population.label, model, index[places]
+        yield population, model, index[places]
 
 
 def _weights(items: Items) -> FloatArray:
     """Return weights as in the file: a synapse's, times the number of synapses that an edge stands for."""
-    weight = _required(items, ("syn_weight", "weight"))
+    return _required(items, ("syn_weight", "weight")) * _times(items)
+
+
+def _times(items: Items) -> FloatArray:
+    """Return how many synapses each edge stands for."""
     n = items.numbers("nsyns")
-    return weight if np.isnan(n[:1]).all() and np.isnan(n).all() else weight * np.where(np.isnan(n), 1.0, n)
+    return np.where(np.isnan(n), 1.0, n)
 
 
 def _required(items: Items, names: tuple[str, ...]) -> FloatArray:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from nrp_core.brain.pynn.models import CELLS
 from nrp_core.errors import CapabilityError
@@ -41,12 +41,16 @@ class Model:
         parameters: by PyNN's name; those left out are called and default as in PyNN.
         weight_scale: from the file's unit to PyNN's.
         rests: whether the membrane starts at rest, as in NEST, and not where PyNN lets it.
+        initial: state variables that the file may give, by PyNN's name.
+        fixed: parameters of the file that can have one value only, since the cell has no such parameter.
     """
 
     cell_type: str
     parameters: Mapping[str, Parameter]
     weight_scale: float = 1.0
     rests: bool = False
+    initial: Mapping[str, Parameter] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
 
 def _lif(e_l: float = -70.0, v_reset: float = -70.0) -> dict[str, Parameter]:
@@ -82,6 +86,18 @@ _ADAPTIVE = {
     "tau_w": Parameter("tau_w", 1.0, 144.0),
     "v_spike": Parameter("V_peak", 1.0, 0.0),
 }
+_IZHIKEVICH = Model(
+    "Izhikevich",
+    {
+        "i_offset": Parameter("I_e", _KILO, 0.0),
+        **{
+            name: Parameter(name, 1.0, value)
+            for name, value in zip("abcd", (0.02, 0.2, -65.0, 8.0), strict=True)
+        },
+    },
+    initial={"v": Parameter("V_m", 1.0, -65.0), "u": Parameter("U_m", 1.0, -13.0)},
+    fixed={"V_th": 30.0},
+)
 LEAK_NS = {"iaf_cond_exp": 16.6667, "iaf_cond_alpha": 16.6667, "aeif_cond_exp": 30.0, "aeif_cond_alpha": 30.0}
 """Default leak conductance of models that have one in place of a membrane time constant."""
 
@@ -93,11 +109,11 @@ NEST_CELLS: Mapping[str, Model] = {
     "iaf_cond_alpha": Model("IF_cond_alpha", _CONDUCTANCE, _KILO, rests=True),
     "aeif_cond_exp": Model("EIF_cond_exp_isfa_ista", _ADAPTIVE, _KILO, rests=True),
     "aeif_cond_alpha": Model("EIF_cond_alpha_isfa_ista", _ADAPTIVE, _KILO, rests=True),
+    "izhikevich": _IZHIKEVICH,
 }
 """NEST's cells by their names there."""
 _PYNN = {name: Model(name, {}) for name in CELLS}
 _SCHEMAS: Mapping[str, Mapping[str, Model]] = {"pynn": _PYNN, "nest": NEST_CELLS}
-STATIC_SYNAPSES = ("", "static_synapse", "StaticSynapse")
 
 
 def model_of(owner: str, model_type: str, template: str) -> Model:
@@ -125,22 +141,9 @@ def model_of(owner: str, model_type: str, template: str) -> Model:
             f"{owner} is of model '{template}', which is not supported; the nearest: {nearest}"
         )
     if resource not in models:
-        nearest = difflib.get_close_matches(resource, list(models), 1, 0.0)[0]
+        nearest = f"{schema}:{difflib.get_close_matches(resource, list(models), 1, 0.0)[0]}"
+        nearest = "pynn:HH_cond_exp" if resource.startswith(("hh_", "HH_")) else nearest
         raise CapabilityError(
-            f"{owner} is of model '{template}', which is not supported; the nearest that is: "
-            f"{schema}:{nearest}"
+            f"{owner} is of model '{template}', which is not supported; the nearest that is: {nearest}"
         )
     return models[resource]
-
-
-def require_static(owner: str, template: str) -> None:
-    """Check that a type of synapses is one that only has a weight and a delay.
-
-    Raises:
-        CapabilityError: it is another.
-    """
-    resource = template.rpartition(":")[2]
-    if resource not in STATIC_SYNAPSES:
-        raise CapabilityError(
-            f"{owner} is of model '{template}', which is not read; the nearest that is: static_synapse"
-        )

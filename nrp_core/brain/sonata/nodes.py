@@ -13,7 +13,7 @@ from nrp_core.brain.files.hdf5 import array
 from nrp_core.brain.network import FloatArray, IntArray, Population
 from nrp_core.brain.sonata.items import Items
 from nrp_core.brain.sonata.models import LEAK_NS, Model, Parameter, model_of
-from nrp_core.errors import NetworkError
+from nrp_core.errors import CapabilityError, NetworkError
 
 VIRTUAL = "virtual"
 _POISSON = Model("SpikeSourcePoisson", {})
@@ -105,6 +105,14 @@ def _population(
     initial = {name: np.full(len(chosen), value) for name, value in base.default_initial_values.items()}
     if model.rests:
         initial["v"] = parameters["v_rest"].copy()
+    for name, source in model.initial.items():
+        initial[name] = _given(source, items, chosen)
+    for name, only in model.fixed.items():
+        given = items.numbers(name)[chosen]
+        if (given[~np.isnan(given)] != only).any():
+            raise CapabilityError(
+                f"nodes '{items.name}': {name} of {model.cell_type} cells can only be {only:g}"
+            )
     return Population(
         label=label, size=len(chosen), cell_type=model.cell_type, parameters=parameters,
         initial_values=initial, spike_times_ms=tuple(trains), positions_um=_positions(items, chosen),
@@ -113,15 +121,18 @@ def _population(
 
 def _values(name: str, model: Model, items: Items, chosen: IntArray, default: float) -> FloatArray:
     source = model.parameters.get(name, Parameter(name, 1.0, default))
-    values = items.numbers(source.name)[chosen]
     if source.name == "tau_m" and model.rests:
         leak = items.numbers("g_L")[chosen]
         leaky = _leak_ns(items, chosen)
         if leaky is not None:  # C_m / g_L is in pF / nS, which is ms
             leak = np.where(np.isnan(leak), leaky, leak)
             return _values("cm", model, items, chosen, np.nan) * 1000 / leak
-    given = np.where(np.isnan(values), source.default, values) * source.scale
-    return np.ascontiguousarray(given)
+    return _given(source, items, chosen)
+
+
+def _given(source: Parameter, items: Items, chosen: IntArray) -> FloatArray:
+    values = items.numbers(source.name)[chosen]
+    return np.ascontiguousarray(np.where(np.isnan(values), source.default, values) * source.scale)
 
 
 def _leak_ns(items: Items, chosen: IntArray) -> FloatArray | None:

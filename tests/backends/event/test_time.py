@@ -165,6 +165,47 @@ def test_events_far_ahead_arrive_in_their_time(
     assert times_ms.tolist() == [1.0, *(1.0 + (0.1 + 97.3 * k) for k in range(50))]
 
 
+def test_a_spike_reaches_each_target_after_its_own_delay_with_its_own_weight(
+    cells: Cells, spike_source: Cells, connect: Connect, open_brain: Open
+) -> None:
+    rng, n = np.random.default_rng(3), 40
+    post, delays = rng.integers(0, n, 300), rng.choice([0.5, 2.0, 2.75], 300)
+    weights = rng.uniform(-0.1, 0.1, 300)
+    synapses = connect("source", "a", weights, delays, pairs=[(0, k) for k in post])
+    brain = open_brain(spike_source("source", [1.0]), cells("a", "IF_curr_delta", n), synapses)
+    brain.run_until(5 * NS_PER_MS)
+    expected = np.full(n, -65.0)
+    np.add.at(expected, post, weights * np.exp((1.0 + delays - 5.0) / 20.0))
+    assert brain.read_state("v", np.arange(1, n + 1)) == pytest.approx(expected, abs=1e-12)
+
+
+def test_spikes_on_their_way_to_many_keep_their_weights(
+    cells: Cells, spike_source: Cells, connect: Connect, open_brain: Open
+) -> None:
+    n = 3000  # more than there is room for at first
+
+    def voltages(change: bool) -> np.ndarray:
+        brain = open_brain(
+            spike_source("source", [1.0, 4.5]),
+            cells("a", "IF_curr_exp", n),
+            connect(
+                "source", "a", np.linspace(0.0, 0.1, n), 3.0, pairs=[(0, k) for k in range(n)], label="p"
+            ),
+        )
+        brain.run_until(3 * NS_PER_MS)
+        if change:
+            brain.set_weights("p", 0.0)
+        brain.run_until(7 * NS_PER_MS)
+        before = brain.read_state("v", np.arange(1, n + 1))
+        brain.run_until(9 * NS_PER_MS)
+        return np.stack([before, brain.read_state("v", np.arange(1, n + 1))])
+
+    changed, kept = voltages(True), voltages(False)
+    assert (changed[0] == kept[0]).all()
+    assert (changed[0, 1:] > -65.0).all()
+    assert (changed[1, 1:] < kept[1, 1:]).all()
+
+
 def test_a_spike_at_the_end_of_a_window_belongs_to_it(
     cells: Cells, spike_source: Cells, connect: Connect, open_brain: Open
 ) -> None:

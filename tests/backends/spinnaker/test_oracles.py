@@ -42,8 +42,10 @@ def _read(path: Path) -> dict[str, Any]:
         document = json.loads(path.read_text())
     except (OSError, ValueError) as error:
         raise pytest.UsageError(f"{path} cannot be read as JSON: {error}") from None
+    if isinstance(document, list) and all("populations" in entry for entry in document):
+        return {}  # networks on the machine: test_mapping.py checks them
     if not isinstance(document, dict) or not document.keys() & KINDS:
-        raise pytest.UsageError(f"{path} has none of {', '.join(sorted(KINDS))}")
+        raise pytest.UsageError(f"{path} has none of {', '.join(sorted(KINDS))}, and no list of networks")
     return document
 
 

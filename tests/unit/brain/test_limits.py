@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from nrp_core.brain.limits import check_spike_times, check_synapses, check_values
 from nrp_core.errors import NetworkError
 
-PRE, POST = np.array([4, 5], np.int32), np.array([6, 7], np.int32)
+
+def ends(synapse: int) -> tuple[int, int]:
+    return synapse + 4, synapse + 6
 
 
 @pytest.mark.parametrize(
@@ -60,18 +62,17 @@ def test_the_sign_of_a_weight_follows_from_receptor_and_kind_of_cell(
     conductance_based: bool, receptor: str, right: float, wrong: float
 ) -> None:
     options: dict[str, Any] = {"conductance_based": conductance_based, "receptor": receptor, "signed": True}
-    check_synapses("projection 'a'", PRE, POST, {"weight": np.array([right, 0.0])}, **options)
+    check_synapses("projection 'a'", ends, {"weight": np.array([right, 0.0])}, **options)
     with pytest.raises(NetworkError, match=rf"'a': weight of synapse 1 \(5 -> 7\) is {wrong:g}"):
-        check_synapses("projection 'a'", PRE, POST, {"weight": np.array([right, wrong])}, **options)
+        check_synapses("projection 'a'", ends, {"weight": np.array([right, wrong])}, **options)
 
 
 def test_one_wrong_weight_for_all_synapses_is_found_without_spreading_it_out() -> None:
     n = 10**9
     everywhere = np.broadcast_to(np.float64(-1.0), (n,))
-    index = np.broadcast_to(np.int32(3), (n,))
-    with pytest.raises(NetworkError, match=r"weight of synapse 0 \(3 -> 3\) is -1"):
+    with pytest.raises(NetworkError, match=r"weight of synapse 0 \(4 -> 6\) is -1"):
         check_synapses(
-            "p", index, index, {"weight": everywhere},
+            "p", ends, {"weight": everywhere},
             conductance_based=True, receptor="excitatory", signed=True,
         )  # fmt: skip
 

@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pyNN.connectors import IndexBasedExpression
 
 from nrp_core.brain import memory
 from nrp_core.brain.memory import free_bytes, require_memory
-from nrp_core.brain.pynn import builder
+from nrp_core.brain.pynn import builder, expected
+from nrp_core.brain.pynn.expected import expected_synapses
 from nrp_core.errors import NetworkError
 
 MIB = 1 << 20
@@ -17,7 +19,12 @@ MIB = 1 << 20
 @pytest.fixture
 def free(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return a function that lets this many bytes be free."""
-    return lambda n_bytes: monkeypatch.setattr(memory, "free_bytes", lambda: n_bytes)
+
+    def let(n_bytes: int) -> None:
+        for module in (memory, expected):
+            monkeypatch.setattr(module, "free_bytes", lambda: n_bytes)
+
+    return let
 
 
 def test_this_machine_has_something_left() -> None:
@@ -60,32 +67,71 @@ def test_the_message_names_owner_counts_need_and_what_is_free(free: Any) -> None
 
 
 @pytest.mark.parametrize(
-    ("connector", "expected"),
+    ("connector", "number"),
     [
-        (lambda sim: sim.AllToAllConnector(), "1e+12"),
-        (lambda sim: sim.FixedProbabilityConnector(0.5), "5e+11"),
-        (lambda sim: sim.FixedNumberPreConnector(200_000, with_replacement=True), "2e+11"),
-        (lambda sim: sim.FixedNumberPostConnector(200_000), "2e+11"),
+        (lambda sim: sim.AllToAllConnector(), "1e+08"),
+        (lambda sim: sim.FixedProbabilityConnector(0.5), "5e+07"),
+        (lambda sim: sim.FixedNumberPreConnector(5_000, with_replacement=True), "5e+07"),
+        (lambda sim: sim.FixedNumberPostConnector(5_000), "5e+07"),
         (lambda sim: sim.FixedTotalNumberConnector(10**12), "1e+12"),
     ],
 )
-def test_a_projection_too_large_is_refused_before_it_is_drawn(connector: Any, expected: str) -> None:
+def test_a_projection_too_large_is_refused_before_it_is_drawn(connector: Any, number: str, free: Any) -> None:
     sim = builder()
-    cells = sim.Population(1_000_000, sim.SpikeSourcePoisson(), label="cells")
-    targets = sim.Population(1_000_000, sim.IF_curr_delta(), label="targets")
+    cells = sim.Population(10_000, sim.SpikeSourcePoisson(), label="cells")
+    targets = sim.Population(10_000, sim.IF_curr_delta(), label="targets")
+    free(64 * MIB)
     with pytest.raises(NetworkError, match="projection 'all': ") as caught:
         sim.Projection(cells, targets, connector(sim), sim.StaticSynapse(weight=1.0), label="all")
-    assert f"from 1000000 to 1000000 cells makes about {expected} synapses" in caught.value.message
+    assert f"from 10000 to 10000 cells makes about {number} synapses" in caught.value.message
 
 
 def test_values_that_differ_between_synapses_count(free: Any) -> None:
     sim = builder()
     cells = sim.Population(100, sim.IF_curr_exp(), label="cells")
-    free(100 * 100 * 20)
+    free(100 * 100 * 10)
     sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=1.0))
     weight = sim.RandomDistribution("uniform", low=0.0, high=1.0)
     with pytest.raises(NetworkError, match="about 1e\\+04 synapses"):
         sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight))
+
+
+NEAR = "d < 2.5"
+
+
+class Near(IndexBasedExpression):
+    def __call__(self, i: Any, j: Any) -> Any:
+        return (abs(i - j) < 3) * 1.0
+
+
+@pytest.mark.parametrize(
+    ("connector", "number"),
+    [
+        (lambda sim: sim.DistanceDependentProbabilityConnector(NEAR), 5 * 30_000),
+        (lambda sim: sim.DistanceDependentProbabilityConnector("0.5 * (d < 2.5)"), 5 * 15_000),
+        (lambda sim: sim.IndexBasedProbabilityConnector(Near()), 5 * 30_000),
+        (lambda sim: sim.DisplacementDependentProbabilityConnector(lambda d: abs(d[0]) < 2.5), 5 * 30_000),
+        (lambda sim: sim.SmallWorldConnector(2.5, 0.1), 5 * 30_000),
+        (lambda sim: sim.SmallWorldConnector(2.5, 0.1, n_connections=2), 2 * 30_000),
+        (lambda sim: sim.OneToOneConnector(), 30_000),
+    ],
+)
+def test_synapses_of_near_cells_are_foreseen_from_some_cells(connector: Any, number: int, free: Any) -> None:
+    sim = builder()
+    cells = sim.Population(30_000, sim.IF_curr_exp(), structure=sim.Line(), label="cells")
+    free(1000)
+    with pytest.raises(NetworkError, match="projection 'all': ") as caught:
+        sim.Projection(cells, cells, connector(sim), sim.StaticSynapse(weight=1.0), label="all")
+    assert f"from 30000 to 30000 cells makes about {number:.3g} synapses" in caught.value.message
+
+
+@pytest.mark.parametrize("probability", ["exp(-d / 20.0)", "0.3 * (d < 50)"])
+def test_what_is_foreseen_is_what_is_made(probability: str) -> None:
+    sim = builder()
+    cells = sim.Population(400, sim.IF_curr_exp(), structure=sim.Grid2D(), label="cells")
+    connector = sim.DistanceDependentProbabilityConnector(probability)
+    made = sim.Projection(cells, cells, connector, sim.StaticSynapse(weight=1.0))
+    assert expected_synapses(connector, made) == pytest.approx(len(made), rel=0.15)
 
 
 def test_a_population_too_large_is_refused() -> None:

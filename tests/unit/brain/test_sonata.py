@@ -205,6 +205,153 @@ def _synapses(network: Network) -> list[tuple[float, ...]]:
     )  # fmt: skip
 
 
+NODE_SETS = {
+    "everything": {},
+    "cortex": {"population": "v1"},
+    "some": {"population": "v1", "node_id": [10, 13, 15]},
+    "one": {"node_id": 1},
+    "inhibitory": {"ei": "i"},
+    "two types": {"node_type_id": [100, 102], "population": "v1"},
+    "far": {"x": {"$gt": 15.0, "$lte": 50.0}},
+    "both": ["inhibitory", "one"],
+    "nested": ["both", "some"],
+}
+
+
+def test_node_sets_name_nodes_by_what_they_have_in_common(circuit: Path) -> None:
+    config = json.loads(circuit.read_text()) | {"node_sets_file": "$BASE/sets.json"}
+    circuit.write_text(json.dumps(config))
+    (circuit.parent / "sets.json").write_text(json.dumps(NODE_SETS))
+    network = read_sonata(circuit)
+    named = {name: network.views[name].tolist() for name in NODE_SETS}
+    lgn, v1 = network.views["lgn"].tolist(), network.views["v1"].tolist()
+    assert named["everything"] == [*lgn, *v1]
+    assert named["cortex"] == v1
+    assert named["some"] == [v1[0], v1[3], v1[5]]
+    assert named["one"] == [lgn[1]]
+    assert named["inhibitory"] == network.views["Inh"].tolist()
+    assert named["two types"] == [v1[0], v1[2], v1[3], v1[5]]
+    assert named["far"] == [v1[1], v1[2], v1[3], v1[4]]
+    assert named["both"] == [lgn[1], *named["inhibitory"]]
+    assert set(named["nested"]) == {*named["both"], *named["some"]}
+
+
+def test_another_reader_finds_the_same_nodes_in_node_sets(tmp_path: Path) -> None:
+    sets = {
+        "left": {"x": {"$lt": 30}}, "few": {"node_id": [0, 3, 4]},
+        "all of it": {"population": "v1"}, "other": {"population": "v2"}, "either": ["left", "few"],
+        "exactly": {"x": [20, 40], "node_id": [2, 3]},
+    }  # fmt: skip
+    config = {"nodes_file": "nodes.h5", "node_types_file": "types.csv"}
+    path = tmp_path / "circuit_config.json"
+    path.write_text(json.dumps({"networks": {"nodes": [config]}, "node_sets_file": "sets.json"}))
+    (tmp_path / "sets.json").write_text(json.dumps(sets))
+    types = [
+        "node_type_id model_type model_template",
+        *(f"{n} point_neuron pynn:IF_curr_exp" for n in (7, 8)),
+    ]
+    (tmp_path / "types.csv").write_text("\n".join(types))
+    with h5py.File(tmp_path / "nodes.h5", "w") as file:
+        part = file.create_group("nodes/v1")
+        part["node_type_id"], part["node_group_id"], part["node_group_index"] = (
+            [7, 8, 7, 8, 7], np.zeros(5, int), np.arange(5),
+        )  # fmt: skip
+        part["0/x"], part["0/y"], part["0/z"] = np.arange(5) * 10, np.zeros(5), np.zeros(5)
+    network = read_sonata(path)
+    theirs = libsonata.NodeSets.from_file(str(tmp_path / "sets.json"))
+    population = libsonata.NodeStorage(str(tmp_path / "nodes.h5")).open_population("v1")
+    for name in sets:
+        assert network.views[name].tolist() == theirs.materialize(name, population).flatten().tolist(), name
+
+
+@pytest.mark.parametrize(
+    ("sets", "message"),
+    [
+        ("[]", "the node sets are not a JSON object"),
+        ("{", "the node sets cannot be read"),
+        ('{"a": ["b"], "bb": {}}', "node set 'a' names no set 'b'; did you mean 'bb'"),
+        ('{"a": ["b"], "b": ["a"]}', "node set 'a' contains itself: a > b > a"),
+        ('{"a": 3}', "node set 'a' is no JSON object and no list"),
+        ('{"a": {"x": {"$gr": 3}}}', r"node set 'a': x cannot be compared by '\$gr': 3; did you mean '\$gt"),
+    ],
+)
+def test_node_sets_that_cannot_be_used_say_why(sets: str, message: str, circuit: Path) -> None:
+    circuit.write_text(json.dumps(json.loads(circuit.read_text()) | {"node_sets_file": "sets.json"}))
+    (circuit.parent / "sets.json").write_text(sets)
+    with pytest.raises(NetworkError, match=f"sets.json: .*{message}"):
+        read_sonata(circuit)
+
+
+def _types(folder: Path, name: str, rows: str) -> None:
+    (folder / name).write_text(rows)
+
+
+def test_plastic_edges_become_the_same_rules(circuit: Path) -> None:
+    _types(
+        circuit.parent,
+        "edge_types.csv",
+        """\
+edge_type_id model_template syn_weight delay lambda alpha Wmax mu_plus mu_minus tau_plus
+1 nest:stdp_synapse 100.0 1.5 0.02 1.5 300.0 0 0 16.0
+2 nest:tsodyks_synapse -250.0 2.0 NULL NULL NULL NULL NULL NULL
+""",
+    )
+    rows = (circuit.parent / "all_types.csv").read_text().splitlines()
+    columns = {"101": "25.0"}
+    table = [rows[0] + " tau_minus", *(row + " " + columns.get(row.split()[0], "NULL") for row in rows[1:])]
+    _types(circuit.parent, "all_types.csv", "\n".join(table) + "\n")
+    params = {**ALPHA, "tau_syn_in": 3.0}
+    _types(circuit.parent, "models/exc.json", json.dumps(params))
+    network = read_sonata(circuit)
+    plastic = {p.label: p for p in network.projections}
+    stdp = plastic["lgn_to_v1 (lgn→v1/IF_curr_alpha) excitatory stdp_synapse"]
+    assert stdp.plasticity == {"timing": "SpikePairRule", "weight": "AdditiveWeightDependence"}
+    values = {name: column.tolist() for name, column in stdp.synapse_parameters.items()}
+    assert values["A_plus"] == [0.02] * 3
+    assert values["A_minus"] == pytest.approx([0.03] * 3)
+    assert values["tau_plus"] == [16.0] * 3
+    assert values["tau_minus"] == [20.0, 25.0, 25.0]  # NEST keeps it with the neuron
+    # an edge of n synapses changes as n do
+    np.testing.assert_allclose(stdp.weight, 0.1 * np.array([1, 2, 5]))
+    np.testing.assert_allclose(values["w_max"], 0.3 * np.array([1, 2, 5]))
+    dynamic = plastic["lgn_to_v1 (lgn→v1/IF_curr_alpha) inhibitory tsodyks_synapse"]
+    assert dynamic.synapse_type == "tsodyks_markram"
+    assert {name: c.tolist() for name, c in dynamic.synapse_parameters.items()} == {
+        "U": [0.5], "tau_rec": [800.0], "tau_facil": [0.0],
+    }  # fmt: skip
+
+
+def test_an_exponent_between_the_rules_is_refused(circuit: Path) -> None:
+    _types(
+        circuit.parent,
+        "edge_types.csv",
+        """\
+edge_type_id model_template syn_weight delay mu_plus
+1 nest:stdp_synapse 100.0 1.5 0.4
+2 static_synapse -250.0 2.0 NULL
+""",
+    )
+    with pytest.raises(CapabilityError, match=r"are 0.4, 1; the nearest rules are additive .both 0. and"):
+        read_sonata(circuit)
+
+
+def test_izhikevich_cells_have_nests_defaults_and_initial_state(circuit: Path) -> None:
+    rows = (circuit.parent / "all_types.csv").read_text()
+    _types(
+        circuit.parent, "all_types.csv", rows.replace("nest:iaf_cond_exp NULL", "nest:izhikevich izh.json")
+    )
+    given = {"a": 0.1, "I_e": 10.0, "V_m": -60.0}
+    _types(circuit.parent, "models/izh.json", json.dumps(given))
+    cells = read_sonata(circuit).populations["v1/Izhikevich"]
+    both = {**cells.parameters, **cells.initial_values}
+    assert {name: column[1] for name, column in both.items()} == {
+        "a": 0.1, "b": 0.2, "c": -65.0, "d": 8.0, "i_offset": 0.01, "v": -60.0, "u": -13.0,
+    }  # fmt: skip
+    _types(circuit.parent, "models/izh.json", json.dumps({**given, "V_th": 25.0}))
+    with pytest.raises(CapabilityError, match="nodes 'v1': V_th of Izhikevich cells can only be 30"):
+        read_sonata(circuit)
+
+
 def _text(name: str, old: str, new: str) -> Change:
     def change(folder: Path) -> None:
         path = folder / name
@@ -248,8 +395,12 @@ def _cut(folder: Path) -> None:
          "model_type 'biophysical'; networks hold point_neuron and virtual"),
         (_text("models/exc.json", "200.0", "-200.0"), NetworkError,
          "population 'v1/IF_curr_alpha': cm of cell 0 is -0.2; it must be more than 0"),
-        (_text("edge_types.csv", "2 static_synapse", "2 stdp_synapse"), CapabilityError,
-         "edge type 2 of 'lgn_to_v1' is of model 'stdp_synapse'"),
+        (_text("edge_types.csv", "2 static_synapse", "2 nest:stdp_triplet_synapse"), CapabilityError,
+         "edge type 2 of 'lgn_to_v1' is of model 'nest:stdp_triplet_synapse', .* is: stdp_synapse"),
+        (_text("edge_types.csv", "1 static_synapse", "1 nest:tsodyks_synapse"), CapabilityError,
+         "tau_psc of nest:tsodyks_synapse is 3 ms and the time constant .* 1.5 ms"),
+        (_text("all_types.csv", "nest:iaf_cond_exp", "nest:hh_psc_alpha"), CapabilityError,
+         "the nearest that is: pynn:HH_cond_exp"),
         (_text("edge_types.csv", "-250.0 2.0", "-250.0 NULL"), NetworkError,
          r"edge 2 of 'lgn_to_v1' \(type 2\) has no delay"),
         (_text("edge_types.csv", "-250.0 2.0", "-250.0 -2.0"), NetworkError,

@@ -205,6 +205,8 @@ def test_a_current_is_a_number_or_one_for_each_neuron() -> None:
     ("value", "says"),
     [
         (-1.0, "rate must be finite and at least 0, not -1"),
+        (1e200, r"rate must be finite and at most 1e\+07, not 1e\+200"),
+        ([1.0, 1e8], r"at most 1e\+07"),
         (np.nan, "rate must be finite"),
         ([1.0, np.inf], "rate must be finite"),
         ([1.0, 2.0, 3.0], "rate takes one value or 2, not 3"),

@@ -10,12 +10,12 @@ from typing import Final
 
 from nrp_brain_event.grid.curved import DIVERGED as CELL_DIVERGED
 from nrp_brain_event.grid.curved import FIRED, set_cell_current, update_cell
-from nrp_brain_event.grid.delivery import deliver, send
+from nrp_brain_event.grid.delivery import deliver, keep_in_mind, send, transmitted
 from nrp_brain_event.grid.noise import add_noise, hear_noise
 from nrp_brain_event.grid.records import CURVED, JUMP, Grid, GridClock, Run, X
 from nrp_brain_event.grid.spiking import update_run
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array, constant
-from nrp_core.jit import borrowed, jit
+from nrp_core.jit import borrowed, inlined, jit
 
 _EARLY: Final = constant(0)
 _LATE: Final = constant(1)
@@ -28,7 +28,8 @@ def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) 
     Args:
         whole: the grid.
         sources: steps and global ids of the spikes of source cells, ascending, shape ``(2, n)``.
-        inputs: steps and flat indices into the state of what devices send, ascending, shape ``(2, n)``.
+        inputs: steps and flat indices into the state of what arrives apart from the calendar, ascending, and
+            the plastic synapse that decides its weight, or -1; shape ``(3, n)``.
         weights: of these, shape ``(n,)``.
         until: the step.
 
@@ -36,17 +37,20 @@ def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) 
         ``DONE``; ``FULL`` where spikes or entries need more room (give it and call again);
         ``DIVERGED`` where a neuron cannot be integrated.
     """
-    grid = _lent(whole)
+    grid = borrowed(whole)
     clock, lines, n_rows = grid.clock[0], grid.state.reshape(-1), len(grid.drive)
     while clock.step < until:
         step = clock.step + 1
         due = clock.n_sources
         while due < sources.shape[1] and sources[0, due] <= step:
             due += 1
-        if clock.n_free < n_rows + due - clock.n_sources or not _hear(clock, grid, step):
+        if clock.n_free < n_rows + due - clock.n_sources or grid.pool[0].n_free < len(grid.memories):
+            return FULL
+        if not _hear(clock, grid, step):
             return FULL
         while clock.n_sources < due:
-            send(clock, grid, sources[1, clock.n_sources], step)
+            fired_at = max(sources[0, clock.n_sources], clock.step)  # earlier than this step where it is now
+            send(clock, grid, sources[1, clock.n_sources], fired_at)
             clock.n_sources += 1
         clock.n_fired = 0
         _update(clock, grid, _EARLY, step)
@@ -54,7 +58,10 @@ def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) 
         for k in range(len(grid.noise)):
             add_noise(grid.noise[k], grid, lines, step)
         while clock.n_inputs < inputs.shape[1] and inputs[0, clock.n_inputs] <= step:
-            lines[inputs[1, clock.n_inputs]] += weights[clock.n_inputs]
+            weight, synapse = weights[clock.n_inputs], inputs[2, clock.n_inputs]
+            if synapse >= 0:
+                weight = transmitted(grid, synapse, step * clock.h)
+            lines[inputs[1, clock.n_inputs]] += weight
             clock.n_inputs += 1
         _update(clock, grid, _LATE, step)
         if clock.failed >= 0:
@@ -67,7 +74,7 @@ def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) 
 @jit
 def set_currents(whole: Grid, currents: Array) -> bool:
     """Hold these currents (nA, by row) from now on; false where a neuron cannot be integrated under it."""
-    grid = _lent(whole)
+    grid = borrowed(whole)
     clock = grid.clock[0]
     for row in range(len(currents)):
         index = grid.cell_rows[row]
@@ -79,22 +86,7 @@ def set_currents(whole: Grid, currents: Array) -> bool:
     return True
 
 
-@jit
-def _lent(grid: Grid) -> Grid:
-    return Grid(
-        borrowed(grid.clock), borrowed(grid.runs), borrowed(grid.state), borrowed(grid.drive),
-        borrowed(grid.ids), borrowed(grid.queue), borrowed(grid.release), borrowed(grid.cells),
-        borrowed(grid.cell_rows), borrowed(grid.work), borrowed(grid.scratch), borrowed(grid.fired),
-        borrowed(grid.row_first), borrowed(grid.segment_start), borrowed(grid.segment_length),
-        borrowed(grid.segment_gap), borrowed(grid.segment_table), borrowed(grid.segment_last),
-        borrowed(grid.tables), borrowed(grid.targets), borrowed(grid.weights), borrowed(grid.short_term),
-        borrowed(grid.slots), borrowed(grid.entry_segment), borrowed(grid.entry_after),
-        borrowed(grid.spikes), borrowed(grid.noise), borrowed(grid.noise_lines),
-        borrowed(grid.noise_ids), borrowed(grid.noise_guides), borrowed(grid.noise_bounds),
-    )  # fmt: skip
-
-
-@jit
+@inlined
 def _hear(clock: GridClock, grid: Grid, step: int) -> bool:
     """Note the spikes of Poisson cells that somebody listens to, if there is room for all of the step."""
     n_before = clock.n_spikes
@@ -108,7 +100,7 @@ def _hear(clock: GridClock, grid: Grid, step: int) -> bool:
     return True
 
 
-@jit
+@inlined
 def _update(clock: GridClock, grid: Grid, when: int, step: int) -> None:
     """Advance the neurons whose turn it is before the arrivals, or after them."""
     for r in range(len(grid.runs)):
@@ -137,10 +129,13 @@ def _update_cells(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
             clock.n_fired += 1
 
 
-@jit
+@inlined
 def _emit(clock: GridClock, grid: Grid, step: int) -> None:
     for k in range(clock.n_fired):
-        neuron, place = grid.ids[grid.fired[k]], clock.n_spikes
+        row = grid.fired[k]
+        if len(grid.memories) > 0:
+            keep_in_mind(grid, row, step * clock.h)
+        neuron, place = grid.ids[row], clock.n_spikes
         grid.spikes[0, place], grid.spikes[1, place] = step, neuron
         clock.n_spikes += 1
         send(clock, grid, neuron, step)

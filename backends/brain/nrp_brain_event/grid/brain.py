@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
 
 from nrp_brain_event.backend import EventOptions
-from nrp_brain_event.cell_types import diverged, require_variable
+from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
 from nrp_brain_event.grid.advance import run, set_currents
-from nrp_brain_event.grid.loader import build_grid, changing, enlarged
+from nrp_brain_event.grid.flight import Arrivals, hear_all, plastic_now, unfolded
+from nrp_brain_event.grid.live import change_cells, offsets_of
+from nrp_brain_event.grid.loader import build_grid, changing, enlarged, labels_from
 from nrp_brain_event.grid.poisson import drawable
 from nrp_brain_event.grid.readout import lost_row, read
 from nrp_brain_event.grid.records import Grid
 from nrp_brain_event.grid.runs import input_lines
-from nrp_brain_event.records import DIVERGED, FULL
+from nrp_brain_event.grid.tables import load_tables, places_of_plastic
+from nrp_brain_event.records import DIVERGED, FULL, Array
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.grid import Grid as TimeGrid
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.limits import distinct
-from nrp_core.brain.network import FloatArray, IntArray, Network, Population
+from nrp_core.brain.network import STDP, FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.errors import CapabilityError
 
 _PATIENCE_NS: Final = 20_000_000
 _EXACT_MS: Final = 1e-6
@@ -31,9 +37,14 @@ class GridBrain(Brain):
     _grid: Grid
     _fired: IntArray
     """Steps and global ids of source spikes to come, shape ``(2, n)``."""
-    _inputs: IntArray
-    """Steps and lines of what devices send, shape ``(2, n)``; its weights are apart."""
-    _weights: FloatArray
+    _arrivals: Arrivals
+    """What devices send, and what was on its way when weights changed."""
+    _sent: list[SynapticEvents]
+    """What devices have sent that is not yet among them."""
+    _cells: Array
+    """``Cell`` in each row, for its parameters."""
+    _given: dict[str, FloatArray]
+    """Weights of projections, by label, that are not those of the network any more."""
 
     def __init__(
         self,
@@ -47,7 +58,9 @@ class GridBrain(Brain):
         self._times = TimeGrid(resolution_ns, "the grid")
         identity = f"event:{options.model_dump_json()}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
-        self._initial, self._row_of = build_grid(network, options.tolerance, self._times, self._drawn)
+        self._initial, self._initial_cells, self._row_of = build_grid(
+            network, options.tolerance, self._times, self._drawn
+        )
         self._lines = input_lines(self._initial.runs, self._initial.state)
         self._warn_of_rounding()
         self._start()
@@ -56,10 +69,11 @@ class GridBrain(Brain):
         until, stop = self._times.number_of(t_ns), int(self._grid.clock["step"][0])
         patience = -(-_PATIENCE_NS // self._times.step_ns)
         self._listen_to_noise()
+        self._take_in()
         with np.errstate(over="ignore", invalid="ignore"):  # of hashes; of the voltage of refractory cells
             while stop < until:  # compiled code cannot be interrupted, so it comes back now and then
                 stop = min(stop + patience, until)
-                while (status := run(self._grid, self._fired, self._inputs, self._weights, stop)) == FULL:
+                while (status := run(self._grid, self._fired, *self._arrivals, stop)) == FULL:
                     self._grid = enlarged(self._grid)
                 if status == DIVERGED:
                     raise diverged(self.network, int(self._grid.clock["failed"][0]), t_ns)
@@ -79,43 +93,102 @@ class GridBrain(Brain):
         self._fired = fired.take(np.lexsort((fired[1], fired[0])), axis=1)
 
     def _do_inject(self, events: SynapticEvents) -> None:
-        lines = self._lines[int(events.receptor == "inhibitory"), self._row_of[events.neurons]]
-        steps = np.maximum(self._times.first_at(events.times_ms), self._grid.clock["step"] + 1)
-        inputs = np.concatenate([self._inputs, np.stack([steps, lines])], axis=1)
-        weights = np.concatenate([self._weights, events.weights])
-        order = np.lexsort((weights, inputs[1], inputs[0]))  # so that sums are the same however it came
-        self._inputs, self._weights = inputs.take(order, axis=1), weights[order]
+        self._sent.append(events)
+
+    def _take_in(self) -> None:
+        """Let what devices have sent join the other arrivals, all at once."""
+        if not self._sent:
+            return
+        sent, self._sent = self._sent, []
+        steps = self._times.first_at(np.concatenate([events.times_ms for events in sent]))
+        inputs = np.full((3, len(steps)), -1)
+        inputs[0] = np.maximum(steps, self._grid.clock["step"] + 1)
+        lines = (self._lines[int(events.receptor == "inhibitory")] for events in sent)
+        rows = (self._row_of.take(events.neurons) for events in sent)
+        np.concatenate([of.take(those) for of, those in zip(lines, rows, strict=True)], out=inputs[1])
+        self._arrivals = self._arrivals.joined(inputs, np.concatenate([events.weights for events in sent]))
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
-        if not set_currents(self._grid, self._offsets + currents_na[self._grid.ids]):
+        total = offsets_of(self._grid, self._cells) + currents_na[self._grid.ids]
+        if not set_currents(self._grid, total):
             raise diverged(self.network, int(self._grid.clock["failed"][0]), self.now_ns)
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         require_variable(self.network, variable, neurons)
         return read(self._grid, self._row_of[neurons], variable)
 
+    def _do_set_parameters(self, change: ParameterChange) -> None:
+        if change.label in self._drawn:
+            raise CapabilityError(
+                f"population '{change.label}' is drawn by the grid in counts and cannot change; leave out "
+                "`poisson: grid`"
+            )
+        self._grid, self._cells = change_cells(self._grid, self._cells, self.network, change, self._row_of)
+        if change.values.keys() & TIME_CONSTANTS.keys() and len(self._grid.short_term):
+            self._grid.short_term["tau_psc"] = self._tables()["short_term"]["tau_psc"]
+        self._do_set_current(self._currents)
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        if projection.synapse_type != STDP:
+            return self._given.get(projection.label, projection.weight).copy()
+        plastic = plastic_now(self._grid, self._arrivals)[self._plastic_places[projection.label]]
+        weights: FloatArray = plastic["weight"] * self._grid.rules["sign"][plastic["rule"]]
+        return weights
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        self._grid, self._arrivals = unfolded(self._grid, self._arrivals)
+        if projection.synapse_type == STDP:
+            hear_all(self._grid)
+            rows = self._plastic_places[projection.label]
+            signs = self._grid.rules["sign"][self._grid.plastic["rule"][rows]]
+            self._grid.plastic["weight"][rows] = weights * signs
+        else:
+            self._give({**self._given, projection.label: weights})
+
+    @cached_property
+    def _plastic_places(self) -> dict[str, IntArray]:
+        return places_of_plastic(self.network, self._row_of)
+
+    def _give(self, weights: dict[str, FloatArray]) -> None:
+        """Make the tables anew with other weights than those of the network."""
+        self._given = weights
+        tables = self._tables()
+        del tables["short_term"]  # its rows stay where they are
+        self._grid = self._grid._replace(**tables)
+
+    def _tables(self) -> dict[str, Array]:
+        noisy = labels_from(self.network, self._drawn)
+        return load_tables(self.network, self._cells, self._row_of, self._times, noisy, self._given)
+
     def _do_reset(self, seed: int) -> None:
         self._start()
 
     def _start(self) -> None:
         self._grid = self._initial._replace(**changing(self._initial))
-        self._offsets = np.where(self._grid.cell_rows < 0, self._grid.drive, 0.0)
+        self._cells, self._given = self._initial_cells, {}
         self._fired = np.empty((2, 0), np.int64)
-        self._inputs = np.empty((2, 0), np.int64)
-        self._weights = np.empty(0)
+        self._arrivals, self._sent = Arrivals.none(), []
         for noise in self._grid.noise:
             label, _ = self.network.label_of(int(self._grid.noise_ids[noise["first"]]))
             noise["key"] = self._seeds.integer(f"population/{label}", 62)
 
     def _do_save(self) -> object:
-        return changing(self._grid), self._fired, self._inputs, self._weights
+        self._take_in()
+        cells = None if self._cells is self._initial_cells else self._cells
+        return changing(self._grid), self._fired, self._arrivals, cells, self._given
 
     def _do_restore(self, saved: Any) -> None:
-        arrays, self._fired, self._inputs, self._weights = saved
-        self._grid = self._initial._replace(**arrays)
+        self._sent = []
+        arrays, self._fired, self._arrivals, cells, given = saved
+        self._cells = self._initial_cells if cells is None else cells
+        self._grid = self._initial
+        if given:
+            self._give(given)
+        self._given = given
+        self._grid = self._grid._replace(**arrays)
 
     def _do_close(self) -> None:
-        del self._grid, self._initial
+        del self._grid, self._initial, self._cells, self._initial_cells
 
     def _emits(self, population: Population) -> bool:
         return population.label in self._drawn
@@ -127,8 +200,7 @@ class GridBrain(Brain):
         clock["n_sources"] = clock["n_inputs"] = 0
         if n_fired:
             self._fired = self._fired[:, n_fired:].copy()
-        if n_inputs:
-            self._inputs, self._weights = self._inputs[:, n_inputs:].copy(), self._weights[n_inputs:].copy()
+        self._arrivals = self._arrivals.after(n_inputs)
 
     def _listen_to_noise(self) -> None:
         """Let the spikes of Poisson cells that the grid draws be reported where somebody listens."""

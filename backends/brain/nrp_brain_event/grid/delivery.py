@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from typing import Final
 
-from nrp_brain_event.grid.records import Grid, GridClock
+from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock
 from nrp_brain_event.records import Array
 from nrp_brain_event.short_term import released_share
-from nrp_core.jit import jit, prefetch
+from nrp_brain_event.spike_timing import remember, transmit
+from nrp_core.jit import inlined, jit, prefetch
 
 _LINE: Final = 32
 """Targets in a line of the cache."""
@@ -37,7 +38,7 @@ def _post(clock: GridClock, grid: Grid, segment: int, step: int) -> None:
     grid.slots[slot] = entry
 
 
-@jit
+@inlined
 def deliver(clock: GridClock, grid: Grid, lines: Array, step: int) -> None:
     """Let everything arrive that is due in a step."""
     slot = step & (len(grid.slots) - 1)
@@ -86,10 +87,32 @@ def _arrive(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int)
     weights = grid.weights[first + table.weights : last + table.weights]
     if not table.dynamic:
         _add_own(onto, targets, weights)
+    elif table.dynamic == PLASTIC:
+        rows = grid.plastic_rows[first + table.dynamics : last + table.dynamics]
+        for k in range(len(targets)):
+            onto[targets[k]] += transmitted(grid, rows[k], step * clock.h)
     else:
         synapses = grid.short_term[first + table.dynamics : last + table.dynamics]
         for k in range(len(targets)):
             onto[targets[k]] += weights[k] * released_share(synapses[k], step * clock.h)
+
+
+@jit
+def transmitted(grid: Grid, row: int, arrival: float) -> float:
+    """Return the weight with which a spike arrives over the plastic synapse in a row."""
+    synapse = grid.plastic[row]
+    memory = grid.memories[synapse.target >> 1]
+    return transmit(synapse, grid.rules[synapse.rule], memory, grid.remembered, arrival)
+
+
+@jit
+def keep_in_mind(grid: Grid, row: int, t: float) -> None:
+    """Remember that a neuron fires now, where it has plastic synapses; there must be a free place."""
+    first, last = grid.first_plastic[row], grid.first_plastic[row + 1]
+    if first < last:
+        memory = grid.memories[row]
+        memory.wake = t
+        remember(memory, grid.plastic[first:last], grid.rules, grid.pool[0], grid.remembered)
 
 
 @jit

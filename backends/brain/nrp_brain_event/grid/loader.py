@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from nrp_brain_event.cells import load_cells
+from nrp_brain_event.engine import chain_free, doubled
 from nrp_brain_event.grid.poisson import load_noise
-from nrp_brain_event.grid.records import BLOCK, CHANGING, CURVED, Grid, GridClock
+from nrp_brain_event.grid.records import BLOCK, CHANGING, CURVED, Grid, GridClock, Memory, Pool
 from nrp_brain_event.grid.runs import load_runs, load_state
-from nrp_brain_event.grid.tables import load_tables
-from nrp_brain_event.records import Array, Work
+from nrp_brain_event.grid.tables import load_tables, targets_of_plastic
+from nrp_brain_event.plastic_connections import load_plastic
+from nrp_brain_event.records import Array, Event, Work
 from nrp_core.brain.grid import Grid as TimeGrid
 from nrp_core.brain.network import IntArray, Network
 
@@ -20,8 +23,8 @@ _ROOM: Final = 1024
 
 def build_grid(
     network: Network, tolerance_mv: float, times: TimeGrid, drawn: frozenset[str]
-) -> tuple[Grid, IntArray]:
-    """Return the grid of a network at time 0, and the row of each global id.
+) -> tuple[Grid, Array, IntArray]:
+    """Return the grid of a network at time 0, the ``Cell`` in each row, and the row of each global id.
 
     Args:
         network: the network.
@@ -33,8 +36,7 @@ def build_grid(
         NetworkError: the network has parameters or delays that cannot be.
     """
     cells, row_of = load_cells(network, tolerance_mv)
-    noisy = frozenset(projection.label for projection in network.projections if projection.pre in drawn)
-    tables = load_tables(network, cells, row_of, times, noisy)
+    tables = load_tables(network, cells, row_of, times, labels_from(network, drawn))
     runs = load_runs(cells, times.step_ms)
     curved = np.repeat(runs["kind"] == CURVED, runs["last"] - runs["first"])
     clock = np.zeros(1, GridClock.dtype())
@@ -54,17 +56,34 @@ def build_grid(
         scratch=np.zeros((4, BLOCK)),
         fired=np.zeros(len(cells), np.int32),
         **tables,
+        **_load_plastic(network, row_of, times, len(cells)),
         slots=np.full(1 << longest.bit_length(), -1, np.int32),
         entry_segment=np.empty(0, np.int32),
         entry_after=np.empty(0, np.int32),
         spikes=np.empty((2, 0), np.int64),
         **load_noise(network, cells, row_of, times, drawn),
     )
-    return enlarged(grid), row_of
+    return enlarged(grid), cells, row_of
+
+
+def labels_from(network: Network, populations: frozenset[str]) -> frozenset[str]:
+    """Return the labels of the projections that begin in populations."""
+    return frozenset(projection.label for projection in network.projections if projection.pre in populations)
+
+
+def _load_plastic(network: Network, row_of: IntArray, times: TimeGrid, n_rows: int) -> dict[str, Array]:
+    plastic, targets = targets_of_plastic(network, row_of)
+    on_grid = [replace(p, delay_ms=times.time_ms(times.delays(p.delay_ms))) for p in plastic]
+    tables = load_plastic(on_grid, targets, n_rows).tables
+    memories = np.zeros(n_rows if len(tables["plastic"]) else 0, Memory.dtype())
+    memories["first_fired"] = memories["last_fired"] = -1
+    pool, remembered = np.zeros(1, Pool.dtype()), np.zeros(max(2 * len(memories), 1), Event.dtype())
+    chain_free(pool, remembered, 0)
+    return {**tables, "memories": memories, "remembered": remembered, "pool": pool}
 
 
 def enlarged(grid: Grid) -> Grid:
-    """Return the grid with more room for spikes and for entries of the calendar."""
+    """Return the grid with more room for spikes, for entries of the calendar, and to remember spikes."""
     clock, n = grid.clock, len(grid.entry_after)
     room = 2 * max(grid.spikes.shape[1], len(grid.drive), _ROOM)
     spikes = np.empty((2, room), np.int64)
@@ -76,6 +95,9 @@ def enlarged(grid: Grid) -> Grid:
     segments[:n] = grid.entry_segment
     clock["free"] = n
     clock["n_free"] += n_entries - n
+    if grid.pool["n_free"][0] < len(grid.memories):
+        n_remembered, grid = len(grid.remembered), grid._replace(remembered=doubled(grid.remembered))
+        chain_free(grid.pool, grid.remembered, n_remembered)
     return grid._replace(spikes=spikes, entry_after=after, entry_segment=segments)
 
 

@@ -13,15 +13,19 @@ from typing import Final
 
 from nrp_brain_event.grid.records import CONDUCTANCE, CURRENT, JUMP, Run, S, V, X
 from nrp_brain_event.records import Array
-from nrp_core.jit import jit
+from nrp_core.jit import inlined, jit
 
 _TINY: Final = 1e-250
 """What is far smaller becomes zero: processors are slow with the smallest numbers there are."""
+_FEW: Final = 16
+"""Neurons up to which it costs more to begin a loop than to go through it."""
 
 
 @jit
 def update_block(run: Run, state: Array, drive: Array, scratch: Array, a: int, b: int) -> int:
     """Advance rows a to b; return how many are at or above threshold."""
+    if b - a <= _FEW:
+        return _one_by_one(run, state, drive, a, b)
     v, current = state[V, a:b], drive[a:b]
     if run.kind == JUMP:
         return _jump(v, state[X, a:b], current, run.leak, run.gain, run.threshold)
@@ -55,6 +59,63 @@ def update_block(run: Run, state: Array, drive: Array, scratch: Array, a: int, b
 
 
 @jit
+def _one_by_one(run: Run, state: Array, drive: Array, a: int, b: int) -> int:
+    """Do for each neuron in turn what the loops below do for many."""
+    n = 0
+    for i in range(a, b):
+        v, current = state[V, i], drive[i]
+        if run.kind == JUMP:
+            new = _advanced(v, current, state[X, i], run.leak, run.gain)
+            state[X, i] = 0.0
+        else:
+            x0, s0 = state[X, i], state[S, i]
+            x1, s1 = state[X + 1, i], state[S + 1, i]
+            effect0, effect1 = x0 * run.x_effect[0], x1 * run.x_effect[1]
+            moment0, moment1 = x0 * run.x_moment[0], x1 * run.x_moment[1]
+            if run.alpha:
+                effect0, effect1 = effect0 + s0 * run.s_effect[0], effect1 + s1 * run.s_effect[1]
+                moment0, moment1 = moment0 + s0 * run.s_moment[0], moment1 + s1 * run.s_moment[1]
+                x0, x1 = x0 + s0 * run.grown[0], x1 + s1 * run.grown[1]
+                state[S, i], state[S + 1, i] = _kept(s0, run.kept[0]), _kept(s1, run.kept[1])
+            state[X, i], state[X + 1, i] = _kept(x0, run.kept[0]), _kept(x1, run.kept[1])
+            if run.kind == CONDUCTANCE:
+                new = _magnus(
+                    v, effect0, effect1, moment0, moment1, current,
+                    run.leak, run.gain, run.reversal[0], run.reversal[1],
+                )  # fmt: skip
+            else:
+                new = _advanced(v, current, effect0 + effect1, run.leak, run.gain)
+        n += new >= run.threshold
+        state[V, i] = new
+    return n
+
+
+@inlined
+def _advanced(v: float, drive: float, effect: float, leak: float, gain: float) -> float:
+    """Return the voltage of a current-based membrane after a step."""
+    return (v * leak + _TINY) - _TINY + drive * gain + effect
+
+
+@inlined
+def _magnus(
+    v: float, g0: float, g1: float, m0: float, m1: float, drive: float,
+    leak: float, gain: float, e0: float, e1: float,
+) -> float:  # fmt: skip
+    """Return the voltage of a conductance-based membrane after a step."""
+    a = -(leak + g0 + g1)
+    b = drive * gain + g0 * e0 + g1 * e1
+    b -= (m0 + m1) * b + a * (m0 * e0 + m1 * e1)
+    change = (a * v + b) / (1.0 + a * (a * (1.0 / 12.0) - 0.5))
+    return (v + change + _TINY) - _TINY
+
+
+@inlined
+def _kept(x: float, share: float) -> float:
+    """Return what is left of a synapse after a step."""
+    return (x * share + _TINY) - _TINY
+
+
+@jit
 def _linear_exponential(
     v: Array, x0: Array, x1: Array, drive: Array,
     leak: float, gain: float, kept0: float, kept1: float, effect0: float, effect1: float, threshold: float,
@@ -62,11 +123,11 @@ def _linear_exponential(
     """Do in one loop what :func:`_fade` and :func:`_linear` do."""
     n = 0
     for i in range(len(v)):
-        new = (v[i] * leak + _TINY) - _TINY + drive[i] * gain + (x0[i] * effect0 + x1[i] * effect1)
+        new = _advanced(v[i], drive[i], x0[i] * effect0 + x1[i] * effect1, leak, gain)
         n += new >= threshold
         v[i] = new
-        x0[i] = (x0[i] * kept0 + _TINY) - _TINY
-        x1[i] = (x1[i] * kept1 + _TINY) - _TINY
+        x0[i] = _kept(x0[i], kept0)
+        x1[i] = _kept(x1[i], kept1)
     return n
 
 
@@ -76,7 +137,7 @@ def _linear(
 ) -> int:
     n = 0
     for i in range(len(v)):
-        new = (v[i] * leak + _TINY) - _TINY + drive[i] * gain + (plus[i] + minus[i])
+        new = _advanced(v[i], drive[i], plus[i] + minus[i], leak, gain)
         n += new >= threshold
         v[i] = new
     return n
@@ -86,7 +147,7 @@ def _linear(
 def _jump(v: Array, arrived: Array, drive: Array, leak: float, gain: float, threshold: float) -> int:
     n = 0
     for i in range(len(v)):
-        new = (v[i] * leak + _TINY) - _TINY + drive[i] * gain + arrived[i]
+        new = _advanced(v[i], drive[i], arrived[i], leak, gain)
         n += new >= threshold
         v[i] = new
         arrived[i] = 0.0
@@ -100,11 +161,7 @@ def _conductance(
 ) -> int:  # fmt: skip
     n = 0
     for i in range(len(v)):
-        a = -(leak + g0[i] + g1[i])
-        b = drive[i] * gain + g0[i] * e0 + g1[i] * e1
-        b -= (m0[i] + m1[i]) * b + a * (m0[i] * e0 + m1[i] * e1)
-        change = (a * v[i] + b) / (1.0 + a * (a * (1.0 / 12.0) - 0.5))
-        new = (v[i] + change + _TINY) - _TINY
+        new = _magnus(v[i], g0[i], g1[i], m0[i], m1[i], drive[i], leak, gain, e0, e1)
         n += new >= threshold
         v[i] = new
     return n
@@ -126,11 +183,11 @@ def _scale(x: Array, out: Array, by: float) -> None:
 def _fade(x: Array, out: Array, kept: float, effect: float) -> None:
     for i in range(len(x)):
         out[i] = x[i] * effect
-        x[i] = (x[i] * kept + _TINY) - _TINY
+        x[i] = _kept(x[i], kept)
 
 
 @jit
 def _fade_alpha(x: Array, s: Array, kept: float, grown: float) -> None:
     for i in range(len(x)):
-        x[i] = ((x[i] + s[i] * grown) * kept + _TINY) - _TINY
-        s[i] = (s[i] * kept + _TINY) - _TINY
+        x[i] = _kept(x[i] + s[i] * grown, kept)
+        s[i] = _kept(s[i], kept)

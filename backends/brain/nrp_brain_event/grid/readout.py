@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 
 from nrp_brain_event.grid.records import Grid, V, X
@@ -29,13 +31,24 @@ def read(grid: Grid, rows: IntArray, variable: str) -> FloatArray:
 
 def lost_row(grid: Grid) -> int:
     """Return a row whose voltage is no number any more, or -1; refractory ones have none by design."""
-    lost = ~np.isfinite(grid.state[V])
-    if np.count_nonzero(lost) == grid.runs["n_waiting"].sum():
+    if _n_without_number(grid.state[V], grid.runs) == 0:
         return -1
+    lost = ~np.isfinite(grid.state[V])
     for run in grid.runs[grid.runs["n_waiting"] > 0]:
         places = (run["head"] + np.arange(run["n_waiting"])) % (run["last"] - run["first"])
         lost[grid.queue[run["first"] + places]] = False
     return int(np.argmax(lost))
+
+
+@jit
+def _n_without_number(voltages: Array, runs: Array) -> int:
+    """Return how many voltages are no numbers, but for those of refractory rows."""
+    n = 0
+    for row in range(len(voltages)):
+        n += not isfinite(voltages[row])
+    for k in range(len(runs)):
+        n -= runs[k].n_waiting
+    return n
 
 
 @jit

@@ -74,8 +74,31 @@ class Table(Record):
     """Whether each synapse has its own weight, and what leads from the synapse to it."""
     weights: int
     dynamic: int
-    """Whether each synapse has short-term plasticity, and what leads from the synapse to that."""
+    """Whether each synapse changes by itself, ``SHORT_TERM`` or ``PLASTIC``, or 0."""
     dynamics: int
+    """What leads from the synapse to its place in ``short_term`` or ``plastic_rows``."""
+
+
+SHORT_TERM: Final = 1
+PLASTIC: Final = 2
+
+
+class Memory(Record):
+    """The spikes of a neuron that its plastic synapses may still have to hear; see ``Cell``."""
+
+    wake: float
+    """Time of its last spike, ms."""
+    n_fired: int
+    first_fired: int
+    last_fired: int
+    n_remembered: int
+
+
+class Pool(Record):
+    """The list of free places for spikes that are remembered."""
+
+    free: int
+    n_free: int
 
 
 class Noise(Record):
@@ -134,6 +157,11 @@ class Grid(NamedTuple):
         targets: uint16, all synapses.
         weights: float32, of the synapses with weights of their own.
         short_term: ``ShortTerm``.
+        plastic, first_plastic, rules: as in :class:`~nrp_brain_event.records.Engine`.
+        plastic_rows: row in ``plastic`` of each plastic synapse, in the order of ``targets``.
+        memories: ``Memory``, one a row; none without plastic synapses.
+        remembered: ``Event``, the spikes that are remembered.
+        pool: ``Pool``, shape ``(1,)``.
         slots: head of the list of segments that arrive in a step, a ring.
         entry_segment, entry_after: the lists.
         spikes: steps and global ids of spikes not yet taken, shape ``(2, room)``.
@@ -165,6 +193,13 @@ class Grid(NamedTuple):
     targets: Array
     weights: Array
     short_term: Array
+    plastic: Array
+    first_plastic: Array
+    rules: Array
+    plastic_rows: Array
+    memories: Array
+    remembered: Array
+    pool: Array
     slots: Array
     entry_segment: Array
     entry_after: Array
@@ -178,7 +213,7 @@ class Grid(NamedTuple):
 
 CHANGING: Final = (
     "clock", "runs", "state", "drive", "queue", "release", "cells", "short_term",
-    "slots", "entry_segment", "entry_after", "spikes", "noise",
+    "plastic", "memories", "remembered", "pool", "slots", "entry_segment", "entry_after", "spikes", "noise",
 )  # fmt: skip
 """The parts of the grid that change while running."""
 BLOCK: Final = 512

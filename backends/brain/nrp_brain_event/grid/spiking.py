@@ -54,6 +54,13 @@ def _reset(run: Run, v: Array, queue: Array, release: Array, row: int, step: int
     v[row] = nan
     size = run.last - run.first
     place = run.head + run.n_waiting
-    queue[run.first + (place if place < size else place - size)] = row
+    place = place if place < size else place - size
     release[row] = step + run.refractory + 1
+    for _ in range(run.n_waiting):  # those who have been refractory for longer at a time stay behind
+        before = place - 1 if place > 0 else size - 1
+        if release[queue[run.first + before]] <= release[row]:
+            break
+        queue[run.first + place] = queue[run.first + before]
+        place = before
+    queue[run.first + place] = row
     run.n_waiting += 1

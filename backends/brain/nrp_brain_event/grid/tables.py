@@ -6,20 +6,22 @@ same way. Weights of their own are kept in single precision, delays as the stret
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
 
 from nrp_brain_event.connections import delay_range, fill_short_term
 from nrp_brain_event.grid import sorting
-from nrp_brain_event.grid.records import Table
+from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Table
 from nrp_brain_event.grid.runs import line_of
+from nrp_brain_event.plastic_connections import rows_of_plastic
 from nrp_brain_event.records import Array, ShortTerm
 from nrp_core.brain.grid import Grid as TimeGrid
 from nrp_core.brain.limits import distinct
-from nrp_core.brain.network import TSODYKS_MARKRAM, FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, FloatArray, IntArray, Network, Projection
 
 _SPAN: Final = 1 << 16
 
@@ -34,7 +36,8 @@ class Part:
         line: row of the state that the synapses act on.
         span: number of the span.
         weight: of all synapses, or None where each has its own.
-        short_term: ``ShortTerm`` of the synapses, or None.
+        dynamic: ``SHORT_TERM``, ``PLASTIC``, or 0.
+        dynamics: of the synapses, then: ``ShortTerm``, or rows of plastic synapses.
     """
 
     projection: Projection
@@ -43,12 +46,13 @@ class Part:
     line: int
     span: int
     weight: float | None
-    short_term: Array | None
+    dynamic: int = 0
+    dynamics: Array | None = None
 
     @property
     def key(self) -> tuple[object, ...]:
         """What the parts of a table have in common."""
-        alone = self.projection.label if self.short_term is not None else None
+        alone = self.projection.label if self.dynamic else None
         return self.line, self.span, self.weight, alone
 
     @property
@@ -71,7 +75,12 @@ class Segments:
 
 
 def load_tables(
-    network: Network, cells: Array, row_of: IntArray, grid: TimeGrid, without: frozenset[str]
+    network: Network,
+    cells: Array,
+    row_of: IntArray,
+    grid: TimeGrid,
+    without: frozenset[str],
+    weights_now: Mapping[str, FloatArray] = MappingProxyType({}),
 ) -> dict[str, Array]:
     """Return the parts of the :class:`~nrp_brain_event.grid.records.Grid` that hold synapses, by name.
 
@@ -81,15 +90,19 @@ def load_tables(
         row_of: their rows by global id.
         grid: the grid of times.
         without: labels of projections that are simulated in another way.
+        weights_now: weights of projections, by label, that differ from those of the network.
 
     Raises:
         NetworkError: a delay between neurons is too short, or a parameter of plasticity is missing.
     """
     delay_range(network)
     groups: dict[tuple[object, ...], list[Part]] = {}
+    plastic_rows = places_of_plastic(network, row_of)
     for projection in network.projections:
         if projection.size and projection.label not in without:
-            for part in _parts(network, projection, cells, row_of):
+            given = weights_now.get(projection.label, projection.weight)
+            now = projection if given is projection.weight else replace(projection, weight=given)
+            for part in _parts(network, now, cells, row_of, grid, plastic_rows):
                 groups.setdefault(part.key, []).append(part)
     firsts = [np.append(0, np.cumsum(_count(network, parts))) for parts in groups.values()]
     n_all = sum(int(first[-1]) for first in firsts)
@@ -97,45 +110,69 @@ def load_tables(
         int(f[-1]) for f, parts in zip(firsts, groups.values(), strict=True) if parts[0].weight is None
     )
     targets, weights = np.empty(n_all, np.uint16), np.empty(n_own, np.float32)
-    tables, segments, dynamics = np.zeros(len(groups), Table.dtype()), [], [np.empty(0, ShortTerm.dtype())]
-    done = done_own = done_dynamic = 0
+    tables, segments = np.zeros(len(groups), Table.dtype()), []
+    dynamics = {SHORT_TERM: [np.empty(0, ShortTerm.dtype())], PLASTIC: [np.empty(0, np.int32)]}
+    done = done_own = 0
     for number, (first, parts) in enumerate(zip(firsts, groups.values(), strict=True)):
         n, own = int(first[-1]), parts[0].weight is None
         table, values = tables[number], weights[done_own : done_own + n * own]
         table["line"] = parts[0].line * len(cells) + parts[0].span * _SPAN
-        table["weight"], table["own"], table["dynamic"] = parts[0].weight or 0.0, own, False
+        table["weight"], table["own"], table["dynamic"] = parts[0].weight or 0.0, own, parts[0].dynamic
         table["weights"] = done_own - done
         found = _fill(parts, first, targets[done : done + n], values, grid)
         segments.append(replace(found, start=found.start + done, table=number))
-        if parts[0].short_term is not None:
-            table["dynamic"], table["dynamics"] = True, done_dynamic - done
-            dynamics += [part.short_term for part in parts if part.short_term is not None]
-            done_dynamic += n
+        if parts[0].dynamics is not None:
+            before = dynamics[parts[0].dynamic]
+            table["dynamics"] = sum(map(len, before)) - done
+            before.append(parts[0].dynamics)
         done, done_own = done + n, done_own + n * own
     return {
         "tables": tables, "targets": targets, "weights": weights,
-        "short_term": np.concatenate(dynamics), **_joined(segments, network.size),
+        "short_term": np.concatenate(dynamics[SHORT_TERM]),
+        "plastic_rows": np.concatenate(dynamics[PLASTIC]), **_joined(segments, network.size),
     }  # fmt: skip
 
 
-def _parts(network: Network, projection: Projection, cells: Array, row_of: IntArray) -> Iterator[Part]:
+def targets_of_plastic(network: Network, row_of: IntArray) -> tuple[list[Projection], list[Array]]:
+    """Return the projections of plastic synapses, and on which receptors these end."""
+    plastic = [projection for projection in network.projections if projection.synapse_type == STDP]
+    return plastic, [
+        2 * row_of[network.offsets[p.post] + p.post_index.astype(np.int64)] + (p.receptor == "inhibitory")
+        for p in plastic
+    ]
+
+
+def places_of_plastic(network: Network, row_of: IntArray) -> dict[str, IntArray]:
+    """Return in which rows the plastic synapses of each projection stand, by label."""
+    plastic, targets = targets_of_plastic(network, row_of)
+    return {p.label: rows for p, rows in zip(plastic, rows_of_plastic(targets), strict=True)}
+
+
+def _parts(
+    network: Network, projection: Projection, cells: Array, row_of: IntArray, grid: TimeGrid,
+    plastic_rows: Mapping[str, IntArray],
+) -> Iterator[Part]:  # fmt: skip
     post_first = int(row_of[network.offsets[projection.post]])
     targets = cells[post_first : post_first + network.populations[projection.post].size]
     line = line_of(targets[0], int(projection.receptor == "inhibitory"))
-    weight, short_term = common(projection.weight), None
-    if projection.synapse_type == TSODYKS_MARKRAM:
-        order = np.lexsort((projection.post_index, projection.delay_ms, projection.pre_index))
-        projection = _reordered(projection, order)
-        weight, short_term = None, np.zeros(projection.size, ShortTerm.dtype())
-        fill_short_term(short_term, projection, targets[projection.post_index])
+    weight, dynamic, dynamics = common(projection.weight), 0, None
+    if projection.synapse_type in (TSODYKS_MARKRAM, STDP):  # in the order in which the table will be
+        steps = grid.delays(projection.delay_ms)
+        order = np.lexsort((projection.post_index, steps, projection.pre_index))
+        weight, projection = None, _reordered(projection, order)
+        if projection.synapse_type == STDP:
+            dynamic, dynamics = PLASTIC, plastic_rows[projection.label][order].astype(np.int32)
+        else:
+            dynamic, dynamics = SHORT_TERM, np.zeros(projection.size, ShortTerm.dtype())
+            fill_short_term(dynamics, projection, targets[projection.post_index])
     pre_first = network.offsets[projection.pre]
     spans = range(post_first // _SPAN, (post_first + len(targets) - 1) // _SPAN + 1)
     for span in spans:
-        part = Part(projection, pre_first, post_first, line, span, weight, short_term)
-        if short_term is not None and len(spans) > 1:
+        part = Part(projection, pre_first, post_first, line, span, weight, dynamic, dynamics)
+        if dynamics is not None and len(spans) > 1:
             low, high = part.bounds
             inside = (projection.post_index >= low) & (projection.post_index < high)
-            part = replace(part, short_term=short_term[inside])
+            part = replace(part, dynamics=dynamics[inside])
         yield part
 
 
@@ -157,13 +194,9 @@ def _count(network: Network, parts: list[Part]) -> IntArray:
     """Return how many synapses of a table come from each neuron."""
     n = np.zeros(network.size, np.int64)
     for part in parts:
-        sorting.count(*_indices(part), *part.bounds, n[part.pre_first :])
+        for pre, post in part.projection.pairs():
+            sorting.count(pre, post, *part.bounds, n[part.pre_first :])
     return n
-
-
-def _indices(part: Part) -> tuple[Array, Array]:
-    projection = part.projection
-    return np.ascontiguousarray(projection.pre_index), np.ascontiguousarray(projection.post_index)
 
 
 def _fill(parts: list[Part], first: IntArray, targets: Array, weights: Array, grid: TimeGrid) -> Segments:
@@ -171,7 +204,8 @@ def _fill(parts: list[Part], first: IntArray, targets: Array, weights: Array, gr
     at = first[:-1].copy()
     for part in parts:
         shift = part.post_first - part.span * _SPAN
-        sorting.place(*_indices(part), *part.bounds, shift, at[part.pre_first :], targets)
+        for pre, post in part.projection.pairs():
+            sorting.place(pre, post, *part.bounds, shift, at[part.pre_first :], targets)
     if len(weights):
         _place_values([part.projection.weight for part in parts], parts, first, weights)
     steps = [_steps(part.projection.delay_ms, grid) for part in parts]
@@ -198,9 +232,13 @@ def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
 def _place_values(values: list[Array], parts: list[Part], first: IntArray, out: Array) -> None:
     at = first[:-1].copy()
     for part, given in zip(parts, values, strict=True):
-        each = np.array(distinct(given)) if given.strides == (0,) else np.ascontiguousarray(given)
-        step = int(len(each) == part.projection.size)
-        sorting.place_values(*_indices(part), *part.bounds, each, step, at[part.pre_first :], out)
+        each, begin = distinct(given), 0
+        for pre, post in part.projection.pairs():
+            some = each[begin : begin + len(pre)] if len(each) == part.projection.size else each
+            begin += len(pre)
+            step = int(len(some) == len(pre))
+            own = np.ascontiguousarray(some)
+            sorting.place_values(pre, post, *part.bounds, own, step, at[part.pre_first :], out)
 
 
 def _joined(segments: list[Segments], n_neurons: int) -> dict[str, Array]:

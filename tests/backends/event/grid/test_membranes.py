@@ -52,6 +52,27 @@ def test_the_state_equals_that_of_the_exact_mode(
     assert difference.max() < 1e-6
 
 
+@pytest.mark.parametrize("cell_type", [name for name in CELLS if name.startswith("IF_")])
+def test_a_few_neurons_advance_as_many_do(
+    cell_type: str, cells: Cells, connect: Connect, spike_source: Cells, open_brain: Open
+) -> None:
+    """Few go one by one, many in loops that are compiled to vectors: not a bit differs."""
+
+    def found(n: int) -> np.ndarray:
+        synapses = [
+            connect(
+                "s", "n", 3 * weight_of(cell_type, receptor), 1.0 + k,
+                pairs=[(k, j) for j in range(n)], receptor=receptor,
+            )
+            for k, receptor in enumerate(("excitatory", "inhibitory"))
+        ]  # fmt: skip
+        driven = cells("n", cell_type, n, i_offset=np.resize([0.0, 0.5, 1.3], n))
+        brain = open_brain(spike_source("s", TRAIN, [2.0, 8.0]), driven, *synapses, resolution="0.1 ms")
+        return states(brain, 4, ["v"])
+
+    assert (found(4) == found(100)).all()
+
+
 def variables_of(cell_type: str) -> tuple[str, ...]:
     from nrp_brain_event.cell_types import CELL_TYPES
 

@@ -80,7 +80,7 @@ def test_equal_synapses_take_two_bytes_and_own_weights_four_more() -> None:
         synapses = Projection(
             "p", "n", "n", "excitatory", pre, post, weight, np.broadcast_to(1.5, n * fan_out)
         )
-        grid, _ = build_grid(
+        grid, _, _ = build_grid(
             Network({"n": counters(n)}, (synapses,)), 1e-9, TimeGrid(NS_PER_MS // 10), frozenset()
         )
         names = [name for name in grid._fields if name.startswith(("segment_", "row_", "targets", "weights"))]

@@ -1,0 +1,165 @@
+"""Spikes on their way, synapse by synapse: so that weights can be read, and change for later spikes only."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nrp_brain_event.grid.delivery import transmitted
+from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid
+from nrp_brain_event.records import Array
+from nrp_brain_event.short_term import released_share
+from nrp_brain_event.spike_timing import SIMULTANEOUS, bring_up_to
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.jit import jit
+
+
+class Arrivals(NamedTuple):
+    """What arrives apart from the calendar.
+
+    Args:
+        inputs: steps, flat indices into the state, rows of plastic synapses that decide the weight, or -1;
+            ascending, shape ``(3, n)``.
+        weights: of these, where a plastic synapse does not decide them; shape ``(n,)``.
+    """
+
+    inputs: IntArray
+    weights: FloatArray
+
+    @classmethod
+    def none(cls) -> Arrivals:
+        """Return an empty list."""
+        return cls(np.empty((3, 0), np.int64), np.empty(0))
+
+    def joined(self, inputs: IntArray, weights: FloatArray) -> Arrivals:
+        """Return these and others, in an order that does not depend on how they came."""
+        every, each = np.concatenate([self.inputs, inputs], axis=1), np.concatenate([self.weights, weights])
+        order = np.lexsort((each, *every[::-1]))
+        return Arrivals(every.take(order, axis=1), each[order])
+
+    def after(self, n: int) -> Arrivals:
+        """Return all but the first n."""
+        return Arrivals(self.inputs[:, n:].copy(), self.weights[n:].copy()) if n else self
+
+
+def unfolded(grid: Grid, arrivals: Arrivals) -> tuple[Grid, Arrivals]:
+    """Return the grid with an empty calendar, and everything on its way.
+
+    Spikes that have passed their synapses keep the weights with which they did.
+    """
+    steps, lines, synapses, weights = _synapses_ahead(grid)
+    grid.slots[:] = -1
+    n = len(grid.entry_after)
+    grid.entry_after[:] = np.arange(1, n + 1)
+    grid.entry_after[-1] = -1
+    grid.clock["free"], grid.clock["n_free"] = 0, n
+    arrivals = arrivals.joined(np.stack([steps, lines, synapses]), weights)
+    passed, weights = _pass(grid, arrivals.inputs)
+    arrivals.weights[passed], arrivals.inputs[2, passed] = weights, -1
+    return grid, arrivals
+
+
+def plastic_now(grid: Grid, arrivals: Arrivals) -> Array:
+    """Return plastic synapses as they are after all spikes that have passed them by now, heard by both sides.
+
+    Their axonal and dendritic parts let synapses hear a spike before it arrives.
+    """
+    seen = grid._replace(plastic=grid.plastic.copy(), short_term=grid.short_term.copy())
+    steps, lines, synapses, weights = _synapses_ahead(seen)
+    everything = arrivals.joined(np.stack([steps, lines, synapses]), weights)
+    _pass(seen, everything.inputs)
+    hear_all(seen)
+    return seen.plastic
+
+
+def hear_all(grid: Grid) -> None:
+    """Let plastic synapses hear the spikes of their targets up to now."""
+    none = np.empty(0, np.int64)
+    bring_up_to(_now(grid), grid.memories, grid.plastic, grid.rules, grid.remembered, none)
+
+
+def _now(grid: Grid) -> float:
+    return float(grid.clock["step"][0] * grid.clock["h"][0])
+
+
+def _synapses_ahead(grid: Grid) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
+    """Return when spikes in the calendar arrive, where, over which plastic synapse, with what weight.
+
+    Short-term plasticity hands out what they release.
+    """
+    n = _count_ahead(grid)
+    steps, segments = np.empty(n, np.int64), np.empty(n, np.int64)
+    _list_ahead(grid, steps, segments)
+    order = np.argsort(steps, kind="stable")
+    steps, segments = steps[order], segments[order]
+    lengths = grid.segment_length[segments].astype(np.int64)
+    begins = grid.segment_start[segments] - (np.cumsum(lengths) - lengths)
+    synapses = np.repeat(begins, lengths) + np.arange(lengths.sum())
+    steps, tables = np.repeat(steps, lengths), grid.tables[np.repeat(grid.segment_table[segments], lengths)]
+    weights, own = tables["weight"].copy(), tables["own"] > 0
+    weights[own] = grid.weights[synapses[own] + tables["weights"][own]]
+    dynamic = np.flatnonzero(tables["dynamic"] == SHORT_TERM)
+    rows = synapses[dynamic] + tables["dynamics"][dynamic]
+    weights[dynamic] *= _released(grid.short_term, rows, steps[dynamic] * grid.clock["h"][0])
+    plastic, of = np.full(len(steps), -1, np.int64), tables["dynamic"] == PLASTIC
+    plastic[of] = grid.plastic_rows[synapses[of] + tables["dynamics"][of]]
+    return steps, tables["line"] + grid.targets[synapses], plastic, weights
+
+
+def _pass(grid: Grid, inputs: IntArray) -> tuple[IntArray, FloatArray]:
+    """Let spikes pass the plastic synapses that hear them by now; return which do, and their weights."""
+    plastic = np.flatnonzero(inputs[2] >= 0)
+    arrivals_ms = inputs[0, plastic] * grid.clock["h"][0]
+    heard = arrivals_ms - grid.plastic["dendritic_delay"][inputs[2, plastic]]
+    chosen = np.flatnonzero(heard <= _now(grid) + SIMULTANEOUS)
+    chosen = chosen[np.argsort(heard[chosen], kind="stable")]
+    passed, weights = plastic[chosen], np.empty(len(chosen))
+    _transmit(grid, inputs[2, passed], arrivals_ms[chosen], weights)
+    return passed, weights
+
+
+@jit
+def _count_ahead(grid: Grid) -> int:
+    n = 0
+    for slot in range(len(grid.slots)):
+        entry = grid.slots[slot]
+        while entry >= 0:
+            segment = grid.entry_segment[entry]
+            n += 1
+            while not grid.segment_last[segment]:
+                segment += 1
+                n += 1
+            entry = grid.entry_after[entry]
+    return n
+
+
+@jit
+def _list_ahead(grid: Grid, steps: IntArray, segments: IntArray) -> None:
+    now, n_slots, n = grid.clock[0].step, len(grid.slots), 0
+    for ahead in range(1, n_slots + 1):
+        entry = grid.slots[(now + ahead) & (n_slots - 1)]
+        while entry >= 0:
+            segment, step = grid.entry_segment[entry], now + ahead
+            steps[n], segments[n] = step, segment
+            n += 1
+            while not grid.segment_last[segment]:
+                segment += 1
+                step += grid.segment_gap[segment]
+                steps[n], segments[n] = step, segment
+                n += 1
+            entry = grid.entry_after[entry]
+
+
+@jit
+def _released(short_term: Array, rows: IntArray, times: FloatArray) -> FloatArray:
+    shares = np.empty(len(rows))
+    for k in range(len(rows)):
+        shares[k] = released_share(short_term[rows[k]], times[k])
+    return shares
+
+
+@jit
+def _transmit(grid: Grid, rows: IntArray, times: FloatArray, weights: FloatArray) -> None:
+    for k in range(len(rows)):
+        weights[k] = transmitted(grid, rows[k], times[k])

@@ -1,0 +1,132 @@
+"""Indices of cells, one a synapse, in as little memory as they need.
+
+Connectors make synapses target by target, so one end of a projection ascends: then it is enough to know
+where the synapses of each cell begin. The other end takes two bytes where there are at most 65536 cells.
+Everybody sees arrays of 32-bit integers; those of large projections are made anew for each who asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+IndexArray = npt.NDArray[np.int32]
+T = TypeVar("T")
+
+_FEW: Final = 1 << 16
+"""So few indices are kept as they are."""
+_PART: Final = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Indices:
+    """Indices that do not change.
+
+    Args:
+        values: one a synapse; or, where these ascend, where those of each cell begin: shape
+            ``(highest + 2,)``, the last one being the number of all.
+        ascending: which of the two.
+    """
+
+    values: npt.NDArray[Any]
+    ascending: bool = False
+
+    @staticmethod
+    def of(values: npt.ArrayLike) -> Indices:
+        """Return indices in the least memory."""
+        array = np.asarray(values)
+        if len(array) < _FEW:
+            return Indices(np.asarray(array, np.int32))
+        plain = Indices(array)
+        lowest, highest = plain.bounds()
+        if lowest >= 0 and 8 * (highest + 2) < len(array) and plain._ascends():
+            begins = np.searchsorted(
+                array, np.arange(highest + 1, dtype=array.dtype)
+            )  # a copy, were types mixed
+            return Indices(np.append(begins, len(array)), ascending=True)
+        return Indices(array.astype(index_type(highest + 1) if lowest >= 0 else np.int32, copy=False))
+
+    @staticmethod
+    def repeated(cells: npt.ArrayLike, counts: npt.ArrayLike) -> Indices:
+        """Return the indices of ascending cells, each as often as its count."""
+        cells, counts = np.asarray(cells, np.int64), np.asarray(counts, np.int64)
+        if counts.sum() < _FEW:
+            return Indices(np.repeat(cells.astype(np.int32), counts))
+        each = np.zeros(int(cells[-1]) + 1, np.int64)
+        each[cells] = counts
+        return Indices(np.append(0, np.cumsum(each)), ascending=True)
+
+    def __len__(self) -> int:
+        return int(self.values[-1]) if self.ascending else len(self.values)
+
+    def bounds(self) -> tuple[int, int]:
+        """Return the lowest and the highest index; (0, -1) where there is none."""
+        if self.ascending:
+            used = np.flatnonzero(np.diff(self.values))
+            return int(used[0]), int(used[-1])
+        lows_highs = [(int(part.min()), int(part.max())) for part in self.parts()]
+        return min((low for low, _ in lows_highs), default=0), max(
+            (high for _, high in lows_highs), default=-1
+        )
+
+    def part(self, first: int, last: int) -> IndexArray:
+        """Return the indices of some consecutive synapses."""
+        if not self.ascending:
+            return self.values[first:last].astype(np.int32, copy=False)
+        low, high = np.searchsorted(self.values, (first, last - 1), "right")
+        counts = np.diff(np.clip(self.values[low - 1 : high + 1], first, last))
+        return np.repeat(np.arange(low - 1, high, dtype=np.int32), counts)
+
+    def parts(self) -> Iterator[IndexArray]:
+        """Yield all indices, so many at a time that they need little memory."""
+        for first in range(0, len(self), _PART):
+            yield self.part(first, min(first + _PART, len(self)))
+
+    def whole(self) -> IndexArray:
+        """Return all indices."""
+        return self.part(0, len(self)) if len(self) else np.empty(0, np.int32)
+
+    def _ascends(self) -> bool:
+        last = -1
+        for part in self.parts():
+            if part[0] < last or (part[1:] < part[:-1]).any():
+                return False
+            last = int(part[-1])
+        return True
+
+
+def index_type(size: int) -> type[np.integer[Any]]:
+    """Return the type that holds the indices of so many cells."""
+    return np.uint16 if size <= 1 << 16 else np.int32
+
+
+def folded(*names: str) -> Callable[[type[T]], type[T]]:
+    """Let a class keep attributes as :class:`Indices` and show them as arrays."""
+
+    def decorate(owner: type[T]) -> type[T]:
+        for name in names:
+            setattr(owner, name, _Folded(name))
+        return owner
+
+    return decorate
+
+
+def indices_of(owner: object, name: str) -> Indices:
+    """Return an attribute that is :func:`folded` as it is kept."""
+    kept: Indices = vars(owner)[name]
+    return kept
+
+
+class _Folded:
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, owner: object | None, kind: type) -> Any:
+        return self if owner is None else indices_of(owner, self._name).whole()
+
+    def __set__(self, owner: object, value: npt.ArrayLike | Indices) -> None:
+        vars(owner)[self._name] = value if isinstance(value, Indices) else Indices.of(value)

@@ -1,0 +1,88 @@
+"""How many synapses a connector will make, foreseen from counts before any is drawn."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from copy import copy
+from typing import Any, Final
+
+import numpy as np
+from pyNN import connectors
+from pyNN.parameters import LazyArray
+
+from nrp_core.brain.indices import index_type
+from nrp_core.brain.memory import free_bytes, require_memory
+
+_COLUMNS: Final = 20
+"""Postsynaptic cells whose synapses are counted on, where a probability differs from pair to pair."""
+_BYTES_PER_VALUE: Final = 8
+"""For each parameter that differs between synapses; parts go as they are joined."""
+
+
+def require_room(connector: Any, projection: Any) -> None:
+    """Check that what a connector will make fits into memory.
+
+    Raises:
+        NetworkError: it does not; the message has the counts.
+    """
+    n_pre, n_post = projection.pre.size, projection.post.size
+    values = projection.synapse_type.parameter_space.items()
+    own = sum(not value.is_homogeneous for _, value in values)
+    # one index of each synapse: in parts, and joined; the other one ascends
+    each = 2 * np.dtype(index_type(n_pre)).itemsize + own * _BYTES_PER_VALUE
+    free = free_bytes()
+    if free is None or (n_pre * n_post * each <= free and not _repeats(connector)):
+        return
+    expected = expected_synapses(connector, projection)
+    name = type(connector).__name__
+    what = f"{name} from {n_pre} to {n_post} cells makes about {expected:.3g} synapses, which"
+    require_memory(f"projection '{projection.label}'", expected * each, what)
+
+
+def expected_synapses(connector: Any, projection: Any) -> float:
+    """Return how many synapses a connector makes on average, as far as it tells; 0 where it does not."""
+    n_pre, n_post = projection.pre.size, projection.post.size
+    given = getattr(connector, "n", None)
+    n: float = given if isinstance(given, (int, float)) else 0.0
+    match connector:
+        case connectors.AllToAllConnector():
+            return float(n_pre * n_post)
+        case connectors.OneToOneConnector():
+            return float(min(n_pre, n_post))
+        case connectors.FixedProbabilityConnector():
+            return float(connector.p_connect * n_pre * n_post)
+        case connectors.FixedNumberPreConnector():
+            return float(n * n_post)
+        case connectors.FixedNumberPostConnector():
+            return float(n * n_pre)
+        case connectors.FixedTotalNumberConnector():
+            return float(n)
+        case connectors.DistanceDependentProbabilityConnector():
+            distances = connector._generate_distance_map(projection)
+            return _by_columns(connector.distance_function(distances), n_pre, n_post)
+        case connectors.IndexBasedProbabilityConnector():
+            expression = copy(connector.index_expression)
+            expression.projection = projection
+            return _by_columns(LazyArray(expression, projection.shape), n_pre, n_post)
+        case connectors.SmallWorldConnector():
+            near = connector._generate_distance_map(projection) < connector.degree
+            kept = np.inf if connector.n_connections is None else connector.n_connections * n_pre
+            return min(_by_columns(near, n_pre, n_post), kept)
+    return 0.0
+
+
+def _by_columns(probabilities: LazyArray, n_pre: int, n_post: int) -> float:
+    """Return the sum of a matrix of probabilities, judged by some of its columns.
+
+    Whole columns, since what is near is seldom met by pairs picked at random.
+    """
+    everyone, n = np.arange(n_pre), min(n_post, _COLUMNS)
+    chosen = ((np.arange(n) + 0.5) * n_post / n).astype(int)
+    sums = [np.clip(probabilities[everyone, int(j)], 0.0, 1.0).sum() for j in chosen]
+    return float(np.mean(sums)) * n_post if sums else 0.0
+
+
+def _repeats(connector: Any) -> bool:
+    """Whether a connector may make several synapses between two cells."""
+    return isinstance(connector, (connectors.FixedNumberConnector, connectors.FixedTotalNumberConnector))
