@@ -22,6 +22,7 @@ from nrp_core.simulation import State
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.parts.base import JointStates
+from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
 
 FloatArray = npt.NDArray[np.float64]
@@ -209,6 +210,6 @@ def _threads_for(worlds: Sequence[World]) -> int:
     """Return one for each processor, or a single one where the engine or its pictures are bound to it."""
     for world in worlds:
         has = world.capabilities
-        if not has.releases_gil or has.renderers[:1] not in ((), ("raster",)):
+        if not has.releases_gil or not set(has.renderers[:1]) <= set(SHARED):
             return 1
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

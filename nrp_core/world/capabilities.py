@@ -15,7 +15,7 @@ class WorldCapabilities:
         step_ns: what is its physics step?
         determinism: how far do two runs agree?
         renderers: which camera renderers are there, the preferred one first? None: no cameras. The core draws
-            with ``raster`` where the backend does not.
+            with ``raster`` and ``realistic``, the engine with others.
         snapshot: can its state be saved and restored?
         releases_gil: can it step while Python code runs in another thread?
         dynamics: do things fall, push and swing? Otherwise only robots with a drive move, as one rigid body,

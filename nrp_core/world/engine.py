@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -25,8 +25,9 @@ from nrp_core.world.parts.base import (
 )
 from nrp_core.world.physics.bodies import Body, bodies_of, body_of
 from nrp_core.world.physics.mass import rotation_matrix
-from nrp_core.world.render.optics import Optics, optics_of
-from nrp_core.world.scene.model import Camera, Rgba, Scene
+from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED, Cameras
+from nrp_core.world.render.optics import CameraPath, Optics, optics_of
+from nrp_core.world.scene.model import Camera, Light, Rgba, Scene
 from nrp_core.world.scene.sensing import Laser
 
 if TYPE_CHECKING:
@@ -55,7 +56,9 @@ class PhysicsEngine(Engine):
         self.image_scale = 1.0
         self._bodies: dict[str, tuple[Body, ...]] = {}
         self._space: CollisionSpace | None = None
-        self._raster: RasterCameras | None = None
+        self._cameras: Cameras | None = None
+        self._depths: Cameras | None = None
+        self._colors: dict[str, Rgba] = {}
 
     @property
     def step_ns(self) -> int:
@@ -120,6 +123,7 @@ class PhysicsEngine(Engine):
 
     @final
     def set_color(self, visual: str, rgba: Rgba) -> None:
+        self._colors[visual] = rgba
         self._do_set_color(visual, rgba)
 
     @final
@@ -165,21 +169,58 @@ class PhysicsEngine(Engine):
             self._space = CollisionSpace(bodies, self._do_frames)
         return self._space
 
-    def _pictures(self) -> RasterCameras:
-        from nrp_core.world.render.raster import RasterCameras  # compiled code takes time to load
+    @property
+    def _optics(self) -> Mapping[CameraPath, Optics]:
+        return optics_of(self.scene, self.image_scale)
 
-        if "raster" not in self.capabilities.renderers:
-            raise self._lacks("has no cameras")
-        if self._raster is None:
-            bodies = {model.name: self._bodies_of(model.name) for model in self.scene.models}
-            self._raster = RasterCameras(bodies, optics_of(self.scene, self.image_scale), self._do_frames)
-        return self._raster
+    def _pictures(self) -> Cameras:
+        """Return the cameras, drawn by the preferred renderer."""
+        if self._cameras is None:
+            if not self.capabilities.renderers:
+                raise self._lacks("has no cameras")
+            renderer = self.capabilities.renderers[0]
+            shared = renderer in SHARED
+            cameras = self._shared_cameras(renderer) if shared else self._do_open_cameras(renderer)
+            self._cameras = self._painted(cameras)
+        return self._cameras
+
+    def _depth_pictures(self) -> Cameras:
+        """Return what draws depth: the same for every renderer, for it does not depend on light or colour."""
+        if self._depths is None:
+            drawn = self._pictures()
+            self._depths = drawn if drawn.draws_depth else self._painted(self._shared_cameras(RASTER))
+        return self._depths
+
+    def _shared_cameras(self, renderer: str) -> RasterCameras:
+        """Open a renderer of the core's own."""
+        from nrp_core.world.render.raster import RasterCameras  # compiled code takes time to load
+        from nrp_core.world.render.realistic import RealisticCameras
+
+        bodies = {model.name: self._bodies_of(model.name) for model in self.scene.models}
+        if renderer == REALISTIC:
+            return RealisticCameras(bodies, self._optics, self._do_frames, self.scene.lights)
+        return RasterCameras(bodies, self._optics, self._do_frames)
+
+    def _painted(self, cameras: Cameras) -> Cameras:
+        """Give cameras that were just opened the colours of now."""
+        for visual, rgba in self._colors.items():
+            cameras.set_color(visual, rgba)
+        return cameras
+
+    def _opened_cameras(self) -> Iterator[Cameras]:
+        return (cameras for cameras in (self._cameras, self._depths) if cameras is not None)
+
+    def _close_cameras(self) -> None:
+        for cameras in self._opened_cameras():
+            cameras.close()
+        self._cameras = self._depths = None
 
     def _forget_scene(self) -> None:
         """Forget what followed from the scene, because it has changed."""
         self._bodies = {}
         self._space = None
-        self._raster = None
+        self._colors = {}
+        self._close_cameras()
 
     def _lacks(self, what: str) -> CapabilityError:
         return CapabilityError(f"{type(self).__name__} {what}")
@@ -204,8 +245,8 @@ class PhysicsEngine(Engine):
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
         """Colour a visual, named by its path ``model/link/visual``, from the next picture on."""
-        if self.capabilities.renderers:
-            self._pictures().set_color(visual, rgba)
+        for cameras in self._opened_cameras():
+            cameras.set_color(visual, rgba)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         """Return what a camera sees now, shape ``(height, width, 3)``, RGB, a fresh array."""
@@ -213,7 +254,16 @@ class PhysicsEngine(Engine):
 
     def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
         """Return the depth that a camera sees now, m, shape ``(height, width)``, a fresh array."""
-        return self._pictures().depth((model, link, camera))
+        return self._depth_pictures().depth((model, link, camera))
+
+    def _do_open_cameras(self, renderer: str) -> Cameras:
+        """Open one of the renderers that the engine has beside the core's."""
+        raise self._lacks(f"has no renderer '{renderer}'")
+
+    def _do_set_lights(self, lights: Sequence[Light]) -> None:
+        """Let these be the lights, from the next picture on."""
+        for cameras in self._opened_cameras():
+            cameras.set_lights(lights)
 
     def _do_joint_states(self, model: str) -> JointStates:
         """Return the state of the movable joints of a model, in the order of its file."""

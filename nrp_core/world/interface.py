@@ -21,6 +21,7 @@ from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, TimestepError
 from nrp_core.simulation import Simulation
 from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
+from nrp_core.world.changes import Changeable, change
 from nrp_core.world.engine import PhysicsEngine
 from nrp_core.world.parts.base import ImageArray as ImageArray
 from nrp_core.world.parts.base import ModelMotion, Part
@@ -43,7 +44,7 @@ class WorldOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class World(Simulation, Switchboard, PhysicsEngine):
+class World(Simulation, Switchboard, PhysicsEngine, Changeable):
     """A scene in a physics engine, at a time.
 
     Args:
@@ -63,6 +64,7 @@ class World(Simulation, Switchboard, PhysicsEngine):
         Simulation.__init__(self, seed=seed, identity=f"{identity}:{scene.digest}")
         Switchboard.__init__(self, capabilities.step_ns)
         PhysicsEngine.__init__(self, scene, capabilities)
+        Changeable.__init__(self)
         self._require_dynamics(scene)
         self._opened = scene
         self.paused = False
@@ -77,6 +79,7 @@ class World(Simulation, Switchboard, PhysicsEngine):
 
     # -- the scene while it runs
 
+    @change
     def call(self, service: str, /, *values: Any, **fields: Any) -> Any:
         """Call a service, such as ``/gazebo/set_model_state``, and return its answer.
 
@@ -98,6 +101,7 @@ class World(Simulation, Switchboard, PhysicsEngine):
             observer(name, Stamped(self._now_ns, request))
         return answer
 
+    @change
     def spawn(self, model: Model) -> None:
         """Add a model, whose topics are served from now on.
 
@@ -113,6 +117,7 @@ class World(Simulation, Switchboard, PhysicsEngine):
         for part in self._model_parts[model.name] if self._started else ():
             part.begin()
 
+    @change
     def delete(self, model: str) -> None:
         """Take a model out; who listens to its topics hears nothing more.
 
@@ -124,6 +129,7 @@ class World(Simulation, Switchboard, PhysicsEngine):
         self.forces.forget(gone.name)
         self._change_scene(self.scene.without(gone.name))
 
+    @change
     def place(self, model: str, motion: ModelMotion) -> None:
         """Put a model somewhere; what does not float is held there and does not move.
 
@@ -136,14 +142,18 @@ class World(Simulation, Switchboard, PhysicsEngine):
         elif self.scene.model(model).pose != motion.pose:
             self._change_scene(self.scene.with_pose(model, motion.pose))
 
+    @change
     def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
         """Put joints of a model at positions (rad, m), at rest."""
         self._do_set_joints(model, positions)
 
+    @change
     def set_lights(self, lights: Iterable[Light]) -> None:
-        """Let these be the lights of the scene; pictures of flat colours do not show them."""
+        """Let these be the lights of the scene; realistic pictures show them, flat ones do not."""
         self.scene = replace(self.scene, lights=tuple(lights))
+        self._do_set_lights(self.scene.lights)
 
+    @change
     def return_home(self) -> None:
         """Put every model and its joints where they were at first, at rest; time and commands stay."""
         homes = {model.name: model.pose for model in self._opened.models}
@@ -155,6 +165,26 @@ class World(Simulation, Switchboard, PhysicsEngine):
                 self._do_set_joints(model.name, dict.fromkeys(names, 0.0))
             elif model.pose != pose:
                 self.place(model.name, ModelMotion(pose))
+
+    @change
+    def start_over(self) -> None:
+        """Let everything be as it was when the world was opened, commands and colours too; only time goes on.
+
+        Raises:
+            CapabilityError: the engine cannot do that.
+        """
+        if not self.capabilities.changes:
+            raise self._lacks("cannot start over while time goes on")
+        self._start_over()
+        for part in self._all_parts if self._started else ():
+            part.begin()
+
+    def _start_over(self) -> None:
+        if self.scene is not self._opened:
+            self._load_scene(self._opened)
+        self._do_reset(self._seed)
+        for part in self._all_parts:
+            part.reset()
 
     def _floats(self, model: str) -> bool:
         bodies = self._bodies_of(model)
@@ -175,6 +205,10 @@ class World(Simulation, Switchboard, PhysicsEngine):
                 part.restore(saved)
 
     def _load_scene(self, scene: Scene) -> None:
+        if replace(self.scene, lights=scene.lights) == scene:
+            self.scene = scene
+            self._do_set_lights(scene.lights)
+            return
         self._require_dynamics(scene)
         self._do_load(scene)
         self.scene = scene
@@ -257,11 +291,7 @@ class World(Simulation, Switchboard, PhysicsEngine):
         self.paused = False
         self._plan_samples()
         self._forget_messages()
-        if self.scene is not self._opened:
-            self._load_scene(self._opened)
-        self._do_reset(self._seed)
-        for part in self._all_parts:
-            part.reset()
+        self._start_over()
 
     def _save(self) -> object:
         self._require_snapshot()

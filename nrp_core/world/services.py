@@ -7,6 +7,7 @@ request is done all the same, so that events and recordings can ask, too.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from nrp_core.errors import NrpError, TopicError, did_you_mean
@@ -74,7 +75,7 @@ class Services(Part):
         if not getattr(answer, "success", True):
             self._world.warnings.append(f"{topic}: {answer.status_message}")
 
-    def request(self, name: str, values: tuple[Any, ...], fields: Mapping[str, Any]) -> Any:
+    def request(self, name: str, values: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
         """Return the request that values and fields make.
 
         Raises:
@@ -83,10 +84,10 @@ class Services(Part):
         if name not in self._table:
             raise TopicError(f"no service '{name}'{did_you_mean(name, self._table)}")
         kind = self._table[name][0]
-        if len(values) == 1 and not fields and type_name(type(values[0])) == type_name(kind):
+        if len(values) == 1 and not named and type_name(type(values[0])) == type_name(kind):
             return values[0]
         try:
-            return kind(*values, **fields)
+            return kind(*values, **named)
         except TypeError as error:
             raise TopicError(f"{name}: {error}".replace("__init__() ", "")) from None
 
@@ -96,13 +97,14 @@ class Services(Part):
         try:
             return answer(request)
         except NrpError as error:
-            if kind is EmptyRequest:
-                raise  # its answer has no room for a reason
-            response = _response_of(kind)
+            response = response_of(kind)
+            if not fields(response):
+                raise  # there is no room for a reason
             return response(success=False, status_message=getattr(error, "message", str(error)))
 
 
-def _response_of(request: type) -> type:
+def response_of(request: type) -> type:
+    """Return the class of the answers to requests of a class."""
     found = base.type_of(type_name(request).removesuffix("Request") + "Response")
     assert found is not None
     return found

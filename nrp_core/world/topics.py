@@ -92,7 +92,7 @@ class Subscription:
         self._kept.append(stamped)
 
     def clear(self) -> None:
-        """Forget all messages (for the world, at reset)."""
+        """Forget all messages."""
         self._kept.clear()
 
     def kept(self) -> list[Stamped]:

@@ -1,18 +1,22 @@
-"""The entry point: options, capabilities, opening."""
+"""The entry point: options, own renderers, opening."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from nrp_core.diagnosis import Diagnosis
-from nrp_core.errors import BackendLoadError, CapabilityError
-from nrp_core.simulation import Determinism
-from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.errors import CapabilityError
+from nrp_core.world.interface import World, WorldOptions
+from nrp_core.world.physics.backend import PhysicsBackend
 from nrp_core.world.physics.options import PhysicsOptions
 from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco import headless
+
+if TYPE_CHECKING:
+    from nrp_core.world.physics.world import PhysicsWorld
 
 GL_REMEDY = "apt-get install --no-install-recommends libegl1 libgl1 && pip install 'nrp-core[gl]'"
 
@@ -21,55 +25,36 @@ class MujocoOptions(PhysicsOptions):
     """Options of the ``mujoco`` backend."""
 
     renderer: Annotated[
-        Literal["auto", "raster", "gl", "rays"],
+        Literal["auto", "raster", "realistic", "gl", "rays"],
         Field(
-            description="of cameras: raster draws on the CPU, gl by EGL or OSMesa, rays by MuJoCo's ray casts"
+            description="of cameras: raster draws flat colours on the CPU, realistic light and shadows, "
+            "gl flat ones by EGL or OSMesa, rays by MuJoCo's ray casts"
         ),
     ] = "auto"
 
 
-class MujocoBackend(WorldBackend):
+class MujocoBackend(PhysicsBackend):
     """Scenes in MuJoCo."""
 
     options = MujocoOptions
-
-    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
-        assert isinstance(options, MujocoOptions)
-        return WorldCapabilities(
-            step_ns=options.timestep,
-            determinism=Determinism.MACHINE,
-            renderers=_renderers(options),
-            snapshot=True,
-            links=True,
-            contacts=True,
-            joint_control=True,
-            joint_wrenches=True,
-            changes=True,
-            releases_gil=True,
-        )
+    engine = "MuJoCo"
+    remedy = "pip install --force-reinstall mujoco-core"
+    releases_gil = True
 
     def diagnose(self) -> list[Diagnosis]:
         library = headless.library()
         if library is not None:
             meaning = f"cameras of MuJoCo worlds can be drawn by OpenGL ({library}) with renderer: gl"
-            return [Diagnosis("OpenGL without a display", True, meaning)]
+            return [Diagnosis("OpenGL without a display", True, meaning), *super().diagnose()]
         meaning = "cameras of MuJoCo worlds are drawn on the CPU (renderer: raster), as exactly"
-        return [Diagnosis("OpenGL without a display", False, meaning, GL_REMEDY)]
+        return [Diagnosis("OpenGL without a display", False, meaning, GL_REMEDY), *super().diagnose()]
 
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
-        assert isinstance(options, MujocoOptions)
-        capabilities = self.capabilities(options)
-        if options.renderer == "gl" and headless.library() is None:
+        if getattr(options, "renderer", None) == "gl" and headless.library() is None:
             raise CapabilityError(
                 f"the renderer 'gl' does not work on this machine; use 'raster', or try: {GL_REMEDY}"
             )
-        try:
-            from nrp_world_mujoco.world import MujocoWorld
-        except ImportError as error:
-            raise BackendLoadError(
-                f"MuJoCo does not import: {error}; try: pip install --force-reinstall mujoco-core"
-            ) from error
-        return MujocoWorld(scene, seed=seed, capabilities=capabilities, options=options)
+        return super().open(scene, seed=seed, options=options)
 
     def _open_again(self, first: World, *, seed: int, options: WorldOptions) -> World:
         from nrp_world_mujoco.world import MujocoWorld
@@ -77,8 +62,10 @@ class MujocoBackend(WorldBackend):
         assert isinstance(first, MujocoWorld)
         return first.copy(seed)
 
+    def _own_renderers(self) -> tuple[str, ...]:
+        return ("gl", "rays") if headless.library() else ("rays",)
 
-def _renderers(options: MujocoOptions) -> tuple[str, ...]:
-    if options.renderer == "auto":
-        return ("raster", "gl", "rays") if headless.library() else ("raster", "rays")
-    return (options.renderer,)
+    def _world_class(self) -> Callable[..., PhysicsWorld]:
+        from nrp_world_mujoco.world import MujocoWorld
+
+        return MujocoWorld

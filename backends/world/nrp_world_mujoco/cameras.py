@@ -1,4 +1,4 @@
-"""The cameras of a scene by the renderers that MuJoCo can feed: the shared one, OpenGL, and rays."""
+"""The cameras of a scene by MuJoCo's own renderers: OpenGL, and rays."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.world.interface import ImageArray
+from nrp_core.world.engine import FloatArray, ReadFrames
+from nrp_core.world.parts.base import BodyPath, ImageArray
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import CameraPath, Optics, flat
-from nrp_core.world.render.raster import RasterCameras, ReadFrames
-from nrp_core.world.render.scene_mesh import BodyPath, FloatArray
 from nrp_core.world.scene.model import Rgba
 from nrp_world_mujoco import headless
 from nrp_world_mujoco.build import Built
@@ -20,25 +19,15 @@ from nrp_world_mujoco.rays import RayCamera
 
 
 def open_cameras(renderer: str, built: Built, data: Any, optics: Mapping[CameraPath, Optics]) -> Cameras:
-    """Open a renderer and take a picture with each camera, because the first one is slow.
+    """Open one of MuJoCo's renderers.
 
     Args:
-        renderer: ``raster``, ``gl`` or ``rays``.
-        built: the scene; for ``gl`` and ``rays`` with its visuals.
+        renderer: ``gl`` or ``rays``.
+        built: the scene with its visuals.
         data: MuJoCo's state, with positions up to date, as they must be for each picture.
         optics: of each camera.
     """
-    cameras: Cameras
-    if renderer == "gl":
-        cameras = GlCameras(built, data, optics)
-    elif renderer == "rays":
-        cameras = RayCameras(built, data, optics)
-    else:
-        bodies = {model: [body for body, _ in each] for model, each in built.bodies.items()}
-        cameras = RasterCameras(bodies, optics, lambda paths: frame_reader(built, data, paths))
-    for path in optics:
-        cameras.picture(path)
-    return cameras
+    return (GlCameras if renderer == "gl" else RayCameras)(built, data, optics)
 
 
 def frame_reader(built: Built, data: Any, paths: Sequence[BodyPath]) -> ReadFrames:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core.world.parts.base import BodyPath, JointAim, Touch, Wrench
+from nrp_core.world.physics.bodies import Body
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.engine import mujoco
 
@@ -63,12 +64,12 @@ class Control:
             x, y, z = contact.pos.tolist()
             yield Touch((one, other), (x, y, z), (nx, ny, nz), -float(contact.dist), (fx, fy, fz))
 
-    def joint_wrench(self, body: int) -> Wrench:
+    def joint_wrench(self, _body: Body, place: int) -> Wrench:
         """Return what a body did to its parent in the last step, at the body's origin."""
         mujoco.mj_rnePostConstraint(self._model, self._data)
-        torque, force = self._data.cfrc_int[body, :3].copy(), self._data.cfrc_int[body, 3:].copy()
+        torque, force = self._data.cfrc_int[place, :3].copy(), self._data.cfrc_int[place, 3:].copy()
         # MuJoCo gives it at the centre of mass of the tree
-        lever = self._data.subtree_com[self._model.body_rootid[body]] - self._data.xpos[body]
+        lever = self._data.subtree_com[self._model.body_rootid[place]] - self._data.xpos[place]
         torque += np.cross(lever, force)
         fx, fy, fz = (-force).tolist()
         tx, ty, tz = (-torque).tolist()

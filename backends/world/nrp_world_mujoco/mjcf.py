@@ -1,7 +1,8 @@
 """MJCF, MuJoCo's own format, read by MuJoCo and told as SDF: so every engine and every part understands it.
 
-Bodies, joints, geoms with their meshes, masses, cameras and gravity are taken over; what MuJoCo alone has
-(tendons, equality constraints, actuators, its own sensors, height fields) is named in a warning.
+Bodies, joints, geoms with their meshes, masses, cameras, gravity and actuators of joints are taken over; what
+MuJoCo alone has (tendons, equality constraints, other actuators, its own sensors, height fields) is named in
+a warning.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from nrp_core.errors import SceneError
 from nrp_core.world.render.optics import looking
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.pose import Pose, Quaternion, Vector
+from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.engine import mujoco
 
 _WORLD = 0
@@ -31,7 +33,7 @@ _DEFAULT_RESOLUTION = (320, 240)
 _HINGE_LINK_SHARE = 1e-3
 """Of a body's mass: what a link weighs that stands between two of its joints."""
 
-_LEFT_OUT = {"ntendon": "tendons", "neq": "equality constraints", "nu": "actuators", "nsensor": "sensors",
+_LEFT_OUT = {"ntendon": "tendons", "neq": "equality constraints", "nsensor": "sensors",
              "nhfield": "height fields", "nflex": "flexible bodies"}  # fmt: skip
 
 
@@ -48,6 +50,8 @@ def read_mjcf(path: Path) -> tuple[str, list[str]]:
     left_out = [
         f"{getattr(model, field)} {what}" for field, what in _LEFT_OUT.items() if getattr(model, field)
     ]
+    if other := model.nu - len(actuators_of(model)):
+        left_out.append(f"{other} actuators that are not motors, position or velocity servos of a joint")
     warnings = [f"left out of this MJCF file: {', '.join(left_out)}"] if left_out else []
     return "\n".join(_Writer(model, path.stem).lines()), warnings
 
@@ -55,6 +59,7 @@ def read_mjcf(path: Path) -> tuple[str, list[str]]:
 class _Writer:
     def __init__(self, model: Any, name: str) -> None:
         self._m, self._name = model, name
+        self._actuators = actuators_of(model)
         self._children: dict[int, list[int]] = {}
         for body in range(1, model.nbody):
             self._children.setdefault(int(model.body_parentid[body]), []).append(body)
@@ -79,6 +84,10 @@ class _Writer:
             yield "<static>true</static>"
         for body in tree:
             yield from self._held(body, "world" if body == top else self._body(self._m.body_parentid[body]))
+        for actuator in self._actuators:
+            if self._m.jnt_bodyid[actuator.joint] in tree:
+                zero = -float(self._m.qpos0[self._m.jnt_qposadr[actuator.joint]])
+                yield actuator.plugin(escape(self._joint_name(actuator.joint)), zero)
         yield "</model>"
 
     def _tree(self, body: int) -> Iterator[int]:
@@ -136,6 +145,7 @@ class _Writer:
             zero = float(m.qpos0[m.jnt_qposadr[joint]])
             lower, upper = (m.jnt_range[joint] - zero).tolist() if m.jnt_limited[joint] else (-np.inf, np.inf)
             effort = float(m.jnt_actfrcrange[joint][1]) if m.jnt_actfrclimited[joint] else np.inf
+            effort = min([effort, *(each.force for each in self._actuators if each.joint == joint)])
             yield f"<axis><xyz>{_text(m.jnt_axis[joint])}</xyz>"
             yield f"<limit><lower>{lower}</lower><upper>{upper}</upper><effort>{effort}</effort></limit>"
             dynamics = f"<damping>{m.dof_damping[m.jnt_dofadr[joint]]}</damping>"

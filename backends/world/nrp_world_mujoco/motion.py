@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from nrp_core.world.parts.base import JointStates, ModelMotion
 from nrp_core.world.physics.bodies import Body
+from nrp_core.world.physics.world import MotionOf
 from nrp_core.world.scene.pose import Pose
 from nrp_world_mujoco.engine import mujoco
 
 IntArray = npt.NDArray[np.int32]
-MotionOf = Callable[[], ModelMotion]
 
 
 def motion_of(
@@ -23,16 +23,13 @@ def motion_of(
     """Return what reads the motion of a frame that a body holds.
 
     Args:
-        body: the body.
+        body: the body, which moves.
         ident: its id.
         held: the frame in the body's frame.
         engine: the compiled model.
         data: MuJoCo's state.
         refresh: brings the positions of bodies up to date.
     """
-    if body.fixed:
-        still = ModelMotion(body.pose @ held)
-        return lambda: still
     if not body.floats:
         return _Jointed(engine, data, ident, held, refresh)
     floating = Floating(engine, data, ident)
@@ -54,11 +51,12 @@ class Floating:
         pose = Pose((x, y, z), (qx, qy, qz, qw))
         return ModelMotion(pose, (vx, vy, vz), pose.rotate((wx, wy, wz)))  # MuJoCo's turn rate is the body's
 
-    def place(self, pose: Pose) -> None:
-        """Put the base somewhere."""
-        self._position[:3] = pose.position
-        x, y, z, w = pose.orientation
+    def put(self, motion: ModelMotion) -> None:
+        """Put the base where a motion says and let it move so."""
+        self._position[:3] = motion.pose.position
+        x, y, z, w = motion.pose.orientation
         self._position[3:] = w, x, y, z
+        self.set_velocity(motion)
 
     def set_velocity(self, motion: ModelMotion) -> None:
         """Let the base move as a motion says, from where it is."""

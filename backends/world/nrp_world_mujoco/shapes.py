@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from nrp_core.world.render.optics import drawn, flat
 from nrp_core.world.render.tessellation import triangles_of
+from nrp_core.world.scene.meshes.terrain import heights_of
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
     Collision,
     Cylinder,
     Geometry,
+    Heightmap,
     Mesh,
     Plane,
     Sphere,
@@ -19,6 +23,11 @@ from nrp_core.world.scene.model import (
 )
 from nrp_core.world.scene.pose import Pose, Quaternion
 from nrp_world_mujoco.engine import COLLISIONS, VISUALS, mujoco
+
+THICKNESS = 1.0
+"""Of the ground below the lowest point of a height map, m."""
+MIN_EXTENT = 1e-6
+"""Height of a height map that MuJoCo takes, m."""
 
 
 class Shapes:
@@ -59,8 +68,24 @@ class Shapes:
                 return {"type": kinds.mjGEOM_CAPSULE, "size": [radius, length / 2, 0], **placed(pose)}
             case Plane():
                 return {"type": kinds.mjGEOM_PLANE, "size": [0, 0, 1], **placed(pose)}
+            case Heightmap():
+                name, bottom = self._ground(geometry)
+                return {"type": kinds.mjGEOM_HFIELD, "hfieldname": name, **placed(pose @ bottom)}
             case Mesh():
                 return {"type": kinds.mjGEOM_MESH, "meshname": self._mesh(geometry), **placed(pose)}
+
+    def _ground(self, ground: Heightmap) -> tuple[str, Pose]:
+        """Load a height map; return its name, and where its lowest point is on its vertical axis."""
+        x, y, z = ground.scale
+        heights = heights_of(ground) * z
+        lowest, extent = float(heights.min()), max(float(np.ptp(heights)), MIN_EXTENT)
+        if ground not in self._meshes:
+            self._meshes[ground] = f"ground{len(self._meshes)}"
+            self._spec.add_hfield(
+                name=self._meshes[ground], nrow=ground.rows, ncol=ground.columns,
+                size=[x / 2, y / 2, extent, THICKNESS], userdata=((heights - lowest) / extent).ravel(),
+            )  # fmt: skip
+        return self._meshes[ground], Pose((0.0, 0.0, lowest))
 
     def _mesh(self, mesh: Mesh) -> str:
         if mesh not in self._meshes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from math import isfinite
@@ -13,21 +13,13 @@ import numpy as np
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.world.engine import FloatArray, ReadFrames
-from nrp_core.world.interface import ImageArray, World, WorldCapabilities
-from nrp_core.world.parts.base import (
-    BodyPath,
-    BodyVelocity,
-    DepthArray,
-    JointAim,
-    JointStates,
-    ModelMotion,
-    Touch,
-    Wrench,
-)
-from nrp_core.world.physics.bodies import body_of
+from nrp_core.world.interface import ImageArray, WorldCapabilities
+from nrp_core.world.parts.base import BodyPath
+from nrp_core.world.physics.bodies import Body
+from nrp_core.world.physics.world import MotionOf, PhysicsWorld
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
-from nrp_core.world.scene.model import Link, Model, Rgba, Scene
+from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_world_mujoco.backend import MujocoOptions
 from nrp_world_mujoco.build import Built, build
@@ -35,11 +27,16 @@ from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Drive
 from nrp_world_mujoco.engine import mujoco
-from nrp_world_mujoco.motion import Floating, IntArray, JointReader, MotionOf, motion_of
+from nrp_world_mujoco.motion import Floating, IntArray, JointReader, motion_of
 
 
-class MujocoWorld(World):
+class MujocoWorld(PhysicsWorld):
     """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoBackend` for the options."""
+
+    _built: Built
+    _control: Control
+    _joints: dict[str, JointReader]
+    _options: MujocoOptions
 
     def __init__(
         self,
@@ -50,12 +47,10 @@ class MujocoWorld(World):
         options: MujocoOptions,
         built: Built | None = None,
     ) -> None:
-        identity = f"mujoco {mujoco.__version__} {options.model_dump_json()}"
-        super().__init__(scene, seed=seed, capabilities=capabilities, identity=identity)
-        self._options = options
-        self.image_scale = options.image_scale
-        self._cameras: Cameras | None = None
+        engine = f"mujoco {mujoco.__version__}"
+        super().__init__(scene, seed=seed, capabilities=capabilities, options=options, engine=engine)
         self._do_load(scene, built)
+        self._warm_up()
 
     def copy(self, seed: int) -> MujocoWorld:
         """Open the same scene once more, without compiling it again."""
@@ -66,13 +61,12 @@ class MujocoWorld(World):
         return MujocoWorld(self._opened, seed=seed, capabilities=has, options=options, built=built)
 
     def _do_load(self, scene: Scene, built: Built | None = None) -> None:
-        options, renderer = self._options, self.capabilities.renderers[0]
-        optics, visuals = optics_of(scene, options.image_scale), renderer != "raster"
+        options = self._options
         self._built = built or build(
             scene,
             timestep_ns=options.timestep,
-            optics=optics,
-            visuals=visuals,
+            optics=optics_of(scene, options.image_scale),
+            visuals=self._draws,
             physical=options.drive == "physical",
         )
         self._model = self._built.model
@@ -88,19 +82,14 @@ class MujocoWorld(World):
             name: JointReader(self._model, self._data, joints) for name, joints in self._built.joints.items()
         }
         self._control = Control(self._built, self._data, seconds(options.timestep))
-        self._motions = {model.name: self._motion_of(model, model.links[0], None) for model in scene.models}
-        self._links: dict[tuple[str, str], MotionOf] = {}
+        self._survey(scene)
         self._refresh()
-        if self._cameras is not None:
-            self._cameras.close()
-        self._cameras = open_cameras(renderer, self._built, self._data, optics)
 
-    def _motion_of(self, model: Model, link: Link, held: Pose | None) -> MotionOf:
-        """Return what reads the motion of a link, or of the model's frame, which the base's body holds."""
-        bodies = self._built.bodies[model.name]
-        body, ident = bodies[body_of([body for body, _ in bodies], link.name)]
-        place = body.in_model.inverse() if held is None else held
-        return motion_of(body, ident, place, self._model, self._data, self._refresh)
+    def _do_motion_of(self, body: Body, place: int, offset: Pose) -> MotionOf:
+        return motion_of(body, place, offset, self._model, self._data, self._refresh)
+
+    def _do_base(self, body: Body, place: int) -> Floating:
+        return Floating(self._model, self._data, place)
 
     def _drive_of(self, path: tuple[str, str]) -> Drive:
         servo, actuators = self._built.drives[path]
@@ -123,17 +112,6 @@ class MujocoWorld(World):
         self._control.release()
         self._continue()
 
-    def _do_model_motion(self, model: str) -> ModelMotion:
-        return self._motions[model]()
-
-    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
-        path = model, link
-        if path not in self._links:
-            bodies = [body for body, _ in self._built.bodies[model]]
-            held = next(each for each in bodies[body_of(bodies, link)].links if each.name == link)
-            self._links[path] = self._motion_of(self.scene.model(model), held, held.pose)
-        return self._links[path]()
-
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
         read = frame_reader(self._built, self._data, paths)
 
@@ -143,60 +121,16 @@ class MujocoWorld(World):
 
         return refreshed
 
-    def _do_joint_states(self, model: str) -> JointStates:
-        return self._joints[model].states()
-
-    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        self._drives[model, drive].aim(velocity)
-
-    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        assert self._cameras is not None
-        self._cameras.set_color(visual, rgba)
+    def _do_open_cameras(self, renderer: str) -> Cameras:
+        return open_cameras(renderer, self._built, self._data, self._optics)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         self._refresh()
-        assert self._cameras is not None
-        return self._cameras.picture((model, link, camera))
+        return super()._do_render(model, link, camera)
 
-    def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
-        self._refresh()
-        assert self._cameras is not None
-        return self._cameras.depth((model, link, camera))
-
-    def _do_touches(self) -> Sequence[Touch]:
-        return list(self._control.touches())
-
-    def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
-        bodies = self._built.bodies[model]
-        return self._control.joint_wrench(
-            next(ident for body, ident in bodies if body.joint is not None and body.joint.name == joint)
-        )
-
-    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        self._control.aim(model, joint, aim)
-
-    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        self._control.set_effort(model, joint, effort)
-
-    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
-        self._control.set_wrench(body, wrench)
-
-    def _do_place(self, model: str, motion: ModelMotion) -> None:
-        to_model = self._do_model_motion(model).pose.inverse()
-        for body, ident in self._built.bodies[model]:
-            if body.floats:
-                base = Floating(self._model, self._data, ident)
-                there = motion.at(to_model @ base().pose)
-                base.place(there.pose)
-                base.set_velocity(there)
-        self._continue()
-
-    def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        for name, position in positions.items():
-            joint = self._built.joints[model][name]
-            self._data.qpos[self._model.jnt_qposadr[joint]] = position
-            self._data.qvel[self._model.jnt_dofadr[joint]] = 0.0
-        self._continue()
+    def _do_put_joint(self, place: int, position: float) -> None:
+        self._data.qpos[self._model.jnt_qposadr[place]] = position
+        self._data.qvel[self._model.jnt_dofadr[place]] = 0.0
 
     def _do_configuration(self, model: str) -> object:
         positions, velocities = self._places(model)
@@ -226,16 +160,13 @@ class MujocoWorld(World):
         self._data.qfrc_actuator[:] = np.frombuffer(efforts)
         self._continue()
 
-    def _do_close(self) -> None:
-        if self._cameras is not None:
-            self._cameras.close()
+    def _moved(self, model: str) -> None:
+        self._continue()
 
     def _continue(self) -> None:
-        """Start from another state than the one reached by steps."""
+        super()._continue()
         self._stale = True
         self._mute_warnings()
-        for drive in self._drives.values():
-            drive.forget()
 
     def _refresh(self) -> None:
         """Bring the positions of bodies and cameras up to date; a step leaves them one behind."""

@@ -1,62 +1,51 @@
-"""The entry point: options, capabilities, opening."""
+"""The entry point: options, own renderers, opening."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.util import find_spec
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from nrp_core.diagnosis import Diagnosis
-from nrp_core.errors import BackendLoadError
-from nrp_core.simulation import Determinism
-from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world.physics.backend import PhysicsBackend
 from nrp_core.world.physics.options import PhysicsOptions
-from nrp_core.world.scene.model import Scene
 
-REMEDY = "pip install 'nrp-core[pybullet]'"
+if TYPE_CHECKING:
+    from nrp_core.world.physics.world import PhysicsWorld
 
 
 class PybulletOptions(PhysicsOptions):
     """Options of the ``pybullet`` backend."""
 
     renderer: Annotated[
-        Literal["auto", "raster", "tiny"],
-        Field(description="of cameras: raster draws on the CPU, tiny is PyBullet's own, slower way to do so"),
+        Literal["auto", "raster", "realistic", "tiny"],
+        Field(
+            description="of cameras: raster draws flat colours on the CPU, realistic light and shadows, "
+            "tiny is PyBullet's own, slower way to draw flat ones"
+        ),
     ] = "auto"
 
 
-class PybulletBackend(WorldBackend):
+class PybulletBackend(PhysicsBackend):
     """Scenes in PyBullet."""
 
     options = PybulletOptions
-
-    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
-        assert isinstance(options, PybulletOptions)
-        return WorldCapabilities(
-            step_ns=options.timestep,
-            determinism=Determinism.MACHINE,
-            renderers=("raster", "tiny") if options.renderer == "auto" else (options.renderer,),
-            snapshot=True,
-            links=True,
-            contacts=True,
-            joint_control=True,
-            joint_wrenches=True,
-            changes=True,
-            releases_gil=False,
-        )
+    engine = "PyBullet"
+    remedy = "pip install 'nrp-core[pybullet]'"
 
     def diagnose(self) -> list[Diagnosis]:
         if find_spec("pybullet") is not None:
-            return [Diagnosis("PyBullet", True, "worlds can run in PyBullet")]
+            return [Diagnosis("PyBullet", True, "worlds can run in PyBullet"), *super().diagnose()]
         meaning = "no wheel for this Python and platform; worlds run in other engines"
-        remedy = f"{REMEDY}  # compiles it, about 12 minutes"
+        remedy = f"{self.remedy}  # compiles it, about 12 minutes"
         return [Diagnosis("PyBullet", False, meaning, remedy, needed=True)]
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
-        assert isinstance(options, PybulletOptions)
-        try:
-            from nrp_world_pybullet.world import PybulletWorld
-        except ImportError as error:
-            raise BackendLoadError(f"PyBullet does not import: {error}; try: {REMEDY}") from error
-        return PybulletWorld(scene, seed=seed, capabilities=self.capabilities(options), options=options)
+    def _own_renderers(self) -> tuple[str, ...]:
+        return ("tiny",)
+
+    def _world_class(self) -> Callable[..., PhysicsWorld]:
+        from nrp_world_pybullet.world import PybulletWorld
+
+        return PybulletWorld

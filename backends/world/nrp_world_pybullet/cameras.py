@@ -1,4 +1,4 @@
-"""The cameras of a scene by the renderers that PyBullet can feed: the shared one, and its own."""
+"""The cameras of a scene by PyBullet's own renderer."""
 
 from __future__ import annotations
 
@@ -7,36 +7,16 @@ from math import degrees
 
 import numpy as np
 
-from nrp_core.world.interface import ImageArray
+from nrp_core.world.engine import FloatArray, ReadFrames
+from nrp_core.world.parts.base import BodyPath, ImageArray
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import SKY, CameraPath, Optics, bytes_of, eye_of, flat
-from nrp_core.world.render.raster import RasterCameras, ReadFrames
-from nrp_core.world.render.scene_mesh import BodyPath, FloatArray, matrix_of
+from nrp_core.world.render.scene_mesh import matrix_of
 from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.pose import Pose
 from nrp_world_pybullet.build import Built
 from nrp_world_pybullet.engine import bullet
 from nrp_world_pybullet.motion import PlaceOf, place_of
-
-
-def open_cameras(renderer: str, built: Built, client: int, optics: Mapping[CameraPath, Optics]) -> Cameras:
-    """Open a renderer and take a picture with each camera, because the first one is slow.
-
-    Args:
-        renderer: ``raster`` or ``tiny``.
-        built: the scene; for ``tiny`` with its visuals.
-        client: the physics client.
-        optics: of each camera.
-    """
-    cameras: Cameras
-    if renderer == "tiny":
-        cameras = TinyCameras(built, client, optics)
-    else:
-        bodies = {model: [body for body, _ in each] for model, each in built.bodies.items()}
-        cameras = RasterCameras(bodies, optics, lambda paths: frame_reader(built, client, paths))
-    for path in optics:
-        cameras.picture(path)
-    return cameras
 
 
 def frame_reader(built: Built, client: int, paths: Sequence[BodyPath]) -> ReadFrames:

@@ -171,20 +171,19 @@ class Control:
             if tree.paths[0][0] == model:
                 tree.servos.forget()
 
+    def joint_wrench(self, body: Body, place: Place) -> Wrench:
+        """Return what a body did to its parent in the last step, at the body's origin.
 
-def joint_wrench(body: Body, place: Place, client: int) -> Wrench:
-    """Return what a body did to its parent in the last step, at the body's origin.
-
-    PyBullet tells what the joint does to the body, at its centre of mass and along its inertial axes.
-    """
-    assert body.inertial is not None
-    state = bullet.getJointState(place.multibody, place.link, client)
-    reaction, moment = np.array(state[2][:3]), np.array(state[2][3:])
-    _, orientation = bullet.getLinkState(place.multibody, place.link, 0, 1, client)[:2]
-    turn = np.reshape(bullet.getMatrixFromQuaternion(orientation), (3, 3))
-    force, torque = turn @ reaction, turn @ moment
-    to_origin = turn @ np.array(body.inertial.pose.inverse().position)
-    torque = torque - np.cross(to_origin, force)
-    fx, fy, fz = (-force).tolist()
-    tx, ty, tz = (-torque).tolist()
-    return Wrench((fx, fy, fz), (tx, ty, tz))
+        PyBullet tells what the joint does to the body, at its centre of mass and along its inertial axes.
+        """
+        assert body.inertial is not None
+        state = bullet.getJointState(place.multibody, place.link, self._client)
+        reaction, moment = np.array(state[2][:3]), np.array(state[2][3:])
+        _, orientation = bullet.getLinkState(place.multibody, place.link, 0, 1, self._client)[:2]
+        turn = np.reshape(bullet.getMatrixFromQuaternion(orientation), (3, 3))
+        force, torque = turn @ reaction, turn @ moment
+        to_origin = turn @ np.array(body.inertial.pose.inverse().position)
+        torque = torque - np.cross(to_origin, force)
+        fx, fy, fz = (-force).tolist()
+        tx, ty, tz = (-torque).tolist()
+        return Wrench((fx, fy, fz), (tx, ty, tz))

@@ -13,12 +13,11 @@ from nrp_core.world.scene.pose import Pose, Quaternion, Vector
 from nrp_world_pybullet.build import BASE, Place
 from nrp_world_pybullet.engine import bullet
 
-MotionOf = Callable[[], ModelMotion]
 PlaceOf = Callable[[], tuple[Vector, Quaternion]]
 
 
-def motion_of(body: Body, place: Place, held: Pose, client: int) -> MotionOf:
-    """Return what reads the motion of a frame that a body holds.
+def moving(body: Body, place: Place, held: Pose, client: int) -> Moving:
+    """Return a frame that is held by a body that moves.
 
     Args:
         body: the body.
@@ -26,27 +25,16 @@ def motion_of(body: Body, place: Place, held: Pose, client: int) -> MotionOf:
         held: the frame in the body's frame.
         client: the physics client.
     """
-    if body.fixed:
-        still = ModelMotion(body.pose @ held)
-        return lambda: still
-    assert body.inertial is not None
+    assert body.inertial is not None  # what moves has mass
     return Moving(place, body.inertial.pose.inverse() @ held, client)
 
 
 def place_of(body: Body, place: Place, held: Pose, client: int) -> PlaceOf:
-    """Return what reads where a frame is that is held by a body.
-
-    Args:
-        body: the body.
-        place: where that is in the engine.
-        held: the frame in the body's frame.
-        client: the physics client.
-    """
-    if body.fixed:
-        still = body.pose @ held
-        return lambda: (still.position, still.orientation)
-    assert body.inertial is not None
-    return Moving(place, body.inertial.pose.inverse() @ held, client).place
+    """Return what reads where a frame is that is held by a body, moving or not; as :func:`moving`."""
+    if not body.fixed:
+        return moving(body, place, held, client).place
+    still = body.pose @ held
+    return lambda: (still.position, still.orientation)
 
 
 class Moving:

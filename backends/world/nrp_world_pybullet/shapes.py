@@ -15,6 +15,7 @@ from nrp_core.world.scene.model import (
     Collision,
     Cylinder,
     Geometry,
+    Heightmap,
     Mesh,
     Plane,
     Sphere,
@@ -103,7 +104,14 @@ def _arguments(shapes: Sequence[tuple[Geometry, Pose]], kind: str) -> dict[str, 
 
 
 def _row(geometry: Geometry) -> dict[str, Any]:
-    unused = {"halfExtents": (1, 1, 1), "radii": 1, "lengths": 1, "fileNames": "", "meshScales": (1, 1, 1)}
+    unused = {
+        "halfExtents": (1, 1, 1),
+        "radii": 1,
+        "lengths": 1,
+        "fileNames": "",
+        "meshScales": (1, 1, 1),
+        "flags": 0,
+    }
     match geometry:
         case Box((x, y, z)):
             return unused | {"shapeTypes": bullet.GEOM_BOX, "halfExtents": (x / 2, y / 2, z / 2)}
@@ -115,5 +123,8 @@ def _row(geometry: Geometry) -> dict[str, Any]:
             return unused | {"shapeTypes": bullet.GEOM_CAPSULE, "radii": radius, "lengths": length}
         case Plane():
             return unused | {"shapeTypes": bullet.GEOM_PLANE}
+        case Heightmap(path, scale):
+            concave = {"shapeTypes": bullet.GEOM_MESH, "flags": bullet.GEOM_FORCE_CONCAVE_TRIMESH}
+            return unused | concave | {"fileNames": str(path), "meshScales": scale}
         case Mesh(path, scale):
             return unused | {"shapeTypes": bullet.GEOM_MESH, "fileNames": str(path), "meshScales": scale}

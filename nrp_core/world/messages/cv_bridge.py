@@ -104,5 +104,5 @@ def _converted(picture: Picture, given: str, wanted: str) -> Picture:
         return np.asarray(cv2.cvtColor(np.ascontiguousarray(picture[..., :3]), code), np.uint8)
     elif picture.shape[2] == 1 and channels == 3:
         picture = picture.repeat(3, axis=2)
-    copied = np.array(picture)
+    copied = np.array(picture, order="C")  # as OpenCV needs it to draw in
     return copied[..., 0] if copied.shape[2] == 1 else copied

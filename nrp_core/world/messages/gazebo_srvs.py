@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from nrp_core.world.messages.base import Duration, Time, message
 from nrp_core.world.messages.gazebo_msgs import LinkState, ModelState
@@ -97,9 +98,12 @@ class GetModelPropertiesRequest:
 class GetModelPropertiesResponse:
     """The answer to :class:`GetModelPropertiesRequest`."""
 
+    parent_model_name: str = ""
+    canonical_body_name: str = ""
     body_names: list[str] = field(default_factory=list)
     geom_names: list[str] = field(default_factory=list)
     joint_names: list[str] = field(default_factory=list)
+    child_model_names: list[str] = field(default_factory=list)
     is_static: bool = False
     success: bool = True
     status_message: str = ""
@@ -118,6 +122,7 @@ class GetWorldPropertiesResponse:
 
     sim_time: float = 0.0
     model_names: list[str] = field(default_factory=list)
+    rendering_enabled: bool = True
     success: bool = True
     status_message: str = ""
 
@@ -135,6 +140,15 @@ class GetJointPropertiesRequest:
 class GetJointPropertiesResponse:
     """The answer to :class:`GetJointPropertiesRequest`."""
 
+    REVOLUTE: ClassVar[int] = 0
+    CONTINUOUS: ClassVar[int] = 1
+    PRISMATIC: ClassVar[int] = 2
+    FIXED: ClassVar[int] = 3
+    BALL: ClassVar[int] = 4
+    UNIVERSAL: ClassVar[int] = 5
+
+    type: int = 0
+    damping: list[float] = field(default_factory=list)
     position: list[float] = field(default_factory=list)
     rate: list[float] = field(default_factory=list)
     success: bool = True
@@ -196,9 +210,6 @@ class BodyRequestRequest:
 class BodyRequestResponse:
     """The answer to :class:`BodyRequestRequest`."""
 
-    success: bool = True
-    status_message: str = ""
-
 
 @message("gazebo_msgs/msg/ApplyJointEffortRequest")
 @dataclass(slots=True)
@@ -232,9 +243,6 @@ class JointRequestRequest:
 @dataclass(slots=True)
 class JointRequestResponse:
     """The answer to :class:`JointRequestRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/SpawnModelRequest")
@@ -310,6 +318,9 @@ class GetLightPropertiesResponse:
     """The answer to :class:`GetLightPropertiesRequest`."""
 
     diffuse: ColorRGBA = field(default_factory=ColorRGBA)
+    attenuation_constant: float = 0.0
+    attenuation_linear: float = 0.0
+    attenuation_quadratic: float = 0.0
     success: bool = True
     status_message: str = ""
 
@@ -317,10 +328,13 @@ class GetLightPropertiesResponse:
 @message("gazebo_msgs/msg/SetLightPropertiesRequest")
 @dataclass(slots=True)
 class SetLightPropertiesRequest:
-    """Give a light another colour."""
+    """Give a light another colour; how it fades is left as it is."""
 
     light_name: str = ""
     diffuse: ColorRGBA = field(default_factory=ColorRGBA)
+    attenuation_constant: float = 0.0
+    attenuation_linear: float = 0.0
+    attenuation_quadratic: float = 0.0
 
 
 @message("gazebo_msgs/msg/SetLightPropertiesResponse")

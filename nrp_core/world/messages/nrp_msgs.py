@@ -68,6 +68,19 @@ class Snapshot:
     data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
 
 
+@message("nrp_msgs/msg/Called")
+@dataclass(slots=True)
+class Called:
+    """What was done to a run between two steps from outside of it, for the platform that replays it.
+
+    ``name`` is that of a method, ``data`` its arguments: a Python pickle.
+    """
+
+    header: Header = field(default_factory=Header)
+    name: str = ""
+    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+
+
 @message("nrp_msgs/msg/Published")
 @dataclass(slots=True)
 class Published:

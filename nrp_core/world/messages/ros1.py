@@ -7,6 +7,7 @@ otherwise (``K`` of a camera's optics), this is bridged here; a type that differ
 from __future__ import annotations
 
 from collections.abc import Callable
+from hashlib import md5
 from types import SimpleNamespace
 from typing import Any
 
@@ -31,6 +32,19 @@ class Ros1Codec(Codec):
     def md5(self, name: str) -> str:
         """Return the sum by which ROS 1 compares types."""
         return self._store.generate_msgdef(name, ros_version=1)[1]
+
+    def service_md5(self, request: str, response: str) -> str:
+        """Return the sum by which ROS 1 compares services."""
+        return md5((self._hashed(request) + self._hashed(response)).encode()).hexdigest()
+
+    def _hashed(self, name: str) -> str:
+        """Return the definition of a type, with the sums of the types in it instead of their names."""
+        own, _, _ = self.definition(name).partition("=" * 80)
+        lines = [line.partition(" ") for line in own.strip().splitlines()]
+        return "\n".join(
+            f"{self.md5(kind.partition('[')[0].replace('/', '/msg/')) if '/' in kind else kind} {rest}"
+            for kind, _, rest in lines
+        )
 
     def _fast(self, name: str) -> Callable[[Any], bytes] | None:
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -87,6 +88,45 @@ class LaserScan:
     range_max: float = 0.0
     ranges: npt.NDArray[np.float32] = field(default_factory=_no_singles)
     intensities: npt.NDArray[np.float32] = field(default_factory=_no_singles)
+
+
+@message("sensor_msgs/msg/PointField")
+@dataclass(slots=True)
+class PointField:
+    """What a point of a cloud has: its name, where in the point's bytes it is, and its type."""
+
+    INT8: ClassVar[int] = 1
+    UINT8: ClassVar[int] = 2
+    INT16: ClassVar[int] = 3
+    UINT16: ClassVar[int] = 4
+    INT32: ClassVar[int] = 5
+    UINT32: ClassVar[int] = 6
+    FLOAT32: ClassVar[int] = 7
+    FLOAT64: ClassVar[int] = 8
+
+    name: str = ""
+    offset: int = 0
+    datatype: int = 0
+    count: int = 0
+
+
+@message("sensor_msgs/msg/PointCloud2")
+@dataclass(slots=True)
+class PointCloud2:
+    """Points in the frame of the header, as bytes that ``fields`` tell how to read.
+
+    :mod:`nrp_core.world.messages.point_cloud2` reads and makes them.
+    """
+
+    header: Header = field(default_factory=Header)
+    height: int = 0
+    width: int = 0
+    fields: list[PointField] = field(default_factory=list)
+    is_bigendian: bool = False
+    point_step: int = 0
+    row_step: int = 0
+    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+    is_dense: bool = False
 
 
 @message("sensor_msgs/msg/Imu")

@@ -18,6 +18,15 @@ class Header:
     stamp: Time = field(default_factory=Time)
     frame_id: str = ""
 
+    @property
+    def seq(self) -> int:
+        """The number that ROS 1 gave to each message: always 0."""
+        return 0
+
+    @seq.setter
+    def seq(self, value: int) -> None:
+        """Take no notice."""
+
 
 @message("std_msgs/msg/Empty")
 @dataclass(slots=True)

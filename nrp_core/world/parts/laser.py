@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
+from functools import cache
 
-from nrp_core.world.messages.sensor_msgs import LaserScan
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.messages.point_cloud2 import create_cloud
+from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2
 from nrp_core.world.parts.base import Engine
 from nrp_core.world.parts.sensor import SensorPart
 from nrp_core.world.scene.sensing import Laser
+
+POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2")])
+"""A point of a cloud in the frame of its link; its ring is its layer, from the lowest."""
 
 
 class LaserPart(SensorPart):
@@ -16,15 +23,62 @@ class LaserPart(SensorPart):
     def __init__(self, laser: Laser, model: str, link: str, engine: Engine) -> None:
         super().__init__(laser, model, link, engine)
         self._laser = laser
-        self.topics = (self._served(laser.topic, LaserScan, f"laser {laser.name}, {laser.samples} rays"),)
+        rays = f"laser {laser.name}, {laser.samples} rays"
+        self.topics = (self._served(laser.topic, LaserScan, rays),)
+        if laser.points_topic is not None:
+            layers = f"{rays} in {laser.layers} layer{'s' if laser.layers > 1 else ''}"
+            self.topics += (self._served(laser.points_topic, PointCloud2, layers),)
 
-    def read(self, topic: str, now_ns: int) -> LaserScan:
+    def read(self, topic: str, now_ns: int) -> LaserScan | PointCloud2:
+        ranges = self._ranges(now_ns)
+        return (
+            self._points(ranges, now_ns) if topic == self._laser.points_topic else self._scan(ranges, now_ns)
+        )
+
+    def _ranges(self, now_ns: int) -> npt.NDArray[np.float64]:
+        """Return the distances along all rays, shape ``(layers, samples)``."""
         laser = self._laser
-        ranges = self._engine.scan(*self._place, laser)
+        ranges = self._engine.scan(*self._place, laser).reshape(laser.layers, laser.samples)
         if laser.noise:
-            ranges = np.clip(ranges + self._noise(topic, now_ns, ranges.shape), 0.0, None)
+            ranges = np.clip(
+                ranges + self._noise(laser.topic, now_ns, ranges.shape), 0.0, None
+            )  # equal in all forms
+        return ranges
+
+    def _scan(self, ranges: npt.NDArray[np.float64], now_ns: int) -> LaserScan:
+        laser = self._laser
         step = (laser.angle_max - laser.angle_min) / max(1, laser.samples - 1)
         return LaserScan(
             self._header(now_ns), laser.angle_min, laser.angle_max, step, 0.0, 0.0,
-            laser.range_min, laser.range_max, ranges.astype(np.float32),
+            laser.range_min, laser.range_max, ranges[laser.layers // 2].astype(np.float32),
         )  # fmt: skip
+
+    def _points(self, ranges: npt.NDArray[np.float64], now_ns: int) -> PointCloud2:
+        """Return a row of points for each layer; where nothing was met they are no numbers."""
+        laser = self._laser
+        points = np.zeros(ranges.shape, POINT)
+        met = np.where(np.isfinite(ranges), ranges, np.nan)
+        for axis, along, start in zip("xyz", _turned(laser).T, laser.pose.position, strict=True):
+            points[axis] = along.reshape(ranges.shape) * met + start
+        points["ring"] = np.arange(laser.layers)[:, None]
+        return create_cloud(self._header(now_ns), points)
+
+
+@cache
+def directions(laser: Laser) -> npt.NDArray[np.float64]:
+    """Return unit vectors along the rays in the laser's frame, layer by layer, shape ``(rays, 3)``."""
+    angles = _spread(laser.angle_min, laser.angle_max, laser.samples)
+    elevations = _spread(laser.elevation_min, laser.elevation_max, laser.layers)[:, None]
+    level = np.cos(elevations)
+    x, y = level * np.cos(angles), level * np.sin(angles)
+    return np.stack([x, y, np.broadcast_to(np.sin(elevations), x.shape)], axis=2).reshape(-1, 3)
+
+
+@cache
+def _turned(laser: Laser) -> npt.NDArray[np.float64]:
+    """Return the directions in the frame of the link."""
+    return np.array([laser.pose.rotate((x, y, z)) for x, y, z in directions(laser).tolist()])
+
+
+def _spread(first: float, last: float, count: int) -> npt.NDArray[np.float64]:
+    return np.linspace(first, last, count) if count > 1 else np.zeros(1)

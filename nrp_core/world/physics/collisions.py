@@ -7,18 +7,28 @@ engines; these tell only where bodies are.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
 from math import hypot, inf
 
 import numpy as np
 
 from nrp_core.world.parts.base import BodyPath
+from nrp_core.world.parts.laser import directions
 from nrp_core.world.physics.bodies import Body, body_of
 from nrp_core.world.physics.rays import BOX, CAPSULE, CYLINDER, MESH, PLANE, SPHERE, FloatArray, cast
 from nrp_core.world.render.raster import ReadFrames
 from nrp_core.world.render.scene_mesh import WORLD_FRAME, matrix_of, place_in_frame
 from nrp_core.world.render.tessellation import triangles_of
-from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Plane, Sphere
+from nrp_core.world.scene.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Heightmap,
+    Mesh,
+    Plane,
+    Sphere,
+)
 from nrp_core.world.scene.pose import Pose, Vector
 from nrp_core.world.scene.sensing import Laser
 
@@ -51,19 +61,22 @@ class CollisionSpace:
         """Lay the shapes out as arrays."""
         n = len(geometries)
         meshes = [_triangles(each) for each in geometries]
+        middles = [_middle(each) for each in meshes]
+        meshes = [mesh - middle for mesh, middle in zip(meshes, middles, strict=True)]
         ends = np.cumsum([0, *map(len, meshes)])
         self._kinds = np.array([_KINDS[type(each)] for each in geometries], np.int64)
-        self._sizes = np.array([_size(each) for each in geometries]).reshape(n, 3)
+        self._sizes = np.array([_size(*each) for each in zip(geometries, meshes, strict=True)]).reshape(n, 3)
         self._radii = np.array([_radius(*each) for each in zip(geometries, meshes, strict=True)])
         self._meshes = np.column_stack([ends[:-1], ends[1:]]).astype(np.int64)
         self._triangles = np.concatenate([np.empty((0, 3, 3)), *meshes])
-        self._local = np.array([matrix_of(pose) for _, pose in self._shapes]).reshape(n, 3, 4)
+        places = [pose @ Pose(middle) for (_, pose), middle in zip(self._shapes, middles, strict=True)]
+        self._local = np.array([matrix_of(place) for place in places]).reshape(n, 3, 4)
         self._held = np.array([self._numbers.get(path, WORLD_FRAME) for path in self._owners], np.int64)
         self._places = self._local.copy()
         self._moves = self._held != WORLD_FRAME
 
     def scan(self, model: str, link: str, laser: Laser) -> FloatArray:
-        """Return the distance along each ray, m, shape ``(samples,)``; ``inf`` where it meets nothing.
+        """Return the distance along each ray, layer by layer, m; ``inf`` where it meets nothing.
 
         A laser does not see the body that carries it.
         """
@@ -74,10 +87,15 @@ class CollisionSpace:
         local = matrix_of(place_in_frame(body) @ held @ laser.pose)
         frame = self._frames[self._numbers.get((model, index), WORLD_FRAME)]
         turn, eye = frame[:, :3] @ local[:, :3], frame[:, :3] @ local[:, 3] + frame[:, 3]
-        distances = np.full(laser.samples, np.nextafter(laser.range_max, inf))
+        rays = directions(laser) @ turn.T
+        distances = np.full(len(rays), np.nextafter(laser.range_max, inf))
         hidden = np.array([path == (model, index) for path in self._owners], bool)
-        shapes = (self._kinds, self._sizes, self._radii, self._places, self._meshes, self._triangles, hidden)
-        cast(*shapes, eye, _directions(laser) @ turn.T, laser.range_min, distances)
+        # the nearest first, so that of the others most need no closer look
+        order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
+        kinds, sizes, radii = self._kinds[order], self._sizes[order], self._radii[order]
+        places, meshes = self._places[order], self._meshes[order]
+        shapes = (kinds, sizes, radii, places, meshes, self._triangles, hidden[order])
+        cast(*shapes, eye, rays, laser.range_min, distances)
         distances[distances > laser.range_max] = inf
         return distances
 
@@ -105,7 +123,7 @@ class CollisionSpace:
 
 
 _KINDS: Mapping[type[Geometry], int] = {
-    Plane: PLANE, Sphere: SPHERE, Box: BOX, Cylinder: CYLINDER, Capsule: CAPSULE, Mesh: MESH,
+    Plane: PLANE, Sphere: SPHERE, Box: BOX, Cylinder: CYLINDER, Capsule: CAPSULE, Mesh: MESH, Heightmap: MESH,
 }  # fmt: skip
 
 
@@ -126,7 +144,15 @@ def _triangles(geometry: Geometry) -> FloatArray:
     return np.asarray(vertices[faces], float)
 
 
-def _size(geometry: Geometry) -> Vector:
+def _middle(triangles: FloatArray) -> Vector:
+    """Return the middle of the box that holds triangles, the origin for none."""
+    if not len(triangles):
+        return 0.0, 0.0, 0.0
+    x, y, z = ((triangles.min((0, 1)) + triangles.max((0, 1))) / 2).tolist()
+    return x, y, z
+
+
+def _size(geometry: Geometry, triangles: FloatArray) -> Vector:
     match geometry:
         case Box((x, y, z)):
             return x / 2, y / 2, z / 2
@@ -134,6 +160,9 @@ def _size(geometry: Geometry) -> Vector:
             return radius, radius, length / 2
         case Sphere(radius):
             return radius, radius, radius
+        case Mesh():
+            x, y, z = triangles.max((0, 1)).tolist()
+            return x, y, z
     return inf, inf, inf
 
 
@@ -141,7 +170,7 @@ def _radius(geometry: Geometry, triangles: FloatArray) -> float:
     """Return the radius of a sphere about the origin that holds a shape."""
     match geometry:
         case Box():
-            return hypot(*_size(geometry))
+            return hypot(*_size(geometry, triangles))
         case Cylinder(radius, length):
             return hypot(radius, length / 2)
         case Capsule(radius, length):
@@ -173,10 +202,3 @@ def _depth(geometry: Geometry, triangles: FloatArray, point: Vector) -> float:
 
 def _outside(beyond: Sequence[float]) -> float:
     return hypot(*(max(each, 0.0) for each in beyond)) + min(max(beyond), 0.0)
-
-
-@cache
-def _directions(laser: Laser) -> FloatArray:
-    """Return unit vectors along the rays in the laser's frame, shape ``(samples, 3)``."""
-    angles = np.linspace(laser.angle_min, laser.angle_max, laser.samples)
-    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(laser.samples)])

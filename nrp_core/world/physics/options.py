@@ -12,7 +12,7 @@ from nrp_core.world.interface import WorldOptions
 
 
 class PhysicsOptions(WorldOptions):
-    """Options of a world in a physics engine."""
+    """Options of a world in a physics engine; a backend adds its own choices to ``renderer``."""
 
     timestep: Annotated[DurationNs, Field(description="the physics step")] = 2 * NS_PER_MS
     image_scale: Annotated[
@@ -22,3 +22,4 @@ class PhysicsOptions(WorldOptions):
         Literal["planar", "physical"],
         Field(description="of wheels: planar moves the body as commanded, physical the wheels alone"),
     ] = "planar"
+    renderer: str = "auto"

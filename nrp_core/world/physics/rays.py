@@ -37,11 +37,12 @@ def cast(
 
     Args:
         kinds: of each shape, shape ``(n,)``.
-        sizes: half edges of a box; radius (first) and half length (last) of round ones; shape ``(n, 3)``.
+        sizes: half edges of a box, or of that around a mesh; radius (first) and half length (last) of round
+            ones; shape ``(n, 3)``.
         radii: of spheres about the shapes' origins that hold them, shape ``(n,)``.
         places: rotation and translation of each to the world, shape ``(n, 3, 4)``.
         meshes: first triangle and the one after the last of each shape, shape ``(n, 2)``.
-        triangles: corners in their mesh's frame, shape ``(m, 3, 3)``.
+        triangles: corners from the middle of their mesh's box, shape ``(m, 3, 3)``.
         hidden: shapes that are not seen.
         eye: where rays start, shape ``(3,)``.
         rays: unit vectors in the world, shape ``(k, 3)``.
@@ -67,7 +68,8 @@ def cast(
             for axis in range(3):
                 ray[axis] = place[0, axis] * x + place[1, axis] * y + place[2, axis] * z
             if kind == MESH:
-                t = _mesh(triangles, meshes[shape, 0], meshes[shape, 1], origin, ray, nearest)
+                first, end = meshes[shape]
+                t = _mesh(triangles[first:end], size, origin, ray, nearest, distances[i])
             else:
                 t = _entry(kind, size, origin, ray)
             if nearest <= t < distances[i]:
@@ -133,11 +135,18 @@ def _cylinder(radius: float, half: float, origin: FloatArray, ray: FloatArray, r
 
 @jit
 def _mesh(
-    triangles: FloatArray, first: int, end: int, origin: FloatArray, ray: FloatArray, nearest: float
+    triangles: FloatArray,
+    half: FloatArray,
+    origin: FloatArray,
+    ray: FloatArray,
+    nearest: float,
+    farthest: float,
 ) -> float:
     """Return the nearest crossing of a triangle (Moeller and Trumbore 1997)."""
     best = inf
-    for i in range(first, end):
+    if _box(half, origin, ray) > farthest:
+        return best
+    for i in range(len(triangles)):
         a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
         ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
         vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]

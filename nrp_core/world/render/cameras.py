@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar
 
 from nrp_core.errors import CapabilityError
 from nrp_core.world.parts.base import DepthArray, ImageArray
 from nrp_core.world.render.optics import CameraPath
-from nrp_core.world.scene.model import Rgba
+from nrp_core.world.scene.model import Light, Rgba
+
+RASTER, REALISTIC = SHARED = ("raster", "realistic")
+"""The renderers of the core, which every engine has: flat colours, and light with shadows."""
 
 
 class Cameras(ABC):
-    """All cameras of a scene, drawn by one renderer."""
+    """All cameras of a scene, drawn by one renderer.
+
+    Attributes:
+        draws_depth: whether it has :meth:`depth`.
+    """
+
+    draws_depth: ClassVar[bool] = False
 
     @abstractmethod
     def picture(self, path: CameraPath) -> ImageArray:
@@ -24,6 +35,9 @@ class Cameras(ABC):
     @abstractmethod
     def set_color(self, visual: str, rgba: Rgba) -> None:
         """Colour a visual, named by its path, from the next picture on."""
+
+    def set_lights(self, lights: Sequence[Light]) -> None:
+        """Let these be the lights, from the next picture on; flat colours do not show them."""
 
     def close(self) -> None:
         """Release what the renderer holds."""

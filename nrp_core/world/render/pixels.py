@@ -11,7 +11,7 @@ from math import ceil
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.jit import jit
+from nrp_core.jit import inlined, jit
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -53,20 +53,37 @@ def draw(
         nearness: work space of the picture's shape ``(height, width)``.
         seen: the result, of the same shape; :data:`NOTHING` where there is none.
     """
-    points = _to_camera(vertices, vertex_frames, frames, eye_frame, eye)
+    points = to_camera(vertices, vertex_frames, frames, eye_frame, eye)
     nearness.fill(1.0 / far)
     seen.fill(NOTHING)
     polygon = np.empty((4, 3))
     for face in range(len(faces)):
-        if shown[surfaces[face]] and _faces_eye(points, faces[face]):
-            corners = _clip(points, faces[face], near, polygon)
+        if shown[surfaces[face]] and _faces_eye(points, faces, face):
+            corners = _clip(points, faces, face, near, polygon)
             if corners:
                 _project(polygon, corners, focal, seen.shape[1] / 2, seen.shape[0] / 2)
                 _fill(polygon, corners, surfaces[face], nearness, seen)
 
 
 @jit
-def _to_camera(
+def paint(seen: IntArray, palette: npt.NDArray[np.uint8], picture: npt.NDArray[np.uint8]) -> None:
+    """Fill a picture, shape ``(height, width, 3)``, with the colours of what is seen.
+
+    Args:
+        seen: the surface that each pixel shows, shape ``(height, width)``.
+        palette: the colours of all surfaces, and last that of :data:`NOTHING`, shape ``(n + 1, 3)``.
+        picture: the result.
+    """
+    for row in range(seen.shape[0]):
+        for column in range(seen.shape[1]):
+            surface = seen[row, column]  # NOTHING finds the last one
+            picture[row, column, 0] = palette[surface, 0]
+            picture[row, column, 1] = palette[surface, 1]
+            picture[row, column, 2] = palette[surface, 2]
+
+
+@jit
+def to_camera(
     vertices: FloatArray, vertex_frames: IntArray, frames: FloatArray, eye_frame: int, eye: FloatArray
 ) -> FloatArray:
     """Return the vertices in the camera's frame."""
@@ -88,46 +105,47 @@ def _to_camera(
     return points
 
 
-@jit
+@inlined
 def _column_times(a: FloatArray, column: int, vector: FloatArray) -> float:
     product: float = a[0, column] * vector[0] + a[1, column] * vector[1] + a[2, column] * vector[2]
     return product
 
 
-@jit
+@inlined
 def _row_times_column(a: FloatArray, row: int, b: FloatArray, column: int) -> float:
     product: float = a[row, 0] * b[0, column] + a[row, 1] * b[1, column] + a[row, 2] * b[2, column]
     return product
 
 
-@jit
-def _faces_eye(points: FloatArray, face: IntArray) -> bool:
-    a, b, c = points[face[0]], points[face[1]], points[face[2]]
-    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    away: float = (uy * vz - uz * vy) * a[0] + (uz * vx - ux * vz) * a[1] + (ux * vy - uy * vx) * a[2]
+@inlined
+def _faces_eye(points: FloatArray, faces: IntArray, face: int) -> bool:
+    a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+    x, y, z = points[a, 0], points[a, 1], points[a, 2]
+    ux, uy, uz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+    vx, vy, vz = points[c, 0] - x, points[c, 1] - y, points[c, 2] - z
+    away: float = (uy * vz - uz * vy) * x + (uz * vx - ux * vz) * y + (ux * vy - uy * vx) * z
     return away < 0
 
 
-@jit
-def _clip(points: FloatArray, face: IntArray, near: float, polygon: FloatArray) -> int:
+@inlined
+def _clip(points: FloatArray, faces: IntArray, face: int, near: float, polygon: FloatArray) -> int:
     """Write what of a triangle lies beyond the near plane; return its number of corners, 0, 3 or 4."""
     corners = 0
     for i in range(3):
-        a, b = points[face[i]], points[face[(i + 1) % 3]]
-        if -a[2] >= near:
+        a, b = faces[face, i], faces[face, (i + 1) % 3]
+        if -points[a, 2] >= near:
             for axis in range(3):
-                polygon[corners, axis] = a[axis]
+                polygon[corners, axis] = points[a, axis]
             corners += 1
-        if (-a[2] >= near) != (-b[2] >= near):
-            share = (near + a[2]) / (a[2] - b[2])
+        if (-points[a, 2] >= near) != (-points[b, 2] >= near):
+            share = (near + points[a, 2]) / (points[a, 2] - points[b, 2])
             for axis in range(3):
-                polygon[corners, axis] = a[axis] + share * (b[axis] - a[axis])
+                polygon[corners, axis] = points[a, axis] + share * (points[b, axis] - points[a, axis])
             corners += 1
     return corners
 
 
-@jit
+@inlined
 def _project(polygon: FloatArray, corners: int, focal: float, middle: float, centre: float) -> None:
     """Turn points into columns, rows and nearness, in place."""
     for i in range(corners):
@@ -137,7 +155,7 @@ def _project(polygon: FloatArray, corners: int, focal: float, middle: float, cen
         polygon[i, 2] = near
 
 
-@jit
+@inlined
 def _fill(polygon: FloatArray, corners: int, surface: int, nearness: FloatArray, seen: IntArray) -> None:
     """Draw a convex polygon where nothing is nearer."""
     height, width = seen.shape
@@ -162,7 +180,7 @@ def _fill(polygon: FloatArray, corners: int, surface: int, nearness: FloatArray,
                 seen[row, column] = surface
 
 
-@jit
+@inlined
 def _span(polygon: FloatArray, corners: int, y: float) -> tuple[float, float]:
     """Return where a row enters and leaves a polygon."""
     left, right = np.inf, -np.inf

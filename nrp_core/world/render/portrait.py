@@ -9,15 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.world.physics.bodies import bodies_of
+from nrp_core.world.render.faces import FaceView
 from nrp_core.world.render.optics import Optics, looking
-from nrp_core.world.render.pixels import NOTHING, draw
+from nrp_core.world.render.pixels import NOTHING
 from nrp_core.world.render.scene_mesh import FloatArray, SceneMesh, frames_of, matrix_of
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.pose import Pose
 
 FIELD_OF_VIEW = radians(40)
-MAX_EXTENT_M = 60.0
-"""A visual larger than this is scenery, which need not fit into the picture."""
 
 _SAMPLES = 3  # a pixel is the mean of so many squared
 _FROM_ROBOT, _FROM_ROOM = (radians(35), radians(25)), (radians(60), radians(62))  # yaw and height of the eye
@@ -55,7 +54,9 @@ def portrait(scene: Scene, width: int = 960, height: int = 720) -> npt.NDArray[n
     optics = Optics(width * _SAMPLES, height * _SAMPLES, FIELD_OF_VIEW, near=0.01, far=1e4)
     seen = np.full((optics.height, optics.width), NOTHING, np.int32)
     if len(subject.mesh.faces):
-        _draw(subject, _eye(subject, optics, any(not model.static for model in scene.models)), optics, seen)
+        eye = _eye(subject, optics, any(not model.static for model in scene.models))
+        lens = (optics.focal, optics.near, optics.far)
+        seen = FaceView(subject.mesh).draw(subject.vertices, eye, *lens, np.empty(seen.shape))
     large = np.take(_palette(subject), seen, axis=0)
     return cv2.resize(large, (width, height), interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
 
@@ -69,16 +70,7 @@ def _subject(scene: Scene) -> _Subject:
         frames[number] = matrix_of(scene.model(name).pose @ bodies[name][index].in_model)
     held = frames[mesh.vertex_frames]
     vertices = np.einsum("nij,nj->ni", held[:, :, :3], mesh.vertices) + held[:, :, 3]
-    return _Subject(mesh, vertices, _framed(mesh, vertices))
-
-
-def _framed(mesh: SceneMesh, vertices: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which vertices belong to visuals that are not endless ground; all where there are no others."""
-    framed = np.zeros(len(vertices), bool)
-    for surface in np.unique(mesh.surfaces):
-        mine = np.unique(mesh.faces[mesh.surfaces == surface])
-        framed[mine] = mesh.shown[surface] and np.ptp(vertices[mine], axis=0).max() < MAX_EXTENT_M
-    return framed if framed.any() else ~framed
+    return _Subject(mesh, vertices, mesh.framed(vertices))
 
 
 def _eye(subject: _Subject, optics: Optics, is_robot: bool) -> FloatArray:
@@ -99,17 +91,6 @@ def _eye(subject: _Subject, optics: Optics, is_robot: bool) -> FloatArray:
             eye[axis] += (seen.min() + seen.max()) / 2 * ahead.mean()
     x, y, z = axes @ eye
     return matrix_of(looking(Pose((float(x), float(y), float(z)), turn.orientation)))
-
-
-def _draw(subject: _Subject, eye: FloatArray, optics: Optics, seen: npt.NDArray[np.int32]) -> None:
-    """Fill a picture with the numbers of faces, each drawn as a surface of its own."""
-    mesh = subject.mesh
-    faces = np.arange(len(mesh.faces), dtype=np.int32)
-    shown = mesh.shown[mesh.surfaces]
-    still = np.zeros(len(subject.vertices), np.int32)
-    scene = (subject.vertices, still, mesh.faces, faces, shown, np.eye(3, 4)[None])
-    lens = (optics.focal, optics.near, optics.far)
-    draw(*scene, 0, eye, *lens, np.empty(seen.shape), seen)
 
 
 def _palette(subject: _Subject) -> npt.NDArray[np.uint8]:

@@ -14,7 +14,7 @@ from nrp_core.world.parts.base import DepthArray, ImageArray
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import CameraPath, Optics, eye_of
-from nrp_core.world.render.pixels import NOTHING, draw
+from nrp_core.world.render.pixels import NOTHING, draw, paint
 from nrp_core.world.render.scene_mesh import (
     WORLD_FRAME,
     BodyPath,
@@ -40,6 +40,8 @@ class RasterCameras(Cameras):
             writes where these are.
     """
 
+    draws_depth = True
+
     def __init__(
         self,
         bodies: Mapping[str, Sequence[Body]],
@@ -52,20 +54,25 @@ class RasterCameras(Cameras):
         self._mesh = SceneMesh(bodies, numbers)
         self._optics = optics
         self._eyes = {path: self._eye(bodies[path[0]], path, numbers) for path in optics}
-        self._work = {path: np.empty((each.height, each.width)) for path, each in optics.items()}
+        sizes = {path: (each.height, each.width) for path, each in optics.items()}
+        self._work = {path: np.empty(size) for path, size in sizes.items()}
+        self._seen = {path: np.empty(size, np.int32) for path, size in sizes.items()}
 
     def picture(self, path: CameraPath) -> ImageArray:
-        return np.take(self._mesh.palette, self._draw(path), axis=0)
+        surfaces = self._draw(path)
+        picture = np.empty((*surfaces.shape, 3), np.uint8)
+        paint(surfaces, self._mesh.palette, picture)
+        return picture
 
     def depth(self, path: CameraPath) -> DepthArray:
         surfaces = self._draw(path)
         return np.where(surfaces == NOTHING, np.inf, 1.0 / self._work[path]).astype(np.float32)
 
     def _draw(self, path: CameraPath) -> npt.NDArray[np.int32]:
-        """Return the visual that each pixel shows, and leave their nearness in the camera's work space."""
+        """Return the visual that each pixel shows, and leave their nearness; both until the next call."""
         self._read(self._frames[WORLD_FRAME + 1 :])
         optics, (frame, eye), mesh = self._optics[path], self._eyes[path], self._mesh
-        surfaces = np.empty((optics.height, optics.width), np.int32)
+        surfaces = self._seen[path]
         scene = (mesh.vertices, mesh.vertex_frames, mesh.faces, mesh.surfaces, mesh.shown, self._frames)
         lens = (optics.focal, optics.near, optics.far)
         draw(*scene, frame, eye, *lens, self._work[path], surfaces)

@@ -19,6 +19,8 @@ FloatArray = npt.NDArray[np.float64]
 
 WORLD_FRAME = 0
 """The frame of what does not move."""
+MAX_EXTENT_M = 60.0
+"""A visual larger than this is scenery, which need not fit into a picture or a light's beam."""
 
 
 class SceneMesh:
@@ -48,6 +50,14 @@ class SceneMesh:
         self.palette = np.array([bytes_of(SKY)] * (len(placed) + 1), np.uint8)
         for path, visual, *_ in placed:
             self.set_color(path, visual.rgba)
+
+    def framed(self, points: FloatArray) -> npt.NDArray[np.bool_]:
+        """Return which vertices, given in the world, belong to visuals that are no scenery; if none: all."""
+        framed = np.zeros(len(points), bool)
+        for surface in np.unique(self.surfaces):
+            mine = np.unique(self.faces[self.surfaces == surface])
+            framed[mine] = self.shown[surface] and np.ptp(points[mine], axis=0).max() < MAX_EXTENT_M
+        return framed if framed.any() else ~framed
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
         """Colour a visual, named by its path."""

@@ -70,7 +70,9 @@ class BodyRequests:
         joints = self._world.joint_states(model)
         index = joints.names.index(joint)
         position, rate = float(joints.positions[index]), float(joints.velocities[index])
-        return srv.GetJointPropertiesResponse([position], [rate])
+        told = next(each for each in self._world.scene.model(model).joints if each.name == joint)
+        kind = getattr(srv.GetJointPropertiesResponse, told.kind.upper())
+        return srv.GetJointPropertiesResponse(kind, [told.damping], [position], [rate])
 
     def set_configuration(
         self, request: srv.SetModelConfigurationRequest

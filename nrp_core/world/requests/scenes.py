@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from nrp_core.clock import seconds
-from nrp_core.errors import CapabilityError, SceneError, did_you_mean
+from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.messages.std_srvs import EmptyRequest, EmptyResponse
@@ -35,10 +35,11 @@ class SceneRequests:
         """Tell what a model is made of."""
         model = self._world.scene.model(request.model_name)
         return srv.GetModelPropertiesResponse(
-            [link.name for link in model.links],
-            [collision.name for link in model.links for collision in link.collisions],
-            [joint.name for joint in model.joints],
-            model.static,
+            canonical_body_name=model.links[0].name,
+            body_names=[link.name for link in model.links],
+            geom_names=[collision.name for link in model.links for collision in link.collisions],
+            joint_names=[joint.name for joint in model.joints],
+            is_static=model.static,
         )
 
     def world_properties(self, _request: srv.GetWorldPropertiesRequest) -> srv.GetWorldPropertiesResponse:
@@ -76,8 +77,9 @@ class SceneRequests:
         return srv.GetLightsNameResponse([light.name for light in self._world.scene.lights])
 
     def light(self, request: srv.GetLightPropertiesRequest) -> srv.GetLightPropertiesResponse:
-        """Tell the colour of a light."""
-        return srv.GetLightPropertiesResponse(ColorRGBA(*self._light(request.light_name).diffuse))
+        """Tell the colour of a light, and how it fades."""
+        light = self._light(request.light_name)
+        return srv.GetLightPropertiesResponse(ColorRGBA(*light.diffuse), *light.attenuation[1:])
 
     def set_light(self, request: srv.SetLightPropertiesRequest) -> srv.SetLightPropertiesResponse:
         """Give a light another colour."""
@@ -110,10 +112,9 @@ class SceneRequests:
         return EmptyResponse()
 
     def reset_simulation(self, _request: EmptyRequest) -> EmptyResponse:
-        """Refuse: time is the run's."""
-        raise CapabilityError(
-            "a service cannot turn back time: reset the run itself, or call /gazebo/reset_world for the poses"
-        )
+        """Let everything be as it was at first; time goes on, for it is the run's."""
+        self._world.start_over()
+        return EmptyResponse()
 
     def _light(self, name: str) -> Light:
         lights = {light.name: light for light in self._world.scene.lights}

@@ -67,7 +67,7 @@ def _system(
     elif kind == "velocity":
         gains = Pid(plugin.number("p_gain", 1.0), plugin.number("i_gain", 0.0)) if _forces(plugin) else None
     name = plugin.word("topic", f"/model/{reading.robot}/joint/{joint}/{topic}")
-    initial = plugin.find("initial_position", "initial_velocity")
+    initial = plugin.find("initial_position") or plugin.find("initial_velocity")
     start = initial.numbers(1)[0] if initial else (0.0 if kind == "position" else None)
     return JointController(joint, kind, resolve_name(name, reading.robot), gains, start)
 

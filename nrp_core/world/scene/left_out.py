@@ -60,16 +60,13 @@ def leave_out(root: Element, without: Places) -> None:
             holder.children = [child for child in holder.children if child is not part]
 
 
-def _innermost(root: Element, line: int) -> tuple[Element | None, Element | None]:
+def _innermost(holder: Element, line: int) -> tuple[Element | None, Element | None]:
     """Return the innermost part around a line, with the element that it stands in."""
-    found: tuple[Element | None, Element | None] = None, None
-    holder: Element | None = root
-    while holder is not None:
-        around = [child for child in holder.children if child.line <= line <= child.end_line]
-        within = next((child for child in reversed(around) if child.line == line), None) or next(
-            iter(around), None
-        )
-        if within is not None and within.tag in _PARTS:
-            found = holder, within
-        holder = within
-    return found
+    around = [child for child in reversed(holder.children) if child.line <= line <= child.end_line]
+    for within in sorted(around, key=lambda child: child.line != line):
+        found = _innermost(within, line)
+        if found[1] is not None:
+            return found
+        if within.tag in _PARTS:
+            return holder, within
+    return None, None

@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import inf
+from math import inf, pi
 from pathlib import Path
 
 from nrp_core.errors import SceneError, did_you_mean
@@ -79,6 +79,18 @@ class Mesh:
 
     def __repr__(self) -> str:  # without the folder, so that equal scenes have equal digests anywhere
         return f"Mesh({self.path.name!r}, {self.scale!r})"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Heightmap(Mesh):
+    """Ground that is one height at each place, which need not be convex; only of what never moves.
+
+    Args:
+        rows, columns: of the grid of corners that the mesh consists of, along y and x.
+    """
+
+    rows: int = 2
+    columns: int = 2
 
 
 Geometry = Box | Cylinder | Capsule | Sphere | Plane | Mesh
@@ -190,13 +202,28 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """A light; ``direction`` for directional ones, position in ``pose``."""
+    """A light.
+
+    Args:
+        name: its name.
+        kind: ``directional`` (from far away), ``point`` (to all sides) or ``spot``.
+        pose: where it is; of a directional one without meaning.
+        direction: in which it shines, in the world; of a point light without meaning.
+        diffuse: its colour; black is off.
+        casts_shadows: whether what it shines on throws a shadow.
+        attenuation: range (m), constant, linear (1/m) and quadratic (1/m^2) factor: at a distance ``d``
+            within its range it shines ``1 / (constant + linear * d + quadratic * d^2)`` times as bright.
+        cone: of a spot, the angles (rad) within which it shines fully and at all, from side to side.
+    """
 
     name: str
     kind: str = "directional"
     pose: Pose = Pose()
     direction: Vector = (0.0, 0.0, -1.0)
     diffuse: Rgba = (1.0, 1.0, 1.0, 1.0)
+    casts_shadows: bool = True
+    attenuation: tuple[float, float, float, float] = (inf, 1.0, 0.0, 0.0)
+    cone: tuple[float, float] = (pi / 4, pi / 2)
 
 
 @dataclass(frozen=True)

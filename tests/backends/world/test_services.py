@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nrp_core.errors import CapabilityError, SceneError, TopicError
+from nrp_core.errors import SceneError, TopicError
+from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.gazebo_msgs import LinkState, ModelState
 from nrp_core.world.messages.gazebo_srvs import DeleteModelRequest, GetModelStateRequest
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3
+from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.parts.base import ModelMotion
 from nrp_core.world.scene.model import Box, Light, Scene, Sphere
@@ -286,9 +287,30 @@ def test_reset_world_brings_everything_home_while_time_goes_on(world, driver, ad
     assert position(world, "husky")[:2] == pytest.approx([0.0, 0.0], abs=0.01)
 
 
-def test_time_itself_is_not_reset_by_a_service(world):
-    with pytest.raises(CapabilityError, match="reset the run"):
-        world.call("/gazebo/reset_simulation")
+def test_reset_simulation_starts_everything_over_while_time_goes_on(world, parts, driver):
+    def driven():
+        driver(world).drive(0.5, 0.5, 0.5)
+        return [world.model_motion(name) for name in ("husky", "box")]
+
+    first, now = driven(), world.now_ns
+    world.spawn(parts.thing("ball", Sphere(0.2), ScenePose((2.0, 0, 1.0)), mass=1.0))
+    world.delete("wall")
+    world.call("/gazebo/delete_light", "sun")
+    world.set_color("box/link/visual", (0.0, 0.0, 1.0, 1.0))
+    world.call("/gazebo/apply_body_wrench", "box::link", wrench=Wrench(Vector3(50.0)), duration=Duration(-1))
+    driven()
+    world.call("/gazebo/reset_simulation")
+    assert world.now_ns == 2 * now
+    assert [model.name for model in world.scene.models] == ["floor", "wall", "box", "husky"]
+    assert world.call("/gazebo/get_lights_name").light_names == ["sun"]
+    assert driven() == first
+
+
+def test_a_robot_that_was_commanded_stands_still_after_reset_simulation(world, driver, advance):
+    driver(world).drive(0.5, 0.5, 0.5)
+    world.call("/gazebo/reset_simulation")
+    advance(world, 0.2)
+    assert position(world, "husky")[:2] == pytest.approx([0.0, 0.0], abs=1e-3)
 
 
 # -- the calls themselves

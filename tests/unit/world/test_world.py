@@ -286,3 +286,20 @@ def test_a_closed_world_has_no_topics(room: Any) -> None:
 def test_the_warnings_of_the_scene_are_the_worlds(room: Any) -> None:
     warned = replace(room.scene, warnings=("room.sdf:3: careful",))
     assert type(room)(warned).warnings == ["room.sdf:3: careful"]
+
+
+def test_a_world_that_cannot_change_gets_its_lights_back_by_a_reset_or_a_snapshot(room: Any) -> None:
+    before = room.snapshot()
+    room.set_lights(())
+    dark = room.snapshot()
+    room.reset()
+    assert [light.name for light in room.scene.lights] == ["sun"]
+    room.restore(dark)
+    assert room.scene.lights == ()
+    room.restore(before)
+    assert [light.name for light in room.scene.lights] == ["sun"]
+
+
+def test_a_world_that_cannot_change_does_not_start_over_while_time_goes_on(room: Any) -> None:
+    with pytest.raises(CapabilityError, match="cannot start over"):
+        room.start_over()

@@ -26,7 +26,7 @@ MAX_BYTES = 200_000_000
 MAX_BYTES_BESIDE = 50_000_000
 """Of a material file or a texture."""
 
-_VERSION = 1  # of what is kept; a change of any conversion counts it up
+_VERSION = 2  # of what is kept; a change of any conversion counts it up
 _LISTING = "pieces.json"
 _LFS = b"version https://git-lfs"
 
@@ -50,16 +50,16 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
         SceneError: it is of another kind, too large, or cannot be used; the message says why.
     """
     data, suffix = _contents(path), path.suffix.lower()
-    key = _digest(data, suffix, *astuple(wanted), _VERSION)
+    key = digest(data, suffix, *astuple(wanted), _VERSION)
     try:
         while True:
             fill = partial(_fill, key, data, suffix, path.parent, wanted)
             folder = kept_folder("meshes", key, fill, _is_whole)
             listing = json.loads((folder / _LISTING).read_text())
-            beside = {name: _digest(_beside(path.parent, name)) for name in listing["beside"]}
+            beside = {name: digest(_beside(path.parent, name)) for name in listing["beside"]}
             if beside == listing["beside"]:
                 break
-            key = _digest(key, sorted(beside.items()))
+            key = digest(key, sorted(beside.items()))
             _parsed.cache_clear()
     except (ValueError, IndexError) as error:
         raise SceneError(f"cannot be read: {error}", path=path) from error
@@ -91,7 +91,7 @@ def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], dict[s
 
     def read(name: str) -> bytes | None:
         contents = _beside(home, name)
-        beside[name] = _digest(contents)
+        beside[name] = digest(contents)
         return contents
 
     return parse(data, suffix, read), beside
@@ -121,7 +121,8 @@ def _beside(home: Path, name: str) -> bytes | None:
     return None
 
 
-def _digest(*parts: object) -> str:
+def digest(*parts: object) -> str:
+    """Return a hash of what something is made from, as the name of a file."""
     total = hashlib.blake2b(digest_size=16)
     for part in parts:
         data = part if isinstance(part, bytes) else repr(part).encode()

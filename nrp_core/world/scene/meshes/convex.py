@@ -7,11 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from nrp_core.world.scene.meshes.triangles import Points, Triangles, welded
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 MAX_PIECES = 32
 """The largest are kept; what is smaller are screws and letters."""
@@ -24,18 +28,13 @@ _INSIDE = 1e-6
 
 def convex_pieces(triangles: Triangles) -> list[Triangles]:
     """Return the hulls of the connected pieces, largest first, without those that lie inside another."""
-    from scipy.spatial import ConvexHull
-
     clouds = sorted(_connected(triangles), key=lambda cloud: -float(np.ptp(cloud, axis=0).max()))
     kept: list[npt.NDArray[np.float64]] = []
     pieces: list[Triangles] = []
     for cloud in clouds:
-        if any((cloud @ planes[:, :3].T + planes[:, 3] <= _INSIDE).all() for planes in kept):
+        if any((_along(planes[:, :3], cloud) <= _INSIDE - planes[:, 3:]).all() for planes in kept):
             continue
-        hull = ConvexHull(_thick(cloud))
-        corners = hull.points[hull.vertices]
-        if len(corners) > MAX_CORNERS:
-            hull = ConvexHull(_outermost(corners))
+        hull = _hull(_thick(cloud))
         kept.append(hull.equations)
         pieces.append(_outward(hull))
         if len(pieces) == MAX_PIECES:
@@ -54,6 +53,21 @@ def _connected(triangles: Triangles) -> Iterator[Points]:
     count, labels = connected_components(links, directed=False)
     order = np.argsort(labels, kind="stable")
     yield from np.split(points[order], np.cumsum(np.bincount(labels, minlength=count))[:-1])
+
+
+def _hull(points: Points) -> ConvexHull:
+    """Return the hull of points, or if it has too many corners, of the outermost ones."""
+    from scipy.spatial import ConvexHull
+
+    if len(points) > 2 * MAX_CORNERS:
+        rough = ConvexHull(_outermost(points))
+        furthest = _along(rough.equations[:, :3], points).argmax(axis=1)
+        if len(np.unique(furthest)) > MAX_CORNERS:  # and each of them is a corner of the hull of all
+            return rough
+    hull = ConvexHull(points)
+    if len(hull.vertices) > MAX_CORNERS:
+        hull = ConvexHull(_outermost(points[hull.vertices]))
+    return hull
 
 
 def _thick(points: Points) -> Points:
@@ -79,15 +93,22 @@ def _outermost(corners: Points) -> Points:
     directions = np.stack([level * np.cos(angles), level * np.sin(angles), heights], axis=1)
     directions = np.concatenate([directions, np.eye(3), -np.eye(3)])
     extents = np.maximum(np.ptp(corners, axis=0), 1e-12)
-    furthest: Points = corners[np.unique((corners / extents @ directions.T).argmax(axis=0))]
+    furthest: Points = corners[np.unique(_along(directions, corners / extents).argmax(axis=1))]
     return furthest
 
 
-def _outward(hull: object) -> Triangles:
+def _along(directions: Points, points: Points) -> npt.NDArray[np.float64]:
+    """Return how far each point is along each direction, shape ``(directions, points)``."""
+    # not by BLAS: for three columns it wakes threads that cost more than they do
+    far: npt.NDArray[np.float64] = np.einsum("ij,jk->ik", directions, np.ascontiguousarray(points.T))
+    return far
+
+
+def _outward(hull: ConvexHull) -> Triangles:
     """Return the triangles of a hull, counter-clockwise as seen from outside."""
-    triangles: Triangles = hull.points[hull.simplices]  # type: ignore[attr-defined]
+    triangles: Triangles = hull.points[hull.simplices]
     a, b, c = triangles.swapaxes(0, 1)
-    normals = hull.equations[:, :3]  # type: ignore[attr-defined]
+    normals = hull.equations[:, :3]
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), normals) < 0
     triangles[inward] = triangles[inward][:, ::-1]
     return triangles

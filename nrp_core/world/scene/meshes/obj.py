@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,24 +26,22 @@ def parse_obj(data: bytes, beside: ReadBeside) -> list[Surface]:
     Raises:
         ValueError: it is not well-formed, or a face names a vertex that is not there.
     """
-    rows = list(_rows(data))
-    vertices = np.array([row[1:4] for row in rows if row[0] == "v"], float).reshape(-1, 3)
-    colors = _materials(rows, beside)
+    vertices, parts, libraries = _sorted(_lines(data))
+    points = np.loadtxt(vertices, usecols=(1, 2, 3), ndmin=2) if vertices else np.empty((0, 3))
+    colors = _materials(libraries, beside)
     surfaces = []
-    for (names, material), polygons in _polygons(rows).items():
+    for (names, material), polygons in parts.items():
         faces = polygons.triangles()
-        if len(faces) and not (faces.min() >= 0 and faces.max() < len(vertices)):
+        if len(faces) and not (faces.min() >= 0 and faces.max() < len(points)):
             raise ValueError("a face names a vertex that is not there")
         if len(faces):
-            surfaces.append(Surface(names, vertices[faces], colors.get(material)))
+            surfaces.append(Surface(names, points[faces], colors.get(material)))
     return surfaces
 
 
-def _rows(data: bytes) -> Iterator[list[str]]:
-    for line in data.decode(errors="replace").replace("\\\n", " ").splitlines():
-        row = (line.partition("#")[0] if "#" in line else line).split()
-        if row:
-            yield row
+def _lines(data: bytes) -> list[str]:
+    text = data.decode(errors="replace").replace("\\\n", " ").replace("\\\r\n", " ")
+    return list(map(str.lstrip, (re.sub("#.*", "", text) if "#" in text else text).splitlines()))
 
 
 @dataclass
@@ -50,17 +49,20 @@ class _Polygons:
     """Faces of one name and material.
 
     Args:
-        rows: their corners as ``vertex/texture/normal``, counted from 1 or, negative, from the end.
+        lines: ``f`` and corners as ``vertex/texture/normal``, counted from 1 or, negative, from the end.
         counts: how many vertices the file had before each of them.
     """
 
-    rows: list[list[str]] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
     counts: list[int] = field(default_factory=list)
 
     def triangles(self) -> npt.NDArray[np.int64]:
         """Return indices of vertices from 0, shape ``(m, 3)``; polygons of two corners have no triangle."""
-        lengths = np.array([len(row) for row in self.rows])
-        numbers = np.array([corner.partition("/")[0] for row in self.rows for corner in row], np.int64)
+        text = "\n".join(self.lines)
+        lines = (re.sub(r"/\S*", "", text) if "/" in text else text).split("\n")
+        rows = [line.split()[1:] for line in lines]
+        lengths = np.array(list(map(len, rows)))
+        numbers = np.array([int(corner) for row in rows for corner in row], np.int64)
         if (numbers == 0).any():
             raise ValueError("a face names the vertex 0; they count from 1")
         corners = np.where(numbers > 0, numbers - 1, numbers + np.repeat(self.counts, lengths))
@@ -74,41 +76,48 @@ class _Polygons:
         return np.concatenate(fans)
 
 
-def _polygons(rows: Iterable[list[str]]) -> dict[Kind, _Polygons]:
-    """Return the faces by the name and material that they come under."""
+def _sorted(lines: Iterable[str]) -> tuple[list[str], dict[Kind, _Polygons], list[str]]:
+    """Return the lines of vertices, the faces by name and material, and the libraries of materials."""
     names = {"o": "", "g": "", "usemtl": ""}
-    count = 0
+    vertices: list[str] = []
+    libraries: list[str] = []
     found: dict[Kind, _Polygons] = {}
     current = None
-    for row in rows:
-        if row[0] == "v":
-            count += 1
-        elif row[0] in names:
-            names[row[0]] = " ".join(row[1:])
-            current = None
-        elif row[0] == "f":
+    for line in lines:
+        keyword = line[0] if line[1:2] == " " else "".join(line.split(None, 1)[:1])
+        if keyword == "v":
+            vertices.append(line)
+        elif keyword == "f":
             if current is None:
                 owner = frozenset(filter(None, (names["o"], names["g"])))
                 current = found.setdefault((owner, names["usemtl"]), _Polygons())
-            current.rows.append(row[1:])
-            current.counts.append(count)
-    return found
+            current.lines.append(line)
+            current.counts.append(len(vertices))
+        elif keyword in names:
+            names[keyword] = _rest(line)
+            current = None
+        elif keyword == "mtllib":
+            libraries.append(_rest(line))
+    return vertices, found, libraries
 
 
-def _materials(rows: Iterable[list[str]], beside: ReadBeside) -> dict[str, Rgba]:
-    colors: dict[str, Rgba] = {}
-    for row in rows:
-        if row[0] == "mtllib":
-            for name, properties in _library(beside(" ".join(row[1:])) or b"").items():
-                colors[name] = _color(properties, beside)
-    return colors
+def _rest(line: str) -> str:
+    return " ".join(line.split()[1:])
+
+
+def _materials(libraries: Iterable[str], beside: ReadBeside) -> dict[str, Rgba]:
+    return {
+        name: _color(properties, beside)
+        for library in libraries
+        for name, properties in _library(beside(library) or b"").items()
+    }
 
 
 def _library(data: bytes) -> dict[str, dict[str, list[str]]]:
     """Return what a material file says of each material, by its name."""
     materials: dict[str, dict[str, list[str]]] = {}
     properties: dict[str, list[str]] = {}
-    for row in _rows(data):
+    for row in filter(None, map(str.split, _lines(data))):
         if row[0] == "newmtl":
             properties = materials.setdefault(" ".join(row[1:]), {})
         properties[row[0]] = row[1:]

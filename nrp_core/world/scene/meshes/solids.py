@@ -1,12 +1,14 @@
-"""Solids that engines do not all have, as meshes of unit size that a scene scales."""
+"""Solids that engines do not all have, as meshes that are made once."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from math import pi
 from pathlib import Path
 
 from nrp_core.cache import kept_folder
 from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.meshes.turned import Profile, arc, turned
 
 _PROFILES: dict[str, Profile] = {
@@ -16,13 +18,28 @@ _PROFILES: dict[str, Profile] = {
 _VERSION = 1
 
 
+def kept_meshes(key: str, make: Callable[[], Sequence[Triangles]]) -> list[Path]:
+    """Return the files of meshes that are made when they are first asked for.
+
+    Args:
+        key: names them, and everything that they depend on.
+        make: makes them.
+    """
+
+    def fill(folder: Path) -> None:
+        for number, triangles in enumerate(make()):
+            write_stl(folder / f"{key}-{number:04}.stl", triangles)
+
+    folder = kept_folder("meshes", key, fill, lambda folder: any(folder.glob("*.stl")))
+    return sorted(folder.glob("*.stl"))
+
+
 def unit_solid(kind: str) -> Path:
     """Return the file of an ``ellipsoid`` or a ``cone`` about its centre, of radius 1; a cone is 1 m high."""
 
-    def fill(folder: Path) -> None:
+    def make() -> list[Triangles]:
         vertices, faces = turned(_PROFILES[kind])
-        write_stl(folder / name, vertices[faces])
+        return [vertices[faces]]
 
-    name = f"unit-{kind}-{_VERSION}.stl"
-    kept = kept_folder("meshes", Path(name).stem, fill, lambda folder: (folder / name).is_file())
-    return kept / name
+    (path,) = kept_meshes(f"unit-{kind}-{_VERSION}", make)
+    return path

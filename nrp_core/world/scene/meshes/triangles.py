@@ -48,8 +48,9 @@ def welded(triangles: Triangles) -> tuple[Points, Faces]:
     # numbers sort many times faster than rows; in the rare case that two rows are one number, rows are sorted
     bits = points.astype(np.float32).view(np.uint32).astype(np.uint64)
     numbers = (bits * _MIXERS).sum(axis=1, dtype=np.uint64)
-    _, first, inverse = np.unique(numbers, return_index=True, return_inverse=True)
-    corners = points[first]
+    distinct, inverse = np.unique(numbers, return_inverse=True)
+    corners = np.empty((len(distinct), 3))
+    corners[inverse] = points
     if not np.array_equal(corners[inverse], points):
         corners, inverse = np.unique(points, axis=0, return_inverse=True)
     return corners, inverse.reshape(-1, 3).astype(np.int32)

@@ -20,20 +20,27 @@ def read_look(visual: Element, reading: Reading) -> Look:
 
 
 def _surface(material: Element, reading: Reading) -> Rgba | None:
-    emissive, diffuse, ambient = (read_color(material, tag) for tag in ("emissive", "diffuse", "ambient"))
+    emissive, diffuse, ambient = (
+        read_color(material, tag, reading) for tag in ("emissive", "diffuse", "ambient")
+    )
     if emissive and any(emissive[:3]):
         return emissive
     return diffuse or _script(material, reading) or ambient
 
 
-def read_color(element: Element, tag: str) -> Rgba | None:
-    """Return the colour in a child: three or four numbers 0..1; None where there is none."""
+def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
+    """Return the colour in a child: three or four numbers 0..1; None where there is none.
+
+    As in Gazebo, numbers above 1 are taken as 255ths.
+    """
     color = element.find(tag)
     if color is None:
         return None
-    r, g, b, *alpha = color.numbers(3 if len(color.text.split()) == 3 else 4)
-    if not all(0 <= part <= 1 for part in (r, g, b, *alpha)):
-        raise color.error(f"<{tag}> must hold numbers from 0 to 1, not '{color.text}'")
+    parts = color.numbers(3 if len(color.text.split()) == 3 else 4)
+    if not all(0 <= part <= 1 for part in parts):
+        reading.notes.warn(color, f"<{tag}> holds numbers from 0 to 1, not '{color.text}': taken as 255ths")
+        parts = tuple(min(max(part / 255 if part > 1 else part, 0.0), 1.0) for part in parts)
+    r, g, b, *alpha = parts
     return r, g, b, alpha[0] if alpha else 1.0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from math import hypot, inf
 
 from nrp_core.errors import did_you_mean
@@ -13,9 +14,38 @@ from nrp_core.world.scene.sdf.frames import Frames
 from nrp_core.world.scene.xml_tree import Element
 
 _KINDS = ("fixed", "revolute", "continuous", "prismatic")
+_NOT_SIMULATED = ("ball", "planar", "revolute2", "screw", "universal")
 _UNLIMITED = 1e16  # how SDF wrote "no limit" before it had inf
 _Z: Vector = (0.0, 0.0, 1.0)
 _ROUNDING = 1e-12
+
+
+def read_joints(
+    model: Element, frames: Frames, version: tuple[int, int], reading: Reading
+) -> Iterator[Joint]:
+    """Read the joints of a model that hold links; a gearbox holds none, it couples two other joints."""
+    for joint in model.all("joint"):
+        if joint.attribute("type") == "gearbox":
+            reading.notes.warn(joint, "joints of type 'gearbox' are not simulated: left out")
+        else:
+            yield read_joint(joint, frames, version, reading)
+
+
+def without_loops(joints: Iterable[Joint], model: Element, reading: Reading) -> tuple[Joint, ...]:
+    """Return joints without those that connect what earlier ones connect already."""
+    connected: dict[str, set[str]] = {}
+    kept = []
+    for joint in joints:
+        one, other = (connected.setdefault(end, {end}) for end in (joint.parent, joint.child))
+        if one is other:
+            named = (each for each in model.all("joint") if each.attribute("name") == joint.name)
+            message = f"the joint '{joint.name}' closes a loop of joints, which is not simulated: left out"
+            reading.notes.warn(next(named, model), message)
+            continue
+        one |= other
+        connected.update(dict.fromkeys(other, one))
+        kept.append(joint)
+    return tuple(kept)
 
 
 def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading: Reading) -> Joint:
@@ -67,11 +97,11 @@ def _ends(joint: Element, frames: Frames) -> tuple[str, str]:
 def _kind(joint: Element, lower: float, upper: float, reading: Reading) -> str:
     """Return what a joint amounts to: without limits it goes round, with both at 0 it is fixed."""
     kind = joint.attribute("type")
-    if kind == "ball":
-        reading.notes.warn(joint, "joints of type 'ball' are not simulated: the links are taken as fixed")
+    if kind in _NOT_SIMULATED:
+        reading.notes.warn(joint, f"joints of type '{kind}' are not simulated: the links are taken as fixed")
         return "fixed"
     if kind not in _KINDS:
-        raise joint.error(f"joints of type '{kind}' are not simulated{did_you_mean(kind, _KINDS)}")
+        raise joint.error(f"there are no joints of type '{kind}'{did_you_mean(kind, _KINDS)}")
     if kind == "revolute" and lower == upper == 0:
         return "fixed"
     return "continuous" if kind == "revolute" and (lower, upper) == (-inf, inf) else kind

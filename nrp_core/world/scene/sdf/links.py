@@ -32,7 +32,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
     place = partial(frames.place_in, frame=name)
 
     def shapes(element: Element, form: Form) -> list[Shape]:
-        found = read_geometry(element.require("geometry"), form, reading)
+        found = read_geometry(element.require("geometry"), form, reading, static=static)
         return [replace(shape, pose=place(element) @ shape.pose) for shape in found]
 
     shown = []

@@ -16,7 +16,7 @@ from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.repairs import with_default_masses
 from nrp_core.world.scene.sdf.frames import Frames, model_scope
-from nrp_core.world.scene.sdf.joints import read_joint
+from nrp_core.world.scene.sdf.joints import read_joints, without_loops
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sensor_kinds import joint_sensors, read_sensor_plugin, renamed
@@ -73,7 +73,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     nested = [(inner, read_parts(inner, reading, static=static)) for inner in inner_models]
     frames = _frames(model, nested)
     links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
-    joints = [read_joint(joint, frames, source.version, reading) for joint in model.all("joint")]
+    joints = list(read_joints(model, frames, source.version, reading))
     for joint in model.all("joint"):
         joint_sensors(joint, links, reading)
     drives: list[Drive] = []
@@ -123,6 +123,7 @@ class _Acting:
     def __init__(self, links: list[Link], joints: list[Joint]) -> None:
         self._links, self._joints = links, joints
         self._names = [joint.name for joint in joints]
+        self._fixed = {joint.name for joint in joints if joint.kind == "fixed"}
         self.drives: list[Drive] = []
         self.controllers: list[JointController] = []
 
@@ -135,7 +136,9 @@ class _Acting:
         if drive is not None:
             self.drives.append(drive)
         elif controllers is not None:
-            self.controllers += controllers
+            self.controllers += [each for each in controllers if each.joint not in self._fixed]
+            for name in {each.joint for each in controllers} & self._fixed:
+                reading.notes.warn(plugin, f"the joint '{name}' is fixed: it takes no commands")
         elif not read_sensor_plugin(plugin, self._links, self._joints, reading):
             warn_of_plugin(plugin, reading)
 
@@ -154,14 +157,15 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     if placed.static:
         return Model(name, links, pose=pose, static=True)
     topic = _joint_states_topic(placed, parts.joints, name)
+    joints = without_loops(parts.joints, element, reading)
     model = Model(
-        name, links, parts.joints, parts.drives, pose, joint_states_topic=topic, controllers=parts.controllers
+        name, links, joints, parts.drives, pose, joint_states_topic=topic, controllers=parts.controllers
     )
     try:
         check_model(model)
     except SceneError as error:
         raise element.error(error.message) from None
-    return replace(model, links=with_default_masses(links, parts.joints, element, reading.notes))
+    return replace(model, links=with_default_masses(links, joints, element, reading.notes))
 
 
 def _joint_states_topic(placed: Placed, joints: Iterable[Joint], name: str) -> str | None:

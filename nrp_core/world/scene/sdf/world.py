@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Light, Model, Scene
+from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.plugins import warn_of_plugin
 from nrp_core.world.scene.pose import Pose, Vector
 from nrp_core.world.scene.reading import Reading
-from nrp_core.world.scene.sdf.appearance import read_color
 from nrp_core.world.scene.sdf.frames import Frames, read_pose
+from nrp_core.world.scene.sdf.lights import read_light
 from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
 from nrp_core.world.scene.xml_tree import Element
 
-_LIGHT_KINDS = ("directional", "point", "spot")
 _GRAVITY: Vector = (0.0, 0.0, -9.8)
-_DOWN: Vector = (0.0, 0.0, -1.0)
-_WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 @dataclass(slots=True)
@@ -64,7 +60,12 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
         replace(model, pose=state.poses.get(("model", model.name), model.pose))
         for model in _models(world, [thing for thing in placed if thing.element.tag == "model"], reading)
     ]
-    lights = [_light(thing, state) for thing in placed if thing.element.tag == "light"]
+    lights = [
+        read_light(light.element, light.name, pose, reading)
+        for light in placed
+        if light.element.tag == "light"
+        for pose in [state.poses.get(("light", light.name), light.pose(WORLD)[0])]
+    ]
     return Scene(tuple(models), tuple(lights), _gravity(world), reading.notes.texts)
 
 
@@ -76,22 +77,15 @@ def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Itera
         frames.add(frame, attached_to, attached_to=attached_to)
     read: list[tuple[Placed, Parts, Reading]] = []
     for model in placed:
+        if not model.element.all("link", "model", "include"):
+            reading.notes.warn(model.user, f"the model '{model.name}' has no <link>: left out")
+            continue
         own = replace(reading, robot=model.name)
         parts = read_parts(model, own, static=model.static)
         frames.add_model(model.name, model.pose(WORLD, parts.frames), parts.frames, model.user)
         read.append((model, parts, own))
     for model, parts, own in read:
         yield build_model(model, parts, model.name, frames.pose(model.name, model.user), own)
-
-
-def _light(light: Placed, state: _State) -> Light:
-    element, name = light.element, light.name
-    kind = element.attributes.get("type", "point")
-    if kind not in _LIGHT_KINDS:
-        raise element.error(f"there is no light of type '{kind}'{did_you_mean(kind, _LIGHT_KINDS)}")
-    pose = state.poses.get(("light", name), light.pose(WORLD)[0])
-    direction = pose.rotate(element.direction("direction", _DOWN))
-    return Light(name, kind, pose, direction, read_color(element, "diffuse") or _WHITE)
 
 
 def _gravity(world: Element) -> Vector:

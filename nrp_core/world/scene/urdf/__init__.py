@@ -71,7 +71,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
             reason = "is not read" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"
             notes.warn(child, f"the <{child.tag}> of a <robot> {reason}")
     for block in element.all("gazebo"):
-        apply_block(block, model)
+        apply_block(block, model, notes)
     return new("sdf", element, model, version="1.11")
 
 

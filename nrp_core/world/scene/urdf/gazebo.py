@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.reading import Notes
 from nrp_core.world.scene.urdf.elements import new
 from nrp_core.world.scene.xml_tree import Element
 
@@ -24,14 +25,16 @@ _SOLVER = {
 }
 
 
-def apply_block(block: Element, model: Element) -> None:
+def apply_block(block: Element, model: Element, notes: Notes) -> None:
     """Put what a ``<gazebo>`` block holds to where SDF has it."""
     name = block.attributes.get("reference")
     target = model
     if name is not None:
         named = {part.attributes["name"]: part for part in model.all("link", "joint")}
         if name not in named:
-            raise block.error(f"the robot has no link or joint '{name}'{did_you_mean(name, named)}")
+            hint = did_you_mean(name, named)
+            notes.warn(block, f"ignored, for the robot has no link or joint '{name}'{hint}")
+            return
         target = named[name]
     for child in block.children:
         if child.tag not in _SOLVER:

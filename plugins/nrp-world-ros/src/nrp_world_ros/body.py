@@ -85,6 +85,11 @@ class Body:
             self.bridge.send()
             pacing.wait(self._world.now_ns)
 
+    def _between(self) -> None:
+        """Do what is due while no time passes."""
+        self._node.check()
+        self.bridge.answer()
+
     def run_in_lockstep(self, until_ns: int | None, began: Callable[[], None]) -> None:
         """Let time pass as far as a loop says that it may.
 
@@ -98,7 +103,7 @@ class Body:
         turns = Turns(self._node, DONE, GO)
         began()
         while until_ns is None or self._world.now_ns < until_ns:
-            target_ns = turns.wait(_TURN_S, meanwhile=self._node.check)
+            target_ns = turns.wait(_TURN_S, meanwhile=self._between)
             if target_ns is None:
                 continue
             self.bridge.receive()

@@ -14,6 +14,7 @@ from nrp_core.world.messages.base import Time
 from nrp_core.world.services import PREFIX
 from nrp_core.world.topics import Direction, Stamped, Subscription, TopicInfo
 
+from nrp_world_ros.calls import Calls
 from nrp_world_ros.frames import TF, Frames
 from nrp_world_ros.node import Node, Publisher
 from nrp_world_ros.times import CLOCK
@@ -36,8 +37,8 @@ class Outlet:
 class Bridge(Closing):
     """Carries messages between a world and ROS, whenever it is told to.
 
-    A topic that nobody in ROS listens to costs nothing. Besides the world's own topics there are ``/clock``
-    and, with the links of all models that can move, ``/tf``.
+    A topic that nobody in ROS listens to costs nothing. Besides the world's own topics and services there are
+    ``/clock`` and, with the links of all models that can move, ``/tf``.
 
     Args:
         world: the world.
@@ -62,6 +63,7 @@ class Bridge(Closing):
         self._clock_type = ros_type("rosgraph_msgs/msg/Clock")
         self._clock = node.publisher(CLOCK, self._clock_type)
         self._frames = Frames(world, node)
+        self._calls = Calls(world, node)
         self._sent_ns = -1
 
     @property
@@ -71,15 +73,25 @@ class Bridge(Closing):
 
     def _connect(self, info: TopicInfo) -> None:
         if info.name.startswith(PREFIX) and info.direction is Direction.IN:
-            return  # a service
+            return  # a service: it is called
         if info.direction is Direction.OUT:
             self._outlets[info.name] = Outlet(self._node.publisher(info.name, info.type))
         else:
             self._node.listen(info.name, info.type)
             self.incoming.append(info.name)
 
+    @property
+    def services(self) -> list[str]:
+        """The services that ROS can call."""
+        return self._calls.services
+
+    def answer(self) -> None:
+        """Answer the calls of services that wait."""
+        self._calls.answer()
+
     def receive(self) -> None:
         """Give the world what has come from ROS; what it refuses is dropped, with a warning."""
+        self.answer()
         for letter in self._node.inbox.take():
             if letter.topic in self.incoming:
                 try:

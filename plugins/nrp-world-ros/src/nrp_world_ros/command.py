@@ -108,7 +108,8 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
 
 
 def _tell(bridge: Bridge) -> None:
-    typer.echo(f"in ROS: {len(bridge.outgoing)} topics to listen to, {len(bridge.incoming)} to command")
+    topics = f"{len(bridge.outgoing)} topics to listen to, {len(bridge.incoming)} to command"
+    typer.echo(f"in ROS: {topics}, {len(bridge.services)} services")
     _warn(bridge)
 
 

@@ -15,7 +15,7 @@ from nrp_core.errors import BackendLoadError, SimulationError
 
 from nrp_world_ros.inbox import Inbox, Letter
 from nrp_world_ros.rospy_import import load_rospy
-from nrp_world_ros.wire import CODEC, wire_name, wire_type
+from nrp_world_ros.wire import CODEC, wire_name, wire_service, wire_type
 
 _LOOPBACK = ("localhost", "127.", "[::1]")
 _CHECK_S = 1.0
@@ -23,7 +23,7 @@ _NOT_HERE = (OSError, ValueError)
 
 
 class Node(Closing):
-    """Publishes and hears topics of ROS.
+    """Publishes and hears topics of ROS, and offers services.
 
     Args:
         name: what the node is called, if nothing else in this process has started it before.
@@ -52,6 +52,7 @@ class Node(Closing):
         self._queue = queue
         self._publishers: dict[str, Publisher] = {}
         self._listeners: dict[str, Any] = {}
+        self._services: list[Any] = []
         self._checked_s = time.monotonic()
         self.inbox = Inbox()
 
@@ -88,6 +89,26 @@ class Node(Closing):
                 self.inbox.add(Letter(topic, name, bytes(message.data), sender))
 
         self._listeners[topic] = self._rospy.Subscriber(topic, wire_type(name), arrived, tcp_nodelay=True)
+
+    def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
+        """Offer a service.
+
+        Args:
+            service: its name.
+            request: type of what is asked, ``package/msg/NameRequest``.
+            response: type of what is answered.
+            answer: is given a request and returns the response, in a thread of its own.
+
+        Raises:
+            SimulationError: the master is gone.
+        """
+        kind = wire_service(request, response)
+        self._require_master()
+
+        def handle(message: Any) -> Any:
+            return kind._response_class(answer(bytes(message.data)))
+
+        self._services.append(self._rospy.Service(service, kind, handle, error_handler=_unmoved))
 
     def peers(self, topic: str) -> int:
         """Return how many are on the other side of a topic of ours."""
@@ -176,8 +197,15 @@ class Node(Closing):
             return  # there is nobody to tell, and rospy would complain once for each topic
         for end in (*self._publishers.values(), *self._listeners.values()):
             end.unregister()
+        for service in self._services:
+            service.shutdown()
         self._publishers.clear()
         self._listeners.clear()
+        self._services.clear()
+
+
+def _unmoved(*_error: object) -> None:
+    """Leave an error to the caller, whom rospy tells it; it is no fault of this process."""
 
 
 def _reach(uri: str) -> None:

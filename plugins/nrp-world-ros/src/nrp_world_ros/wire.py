@@ -47,6 +47,23 @@ def wire_type(name: str) -> type[Any]:
     return Wire
 
 
+@cache
+def wire_service(request: str, response: str) -> type[Any]:
+    """Return rospy's class of a service.
+
+    Args:
+        request: full name of one of its messages, ``package/msg/NameRequest``.
+        response: that of the other, ``package/msg/NameResponse``.
+    """
+    content = {
+        "_type": request.replace("/msg/", "/").removesuffix("Request"),
+        "_md5sum": CODEC.service_md5(request, response),
+        "_request_class": wire_type(request),
+        "_response_class": wire_type(response),
+    }
+    return type("WireService", (), content)
+
+
 def ros_type(name: str) -> Any:
     """Return the message class of a type that ROS has."""
     cls = made(name)

@@ -114,6 +114,13 @@ def test_obj_is_read_with_its_colours_the_largest_piece_first(pieces: Pieces, tm
     assert read_stl(corner.path).tolist() == [[[0, 0, 0], [1, 0, 0], [0, 0, 1]]]
 
 
+def test_obj_is_read_with_comments_tabs_continued_lines_and_corners_of_any_form(pieces: Pieces) -> None:
+    vertices = ["v\t0 0 0  # first", "  v 1 0 0 0.5 0.5 0.5", "v 0 1 0", "v 1 1 \\", " 0", "vn 0 0 1"]
+    faces = ["f 1//1 2//1 4/7/1 3", "g again", "\tf -4 -3/2 -2"]
+    (piece,) = pieces("a.obj", "\r\n".join(["# a corner", *vertices, *faces, ""]))
+    assert sorted(read_stl(piece.path).sum(axis=1).tolist()) == [[1, 1, 0], [1, 2, 0], [2, 1, 0]]
+
+
 def test_a_changed_material_file_is_noticed(pieces: Pieces, tmp_path: Path) -> None:
     assert [piece.rgba for piece in pieces("a.obj", TWO_THINGS)] == [None]
     (tmp_path / "colors.mtl").write_text(COLORS)
@@ -225,6 +232,12 @@ def test_a_fine_hull_is_made_coarse_and_keeps_its_extent() -> None:
     assert len(np.unique(piece.reshape(-1, 3), axis=0)) <= MAX_CORNERS
     assert volume(piece) == pytest.approx(4 / 3 * np.pi, rel=0.1)
     assert np.ptp(piece.reshape(-1, 3), axis=0) == pytest.approx([2, 2, 2], rel=0.01)
+
+
+def test_a_hull_of_few_corners_is_exact_however_fine_its_mesh_is() -> None:
+    directions = ball(40) / np.linalg.norm(ball(40), axis=2, keepdims=True)
+    (piece,) = convex_pieces(directions / np.abs(directions).max(axis=2, keepdims=True))  # a cube of edge 2
+    assert volume(piece) == pytest.approx(8, rel=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -133,20 +133,39 @@ def test_other_kinds_of_joints_are_read(joint: JointReader, kind: str) -> None:
     assert joint(kind=kind).kind == kind
 
 
-def test_a_ball_joint_is_fixed_with_a_warning(model: ModelReader) -> None:
-    text = f'{LINKS}<joint name="j" type="ball"><parent>base</parent><child>arm</child></joint>'
+@pytest.mark.parametrize("kind", ["ball", "screw", "universal", "revolute2"])
+def test_what_is_no_simple_joint_is_fixed_with_a_warning(model: ModelReader, kind: str) -> None:
+    text = f'{LINKS}<joint name="j" type="{kind}"><parent>base</parent><child>arm</child></joint>'
     read = model(text)
     assert read.joints[0].kind == "fixed"
-    assert (
-        "robot.sdf:6: joints of type 'ball' are not simulated: the links are taken as fixed"
-        in read.warnings[0]
+    warning = f"robot.sdf:6: joints of type '{kind}' are not simulated: the links are taken as fixed"
+    assert any(warning in each for each in read.warnings)
+
+
+def test_a_gearbox_is_left_out_with_a_warning(model: ModelReader) -> None:
+    joints = "".join(
+        f'<joint name="{kind}" type="{kind}"><parent>base</parent><child>arm</child></joint>'
+        for kind in ("revolute", "gearbox")
     )
+    read = model(LINKS + joints)
+    assert [joint.name for joint in read.joints] == ["revolute"]
+    assert "robot.sdf:6: joints of type 'gearbox' are not simulated: left out" in read.warnings[0]
 
 
-@pytest.mark.parametrize("kind", ["gearbox", "universal", "revolut"])
-def test_kinds_that_are_not_simulated_are_refused(joint: JointReader, kind: str) -> None:
-    with pytest.raises(SceneError, match=f"joints of type '{kind}' are not simulated"):
-        joint(kind=kind)
+def test_a_kind_that_there_is_not_is_refused(joint: JointReader) -> None:
+    with pytest.raises(SceneError, match="no joints of type 'revolut'; did you mean 'revolute'"):
+        joint(kind="revolut")
+
+
+def test_a_fixed_joint_takes_no_commands(model: ModelReader) -> None:
+    plugin = (
+        '<plugin name="c" filename="libgeneric_controller_plugin.so"><controller joint_name="j">'
+        "<type>position</type></controller></plugin>"
+    )
+    joint = '<joint name="j" type="fixed"><parent>base</parent><child>arm</child></joint>'
+    read = model(LINKS + joint + plugin)
+    assert read.controllers == ()
+    assert "robot.sdf:6: the joint 'j' is fixed: it takes no commands" in read.warnings[0]
 
 
 def test_the_world_holds_a_link(model: ModelReader) -> None:
@@ -183,12 +202,14 @@ def test_a_joint_from_a_link_to_itself_is_refused(model: ModelReader) -> None:
     refuse(model, joint, "the joint 'j' connects the link 'arm' with itself", 6)
 
 
-def test_joints_in_a_circle_are_refused(model: ModelReader) -> None:
-    joints = "".join(
+def test_a_joint_that_closes_a_loop_is_left_out_with_a_warning(model: ModelReader) -> None:
+    joints = "\n".join(
         f'<joint name="{a}_{b}" type="revolute"><parent>{a}</parent><child>{b}</child></joint>'
         for a, b in (("base", "arm"), ("arm", "base"))
     )
-    refuse(model, joints, "the joints base_arm, arm_base form a loop", 3)
+    read = model(LINKS + joints)
+    assert [joint.name for joint in read.joints] == ["base_arm"]
+    assert "robot.sdf:7: the joint 'arm_base' closes a loop of joints" in read.warnings[0]
 
 
 def test_a_link_with_two_parents_is_refused(model: ModelReader) -> None:

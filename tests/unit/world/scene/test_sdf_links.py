@@ -147,9 +147,11 @@ def test_an_unknown_material_is_grey_with_a_warning(model: ModelReader) -> None:
     assert "robot.sdf:4: shown grey: there is no material 'Gazebo/Rad'; did you mean" in read.warnings[0]
 
 
-def test_colours_outside_0_to_1_are_refused(link: LinkReader) -> None:
-    with pytest.raises(SceneError, match="numbers from 0 to 1, not '255 0 0'"):
-        link(visual("<material><diffuse>255 0 0</diffuse></material>"))
+def test_colours_outside_0_to_1_are_255ths_with_a_warning(model: ModelReader) -> None:
+    colored = visual("<material><diffuse>255 51 0.5 -1</diffuse></material>")
+    read = model(f'<link name="base">{UNIT_MASS}{colored}</link>')
+    assert read.links[0].visuals[0].rgba == (1, 0.2, 0.5, 0)
+    assert "robot.sdf:4: <diffuse> holds numbers from 0 to 1, not '255 51 0.5 -1'" in read.warnings[0]
 
 
 # -- friction
@@ -367,7 +369,7 @@ def test_cones_and_ellipsoids_are_meshes_of_their_size(link: LinkReader) -> None
 
 
 def test_a_shape_that_is_not_read_is_replaced_with_a_warning(model: ModelReader) -> None:
-    hills = "<geometry><heightmap><uri>hills.png</uri></heightmap></geometry>"
+    hills = "<geometry><image><uri>hills.png</uri></image></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", hills)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
-    assert "shapes of kind <heightmap> are not read" in read.warnings[0]
+    assert "shapes of kind <image> are not read" in read.warnings[0]

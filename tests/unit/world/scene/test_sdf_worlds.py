@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,26 @@ def test_two_models_of_one_name_are_refused(world: WorldReader) -> None:
     with pytest.raises(SceneError, match="the name 'a' is taken by the <model> in line 4") as refusal:
         world(f'<model name="a">{LINK}</model>\n<model name="a">{LINK}</model>')
     assert refusal.value.line == 5
+
+
+def test_lights_shine_as_far_as_wide_and_as_bright_as_the_file_says(world: WorldReader) -> None:
+    sun, lamp, spot, off = world(
+        '<light name="sun" type="directional"/>'
+        '<light name="lamp" type="point">'
+        "<attenuation><range>7</range><quadratic>0.5</quadratic></attenuation>"
+        "<diffuse>0.5 0.5 0.25 1</diffuse><intensity>2</intensity><cast_shadows>true</cast_shadows></light>"
+        '<light name="spot" type="spot">'
+        "<spot><inner_angle>0.2</inner_angle><outer_angle>0.6</outer_angle></spot></light>"
+        '<light name="off" type="point"><light_on>false</light_on></light>'
+    ).lights
+    assert sun.casts_shadows
+    assert sun.attenuation == (inf, 1, 0, 0)
+    assert lamp.casts_shadows
+    assert lamp.attenuation == (7, 1, 1, 0.5)  # linear is 1 where the file says nothing
+    assert lamp.diffuse == (1, 1, 0.5, 1)
+    assert spot.cone == (0.2, 0.6)
+    assert not spot.casts_shadows
+    assert off.diffuse[:3] == (0, 0, 0)
 
 
 def test_an_unknown_light_is_refused(world: WorldReader) -> None:

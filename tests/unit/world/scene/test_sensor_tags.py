@@ -53,15 +53,44 @@ def test_a_laser_that_says_nothing_has_the_defaults_of_sdf(model: ModelReader) -
     assert laser == Laser("a", "/robot/base/a/scan", 5.0, 640, -pi / 2, pi / 2, 0.0, 10.0)
 
 
+def read_laser(model: ModelReader, plugin: str = "", scan: str = "") -> Laser:
+    tag = f'<sensor name="a" type="gpu_ray"><update_rate>5</update_rate><ray>{scan}</ray>{plugin}</sensor>'
+    (laser,) = sensors_of(model, tag)
+    assert isinstance(laser, Laser)
+    return laser
+
+
+RAY_PLUGIN = (
+    '<plugin name="p" filename="libgazebo_ros_ray_sensor.so"><ros><namespace>/bot</namespace>'
+    "<remapping>~/out:=seen</remapping></ros>{}</plugin>"
+)
+POINT_PLUGIN = '<plugin name="p" filename="libgazebo_ros_{}.so"><topicName>/points</topicName></plugin>'
+LAYERS = (
+    "<scan><horizontal><samples>90</samples></horizontal><vertical><samples>16</samples>"
+    "<min_angle>-0.26</min_angle><max_angle>0.2</max_angle></vertical></scan>"
+)
+
+
 def test_ros_2_remaps_a_laser(model: ModelReader) -> None:
-    plugin = (
-        '<plugin name="p" filename="libgazebo_ros_ray_sensor.so"><ros><namespace>/bot</namespace>'
-        "<remapping>~/out:=scan</remapping></ros></plugin>"
-    )
-    (laser,) = sensors_of(
-        model, f'<sensor name="a" type="ray"><update_rate>5</update_rate><ray/>{plugin}</sensor>'
-    )
-    assert laser.topic == "/bot/scan"  # type: ignore[attr-defined]
+    scans = read_laser(model, RAY_PLUGIN.format("<output_type>sensor_msgs/LaserScan</output_type>"))
+    assert (scans.topic, scans.points_topic) == ("/bot/seen", None)
+    points = read_laser(model, RAY_PLUGIN.format(""))  # what the plugin gives where it is not told
+    assert (points.topic, points.points_topic) == ("/robot/base/a/scan", "/bot/seen")
+    ranger = RAY_PLUGIN.format("<output_type>sensor_msgs/Range</output_type>")
+    tag = f'<sensor name="a" type="ray"><update_rate>5</update_rate><ray/>{ranger}</sensor>'
+    read = model(BASE.format(tag))
+    assert "served as sensor_msgs/PointCloud2, not as sensor_msgs/Range" in read.warnings[0]
+
+
+@pytest.mark.parametrize("plugin", ["block_laser", "velodyne_laser", "velodyne_gpu_laser"])
+def test_plugins_that_give_points(model: ModelReader, plugin: str) -> None:
+    assert read_laser(model, POINT_PLUGIN.format(plugin)).points_topic == "/points"
+
+
+def test_a_laser_of_several_layers_gives_points_as_in_gazebo_sim(model: ModelReader) -> None:
+    laser = read_laser(model, scan=LAYERS)
+    assert (laser.samples, laser.layers, laser.elevation_min, laser.elevation_max) == (90, 16, -0.26, 0.2)
+    assert (laser.topic, laser.points_topic) == ("/robot/base/a/scan", "/robot/base/a/scan/points")
 
 
 def test_an_imu_and_a_contact_sensor(model: ModelReader) -> None:
@@ -151,6 +180,19 @@ def test_the_controllers_of_gazebo_sim(model: ModelReader) -> None:
     )
     assert (velocity.kind, velocity.topic) == ("velocity", f"{start}/cmd_vel")
     assert (effort.kind, effort.topic) == ("effort", f"{start}/cmd_force")
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_a_controller_of_gazebo_sim_aims_where_it_is_told_from_the_beginning(
+    model: ModelReader, kind: str
+) -> None:
+    system = {"position": "JointPositionController", "velocity": "JointController"}[kind]
+    plugin = (
+        f'<plugin name="gz::sim::systems::{system}" filename="x"><joint_name>wrist</joint_name>'
+        f"<initial_{kind}>0.5</initial_{kind}></plugin>"
+    )
+    (controller,) = model(ARM.format("") + plugin).controllers
+    assert (controller.kind, controller.initial) == (kind, 0.5)
 
 
 def test_a_planar_move(model: ModelReader) -> None:

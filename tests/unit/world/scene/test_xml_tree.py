@@ -34,6 +34,28 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read() -> None:
     assert root.children[0].line == 2
 
 
+def test_blanks_before_the_declaration_are_forgiven() -> None:
+    root = parse(" \n\n<?xml version='1.0'?>\n<a/>")
+    assert (root.tag, root.line) == ("a", 4)
+
+
+@pytest.mark.parametrize(
+    "declaration", ["", "<?xml version='1.0'?>", "<?xml version='1.0' encoding='UTF-8'?>"]
+)
+def test_latin_1_that_is_not_declared_is_read(declaration: str) -> None:
+    text = f"{declaration}<!-- \N{DEGREE SIGN} --><a b='\N{LATIN SMALL LETTER U WITH DIAERESIS}'/>"
+    assert (
+        parse_xml(text.encode("latin-1"), FILE).attributes["b"] == "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
+    )
+    assert parse_xml(text.encode(), FILE).attributes["b"] == "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "iso-8859-1"])
+def test_declared_encodings_are_read(encoding: str) -> None:
+    text = f"<?xml version='1.0' encoding='{encoding}'?><a>\N{LATIN SMALL LETTER U WITH DIAERESIS}</a>"
+    assert parse_xml(text.encode(encoding), FILE).text == "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
+
+
 @pytest.mark.parametrize("text", ["", "<a>", "<a></b>", "<a/><b/>", "<a b=1/>", "no xml", "<a>&nothing;</a>"])
 def test_what_is_not_well_formed_is_refused_with_its_line(text: str) -> None:
     with pytest.raises(SceneError, match="not well-formed") as refusal:

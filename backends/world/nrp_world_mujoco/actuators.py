@@ -1,0 +1,92 @@
+"""The actuators of an MJCF file that drive one joint, as the joint controllers that they amount to.
+
+MuJoCo's actuator gives ``gain * ctrl + b0 + b1 * length + b2 * velocity``, times its gear, where the length
+is the joint's position times its gear: a motor, a spring towards a position, or a brake towards a
+velocity. See
+https://mujoco.readthedocs.io/en/stable/computation/index.html#actuation-model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any, Literal
+
+from nrp_world_mujoco.engine import mujoco
+
+_SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+_PLAIN = (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+_SYSTEMS = {"position": "JointPositionController", "velocity": "JointController", "effort": "ApplyJointForce"}
+_TOPICS = {"position": "cmd_pos", "velocity": "cmd_vel", "effort": "cmd_effort"}
+
+
+@dataclass(frozen=True, slots=True)
+class Actuator:
+    """What an actuator does to its joint.
+
+    Args:
+        joint: number of the joint.
+        kind: what it is commanded.
+        p, d: force (N, N m) for each unit of what is commanded, and against each unit of velocity.
+        force: the most that it gives.
+    """
+
+    joint: int
+    kind: Literal["position", "velocity", "effort"]
+    p: float
+    d: float
+    force: float
+
+    def plugin(self, joint: str, zero: float) -> str:
+        """Return it as the system of gz-sim that does the same.
+
+        Args:
+            joint: name of the joint.
+            zero: where MuJoCo's zero of a position is; there it aims before the first command.
+        """
+        gains = f"<p_gain>{self.p}</p_gain><i_gain>0</i_gain><d_gain>{self.d}</d_gain>"
+        start = {
+            "position": f"<initial_position>{zero}</initial_position>",
+            "velocity": "<initial_velocity>0</initial_velocity><use_force_commands>1</use_force_commands>",
+            "effort": "",
+        }[self.kind]
+        return (
+            f'<plugin name="gz::sim::systems::{_SYSTEMS[self.kind]}" filename="mjcf">'
+            f"<joint_name>{joint}</joint_name><topic>{joint}/{_TOPICS[self.kind]}</topic>{gains}{start}</plugin>"
+        )
+
+
+def actuators_of(model: Any) -> list[Actuator]:
+    """Return the actuators that are joint controllers, for each joint the first of each kind."""
+    found: dict[tuple[int, str], Actuator] = {}
+    for number in range(model.nu):
+        actuator = _read(model, number)
+        if actuator is not None:
+            found.setdefault((actuator.joint, actuator.kind), actuator)
+    return list(found.values())
+
+
+def _read(m: Any, number: int) -> Actuator | None:
+    """Return an actuator as a controller, None for another one."""
+    joint, gear = int(m.actuator_trnid[number][0]), float(m.actuator_gear[number][0])
+    on_joint = mujoco.mjtTrn(m.actuator_trntype[number]) == mujoco.mjtTrn.mjTRN_JOINT
+    if not on_joint or mujoco.mjtJoint(m.jnt_type[joint]) not in _SINGLE or not gear:
+        return None
+    plain = (
+        mujoco.mjtDyn(m.actuator_dyntype[number]) == mujoco.mjtDyn.mjDYN_NONE
+        and mujoco.mjtGain(m.actuator_gaintype[number]) == mujoco.mjtGain.mjGAIN_FIXED
+        and mujoco.mjtBias(m.actuator_biastype[number]) in _PLAIN
+    )
+    if not plain:
+        return None
+    gain = float(m.actuator_gainprm[number][0])
+    constant, spring, brake = (float(value) for value in m.actuator_biasprm[number][:3])
+    force = abs(gear) * float(m.actuator_forcerange[number][1]) if m.actuator_forcelimited[number] else inf
+    if (constant, spring, brake) == (0, 0, 0):
+        commanded = float(abs(m.actuator_ctrlrange[number]).max()) if m.actuator_ctrllimited[number] else inf
+        return Actuator(joint, "effort", 0.0, 0.0, min(force, abs(gear * gain) * commanded))
+    if constant == 0 and gain == -spring > 0:
+        return Actuator(joint, "position", gear**2 * gain, gear**2 * -brake, force)
+    if (constant, spring) == (0, 0) and gain == -brake > 0:
+        return Actuator(joint, "velocity", gear**2 * gain, 0.0, force)
+    return None

@@ -1,0 +1,46 @@
+"""Which triangle is seen at each pixel, from anywhere in the world."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.render.pixels import draw
+from nrp_core.world.render.scene_mesh import WORLD_FRAME, FloatArray, SceneMesh
+
+_WORLD = np.eye(3, 4)[np.newaxis]
+
+
+class FaceView:
+    """Draws the triangles of a mesh, each as a surface of its own.
+
+    Args:
+        mesh: the visuals.
+    """
+
+    def __init__(self, mesh: SceneMesh) -> None:
+        self._mesh = mesh
+        self._numbers = np.arange(len(mesh.faces), dtype=np.int32)
+        self._frames = np.full(len(mesh.vertices), WORLD_FRAME, np.int32)
+        self._seen: dict[tuple[int, ...], npt.NDArray[np.int32]] = {}
+
+    def draw(
+        self, points: FloatArray, eye: FloatArray, focal: float, near: float, far: float, nearness: FloatArray
+    ) -> npt.NDArray[np.int32]:
+        """Return the number of the face that each pixel shows, -1 where there is none; until the next call.
+
+        Args:
+            points: the vertices in the world, shape ``(n, 3)``.
+            eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
+            focal: distance of the picture's plane, in pixels.
+            near: distance in front of which nothing is seen.
+            far: distance beyond which nothing is seen.
+            nearness: is filled with the reciprocals of the depths; its shape is the picture's.
+        """
+        mesh = self._mesh
+        if nearness.shape not in self._seen:
+            self._seen[nearness.shape] = np.empty(nearness.shape, np.int32)
+        seen = self._seen[nearness.shape]
+        scene = (points, self._frames, mesh.faces, self._numbers, mesh.shown[mesh.surfaces], _WORLD)
+        draw(*scene, WORLD_FRAME, eye, focal, near, far, nearness, seen)
+        return seen

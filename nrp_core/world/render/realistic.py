@@ -1,0 +1,100 @@
+"""Pictures with light and shadows, drawn on the CPU like the flat ones and alike for every engine.
+
+Surfaces are matt (Lambert's law), their edges sharp and their curves smooth; shadows come from maps of what
+each light sees (Williams, Casting curved shadows on curved surfaces, SIGGRAPH 1978). Light is added to the
+ambient light that SDF gives a scene by default; nothing is reflected from one surface to another, and there
+are no textures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.parts.base import ImageArray
+from nrp_core.world.physics.bodies import Body
+from nrp_core.world.render.faces import FaceView
+from nrp_core.world.render.lamps import Lamps
+from nrp_core.world.render.optics import SKY, CameraPath, Optics
+from nrp_core.world.render.pixels import to_camera
+from nrp_core.world.render.raster import RasterCameras, ReadFrames
+from nrp_core.world.render.scene_mesh import WORLD_FRAME, BodyPath, FloatArray
+from nrp_core.world.render.shading import corner_normals, shade
+from nrp_core.world.scene.model import Light
+
+AMBIENT = 0.4
+"""The ambient light of a scene in SDF (its specification, ``<scene><ambient>``)."""
+
+_MARGIN_M = 0.1
+_WORLD = np.eye(3, 4)
+
+
+class RealisticCameras(RasterCameras):
+    """Draws any camera of a scene as it is lit.
+
+    Args:
+        bodies: of each model.
+        optics: of each camera.
+        reader: as of :class:`~nrp_core.world.render.raster.RasterCameras`.
+        lights: of the scene.
+    """
+
+    def __init__(
+        self,
+        bodies: Mapping[str, Sequence[Body]],
+        optics: Mapping[CameraPath, Optics],
+        reader: Callable[[Sequence[BodyPath]], ReadFrames],
+        lights: Sequence[Light],
+    ) -> None:
+        super().__init__(bodies, optics, reader)
+        mesh = self._mesh
+        self._lamps = Lamps(lights)
+        self._frame_of_face = mesh.vertex_frames[mesh.faces[:, 0]]
+        corners = np.argsort(mesh.faces, axis=None, kind="stable").astype(np.int32)
+        starts = np.searchsorted(mesh.faces.ravel()[corners], np.arange(len(mesh.vertices) + 1))
+        self._normals = corner_normals(mesh.vertices, mesh.faces, corners, starts.astype(np.int32))
+        self._view = FaceView(mesh)
+        self._framed: npt.NDArray[np.bool_] | None = None
+        self._mapped: tuple[npt.NDArray[Any], ...] = ()
+
+    def set_lights(self, lights: Sequence[Light]) -> None:
+        self._lamps = Lamps(lights)
+        self._mapped = ()
+
+    def picture(self, path: CameraPath) -> ImageArray:
+        self._read(self._frames[WORLD_FRAME + 1 :])
+        mesh, lamps, optics, nearness = self._mesh, self._lamps, self._optics[path], self._work[path]
+        points = to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD)
+        self._map_shadows(points)
+        eye = self._eye_in_world(path)
+        seen = self._view.draw(points, eye, optics.focal, optics.near, optics.far, nearness)
+        albedo = (mesh.palette / 255)[mesh.surfaces]
+        shapes = (points, mesh.faces, self._normals, self._frames, self._frame_of_face, albedo)
+        light = (np.array(SKY[:3]), AMBIENT, lamps.rows, lamps.maps, lamps.eyes, lamps.focals)
+        picture = np.empty((optics.height, optics.width, 3), np.uint8)
+        shade(seen, nearness, optics.focal, eye, *shapes, *light, picture)
+        return picture
+
+    def _map_shadows(self, points: FloatArray) -> None:
+        """Draw the shadow maps, unless they show what is there: for another camera at the same time."""
+        now = points, self._mesh.shown.copy()
+        if not self._mapped or not all(map(np.array_equal, now, self._mapped)):
+            self._mapped = now
+            self._lamps.look(*self._lit_sphere(points), lambda *view: self._view.draw(points, *view))
+
+    def _eye_in_world(self, path: CameraPath) -> FloatArray:
+        frame, eye = self._eyes[path]
+        turn, place = self._frames[frame, :, :3], self._frames[frame, :, 3]
+        return np.column_stack([turn @ eye[:, :3], turn @ eye[:, 3] + place])
+
+    def _lit_sphere(self, points: FloatArray) -> tuple[FloatArray, float]:
+        """Return centre and radius of what directional lights throw shadows in."""
+        if not len(points):
+            return np.zeros(3), 1.0
+        if self._framed is None:
+            self._framed = self._mesh.framed(points)
+        low, high = points[self._framed].min(axis=0), points[self._framed].max(axis=0)
+        return (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + _MARGIN_M

@@ -1,0 +1,56 @@
+"""Lights of SDF."""
+
+from __future__ import annotations
+
+from math import inf, pi
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.model import Light
+from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.sdf.appearance import read_color
+from nrp_core.world.scene.xml_tree import Element
+
+_KINDS = ("directional", "point", "spot")
+_DOWN: Vector = (0.0, 0.0, -1.0)
+_WHITE = (1.0, 1.0, 1.0, 1.0)
+
+
+def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Light:
+    """Return a ``<light>`` that stands somewhere in the world.
+
+    Where the file does not say, directional lights cast shadows (as Gazebo's sun) and others do not.
+    """
+    kind = element.attributes.get("type", "point")
+    if kind not in _KINDS:
+        raise element.error(f"there is no light of type '{kind}'{did_you_mean(kind, _KINDS)}")
+    red, green, blue, alpha = read_color(element, "diffuse", reading) or _WHITE
+    strength = element.number("intensity", 1.0) if element.flag("light_on", True) else 0.0
+    return Light(
+        name,
+        kind,
+        pose,
+        pose.rotate(element.direction("direction", _DOWN)),
+        (strength * red, strength * green, strength * blue, alpha),
+        element.flag("cast_shadows", kind == "directional"),
+        _attenuation(element.find("attenuation")),
+        _cone(element.find("spot")),
+    )
+
+
+def _attenuation(element: Element | None) -> tuple[float, float, float, float]:
+    """Return range and factors, by default those of SDF."""
+    if element is None:
+        return inf, 1.0, 0.0, 0.0
+    constant, linear, quadratic = (
+        element.number(tag, default)
+        for tag, default in (("constant", 1.0), ("linear", 1.0), ("quadratic", 0.0))
+    )
+    return element.positive("range", 10.0), constant, linear, quadratic
+
+
+def _cone(element: Element | None) -> tuple[float, float]:
+    if element is None:
+        return pi / 4, pi / 2
+    outer = min(element.positive("outer_angle", pi / 2), 0.99 * pi)
+    return min(element.number("inner_angle", outer / 2), outer), outer

@@ -1,0 +1,92 @@
+"""The services of a world in ROS: ``/gazebo/set_model_state`` and the others, as Gazebo has them.
+
+ROS calls in threads of its own; what it asks waits until the world stands still between two steps.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import partial
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from nrp_core.errors import NrpError, TopicError
+from nrp_core.world.interface import World
+from nrp_core.world.services import PREFIX, response_of
+from nrp_core.world.topics import Direction
+
+from nrp_world_ros.node import Node
+from nrp_world_ros.wire import CODEC, wire_name
+
+PATIENCE_S = 30.0
+"""How long a caller waits for the world."""
+
+_EXACT = {
+    "gazebo_msgs/msg/GetJointPropertiesResponse": (
+        "uint8 REVOLUTE=0\nuint8 CONTINUOUS=1\nuint8 PRISMATIC=2\nuint8 FIXED=3\nuint8 BALL=4\n"
+        "uint8 UNIVERSAL=5\nuint8 type\nfloat64[] damping\nfloat64[] position\nfloat64[] rate\n"
+        "bool success\nstring status_message"
+    )
+}
+"""Definitions of which our classes do not tell all: how many bytes a number has."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Call:
+    """What somebody in ROS asks, and where the answer goes."""
+
+    service: str
+    kind: str
+    request: bytes
+    answer: Future[memoryview]
+
+
+class Calls:
+    """Answers calls of ROS, whenever it is told to.
+
+    Args:
+        world: answers them.
+        node: in ROS.
+
+    Attributes:
+        services: their names.
+    """
+
+    def __init__(self, world: World, node: Node) -> None:
+        for name, text in _EXACT.items():
+            CODEC.define(name, text)
+        self._world = world
+        self._waiting: SimpleQueue[_Call] = SimpleQueue()
+        self.services: list[str] = []
+        for info in world.topics.values():
+            if info.name.startswith(PREFIX) and info.direction is Direction.IN:
+                request, response = wire_name(info.type), wire_name(response_of(info.type))
+                node.serve(info.name, request, response, partial(self._ask, info.name, request))
+                self.services.append(info.name)
+
+    def _ask(self, service: str, kind: str, request: bytes) -> memoryview:
+        """Wait, in a thread of ROS, for the answer."""
+        call = _Call(service, kind, request, Future())
+        self._waiting.put(call)
+        try:
+            return call.answer.result(PATIENCE_S)
+        except TimeoutError:
+            raise TopicError(f"{service}: no answer within {PATIENCE_S:g} s; does time pass?") from None
+
+    def answer(self) -> None:
+        """Answer all that wait."""
+        while (call := self._next()) is not None:
+            try:
+                call.answer.set_result(CODEC.encode(self._do(call)))
+            except NrpError as error:
+                call.answer.set_exception(error)
+
+    def _do(self, call: _Call) -> Any:
+        return self._world.call(call.service, CODEC.decode(call.request, call.kind))
+
+    def _next(self) -> _Call | None:
+        try:
+            return self._waiting.get_nowait()
+        except Empty:
+            return None

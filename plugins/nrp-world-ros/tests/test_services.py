@@ -1,0 +1,88 @@
+"""Programs of ROS call the services of Gazebo.
+
+The client is written here, from the wiki's description of ROS's connections, and knows the check sums that
+the packages of ROS have (as generated for other languages), so that nothing is compared with itself.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+from urllib.parse import urlsplit
+from xmlrpc.client import ServerProxy
+
+import pytest
+
+from conftest import Ros, needs_ros
+from nrp_world_ros.calls import _EXACT
+from nrp_world_ros.wire import CODEC, wire_name
+
+SUMS = {
+    "ApplyBodyWrench": "585b9f9618aa0581b207e2f2d90866bc",
+    "BodyRequest": "5eade9afe7f232d78005bd0cafeab755",
+    "GetJointProperties": "7b30be900f50aa21efec4a0ec92d91c9",
+    "GetModelProperties": "5717f7bd34ed990fa80e28b3015027a3",
+    "GetModelState": "4c515e936d3319c9610c559c60bfc3d4",
+    "SetModelState": "5b3ab0281d4f5445def017e3a2e4a07b",
+    "SpawnModel": "9ed9c82c96abe1a00c3e8cdaeee24413",
+}
+
+
+@pytest.mark.parametrize("service", SUMS)
+def test_the_check_sums_of_services_are_those_of_gazebo(service: str) -> None:
+    from nrp_core.world.messages import gazebo_srvs
+
+    for name, text in _EXACT.items():
+        CODEC.define(name, text)
+    names = [wire_name(getattr(gazebo_srvs, service + part)) for part in ("Request", "Response")]
+    assert CODEC.service_md5(*names) == SUMS[service]
+
+
+def text(value: str) -> bytes:
+    return struct.pack("<I", len(value)) + value.encode()
+
+
+def call(ros: Ros, service: str, md5: str, request: bytes) -> tuple[bool, bytes]:
+    """Call a service, and return whether it was done and what it answered."""
+    with ServerProxy(ros.env["ROS_MASTER_URI"]) as master:
+        parts = urlsplit(str(master.lookupService("/client", service)[2]))  # type: ignore[index]
+    with (
+        socket.create_connection((parts.hostname, parts.port), timeout=60) as line,
+        line.makefile("rb") as stream,
+    ):
+        fields = b"".join(text(f"{key}={value}") for key, value in {
+            "callerid": "/client", "service": service, "md5sum": md5, "persistent": "0"
+        }.items())  # fmt: skip
+        line.sendall(struct.pack("<I", len(fields)) + fields)
+        header = stream.read(*struct.unpack("<I", stream.read(4)))
+        assert b"error=" not in header, header
+        line.sendall(struct.pack("<I", len(request)) + request)
+        done = stream.read(1) == b"\x01"
+        return done, stream.read(*struct.unpack("<I", stream.read(4)))
+
+
+@needs_ros
+@pytest.mark.slow
+def test_a_node_of_ros_puts_the_robot_elsewhere_and_hears_what_is_wrong(ros: Ros) -> None:
+    ros.body()
+    motion = struct.pack("<7d", 1.0, 2.0, 0.2, 0, 0, 0, 1) + bytes(48)
+    service, md5 = "/gazebo/set_model_state", SUMS["SetModelState"]
+    assert call(ros, service, md5, text("husky") + motion + text("world")) == (True, b"\x01" + text(""))
+    told = call(ros, "/gazebo/get_model_state", SUMS["GetModelState"], text("husky") + text("world"))[1]
+    frame = struct.unpack_from("<I", told, 12)[0]
+    assert struct.unpack_from("<2d", told, 16 + frame) == pytest.approx((1.0, 2.0), abs=0.05)
+    done, answer = call(ros, service, md5, text("huskie") + motion + text("world"))
+    assert done
+    assert answer.startswith(b"\x00")
+    assert b"no model 'huskie'; did you mean 'husky'" in answer
+
+
+@needs_ros
+@pytest.mark.slow
+def test_answers_without_a_field_are_empty_and_have_room_for_an_error(ros: Ros) -> None:
+    ros.body()
+    empty = "d41d8cd98f00b204e9800998ecf8427e"
+    assert call(ros, "/gazebo/pause_physics", empty, b"") == (True, b"")
+    done, why = call(ros, "/gazebo/clear_body_wrenches", SUMS["BodyRequest"], text("husky::nose"))
+    assert not done
+    assert b"no link 'nose'" in why

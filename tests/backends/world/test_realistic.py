@@ -1,0 +1,144 @@
+"""Pictures with light and shadows, on both engines: alike, and as the lights of now shine."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nrp_core.world.messages.gazebo_srvs import DeleteLightRequest, SetLightPropertiesRequest
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.render.realistic import AMBIENT
+from nrp_core.world.scene.model import Box, Camera, Light, Link, Model, Scene
+from nrp_core.world.scene.pose import Pose
+
+SUN = Light("sun", direction=(0.0, 0.0, -1.0), diffuse=(0.5, 0.5, 0.5, 1.0))
+SHADED, LIT = (10, 16), (20, 16)  # rows and columns of the eye's picture: under the plate, and before it
+WHITE = (1.0, 1.0, 1.0, 1.0)
+
+
+@pytest.fixture
+def looking(open_world, parts):
+    """Open a white floor, a plate over a part of it, and an eye that looks at its shadow."""
+
+    def looking(*lights: Light, renderer: str = "realistic"):
+        floor = parts.thing("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
+        plate = parts.thing(
+            "plate", Box((2.0, 8.0, 0.05)), Pose((4.0, 0, 2.0)), rgba=(1, 0, 0, 1), solid=False
+        )
+        camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24, depth_topic="/depth")
+        eye = Model(
+            "eye", (Link("eye", sensors=(camera,)),), pose=Pose.from_rpy((0, 0, 1.5), 0, 0.4, 0), static=True
+        )
+        return open_world(Scene((floor, plate, eye), lights), renderer=renderer)
+
+    return looking
+
+
+def picture(world):
+    return world.render("eye", "eye", "camera")
+
+
+def grey(light: float) -> list[int]:
+    return [round(255 * light)] * 3
+
+
+def test_what_lies_in_a_shadow_is_darker_than_what_is_lit(looking):
+    seen = picture(looking(SUN))
+    assert seen[LIT].tolist() == grey(AMBIENT + 0.5)
+    assert seen[SHADED].tolist() == grey(AMBIENT)
+
+
+def test_a_light_that_casts_no_shadows_shines_through(looking):
+    seen = picture(looking(Light("sun", diffuse=SUN.diffuse, casts_shadows=False)))
+    assert seen[SHADED].tolist() == seen[LIT].tolist() == grey(AMBIENT + 0.5)
+
+
+def test_a_light_that_is_changed_by_a_service_is_seen_in_the_next_picture(looking, advance):
+    world = looking(SUN)
+    before = picture(world)
+    world.call(
+        "/gazebo/set_light_properties", SetLightPropertiesRequest("sun", ColorRGBA(0.2, 0.0, 0.0, 1.0))
+    )
+    assert picture(world)[LIT].tolist() == [*grey(AMBIENT + 0.2)[:1], *grey(AMBIENT)[:2]]
+    world.call("/gazebo/delete_light", DeleteLightRequest("sun"))
+    assert picture(world)[LIT].tolist() == grey(AMBIENT)
+    advance(world, 0.1)
+    world.reset()
+    assert (picture(world) == before).all()
+
+
+def test_a_snapshot_keeps_the_lights_of_its_time(looking):
+    world = looking(SUN)
+    world.call(
+        "/gazebo/set_light_properties", SetLightPropertiesRequest("sun", ColorRGBA(0.1, 0.1, 0.1, 1.0))
+    )
+    dim, snapshot = picture(world), world.snapshot()
+    world.call("/gazebo/delete_light", DeleteLightRequest("sun"))
+    world.restore(snapshot)
+    assert (picture(world) == dim).all()
+    assert dim[LIT].tolist() == grey(AMBIENT + 0.1)
+
+
+def test_a_colour_that_is_set_is_lit_as_well(looking):
+    world = looking(SUN)
+    world.set_color("floor/link/visual", (0.0, 1.0, 0.0, 1.0))
+    assert picture(world)[LIT].tolist() == [0, *grey(AMBIENT + 0.5)[:1], 0]
+
+
+@pytest.mark.parametrize("kind", ["directional", "point", "spot"])
+def test_each_kind_of_light_throws_the_shadow_of_what_is_before_it(looking, kind):
+    lamp = Light("lamp", kind, Pose((4.0, 0.0, 6.0)), diffuse=SUN.diffuse, cone=(1.5, 1.6))
+    seen = picture(looking(lamp))
+    assert seen[SHADED].tolist() == grey(AMBIENT)
+    assert seen[LIT][0] > grey(AMBIENT + 0.3)[0]
+
+
+def test_a_shadow_goes_with_what_throws_it(open_world, parts, advance):
+    floor = parts.thing("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
+    plate = parts.thing("plate", Box((2.0, 8.0, 0.05)), Pose((4.0, 0, 2.0)), mass=1.0, solid=False)
+    camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24)
+    eye = Model(
+        "eye", (Link("eye", sensors=(camera,)),), pose=Pose.from_rpy((0, 0, 1.5), 0, 0.4, 0), static=True
+    )
+    world = open_world(Scene((floor, plate, eye), (SUN,), gravity=(0.0, 4.0, 0.0)), renderer="realistic")
+    assert picture(world)[SHADED].tolist() == grey(AMBIENT)
+    advance(world, 2.0)  # by 8 m to the left
+    assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
+    world.set_color("plate/link/visual", (0.0, 0.0, 0.0, 0.0))
+    world.reset()
+    assert picture(world)[SHADED].tolist() == grey(AMBIENT)
+
+
+def test_what_is_not_seen_throws_no_shadow(looking):
+    world = looking(SUN)
+    assert picture(world)[SHADED].tolist() == grey(AMBIENT)
+    world.set_color("plate/link/visual", (1.0, 0.0, 0.0, 0.0))
+    assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
+
+
+def test_both_engines_make_the_same_realistic_picture(engines, parts):
+    shapes = (parts.floor(), parts.wall(3.0), parts.husky("other", Pose((1.5, 0.5, parts.standing))))
+    scene = Scene((*shapes, parts.husky(width=160, height=120)), (Light("sun", direction=(0.5, -0.4, -1.0)),))
+    pictures = []
+    for backend in engines:
+        with backend.open(scene, seed=1, options=backend.options(renderer="realistic")) as world:
+            pictures.append(world.render("husky", "eye", "camera"))
+    assert (pictures[0] == pictures[1]).all(axis=2).mean() > 0.99
+
+
+def test_flat_pictures_do_not_depend_on_lights(looking):
+    assert (picture(looking(SUN, renderer="raster")) == picture(looking(renderer="raster"))).all()
+
+
+def test_depth_is_the_same_with_every_renderer(looking, backend):
+    depths = {}
+    for renderer in backend.capabilities(backend.options()).renderers:
+        world = looking(SUN, renderer=renderer)
+        world.set_color("plate/link/visual", (0.0, 0.0, 0.0, 0.0))  # as before the depth is asked for
+        heard = world.subscribe("/depth")
+        world.run_until(20_000_000)
+        depths[renderer] = heard.latest.message.data
+    first = depths.pop("raster")
+    assert np.isfinite(first).any()
+    for renderer, depth in depths.items():
+        assert (depth == first).all(), renderer
