@@ -9,11 +9,14 @@ import sys
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from packaging.requirements import Requirement
 from platformdirs import user_cache_path
 
 from nrp_core.diagnosis import Diagnosis
+
+if TYPE_CHECKING:
+    from packaging.requirements import Requirement
 
 DISTRIBUTION = "nrp-core"
 CPU_FEATURES = ("sse4_2", "avx", "avx2", "fma", "avx512f")
@@ -102,6 +105,8 @@ def _can_write(folder: Path) -> bool:
 
 def _packages() -> Iterator[Diagnosis]:
     """Look at what the platform requires on this Python and system."""
+    from packaging.requirements import Requirement  # of no use to anything else here, and slow
+
     for line in importlib.metadata.requires(DISTRIBUTION) or ():
         requirement = Requirement(line)
         if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):

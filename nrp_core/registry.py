@@ -7,8 +7,11 @@ One broken plugin hides no other.
 from __future__ import annotations
 
 import importlib.metadata
+import sys
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint
+from functools import lru_cache
+from importlib.metadata import EntryPoint, EntryPoints
+from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar, cast
 
 from stevedore.driver import DriverManager
@@ -40,7 +43,7 @@ class _Driver(DriverManager[Any]):
 
     def list_entry_points(self) -> list[EntryPoint]:
         # what pip leaves behind when it is interrupted lists a distribution's entries a second time
-        return list(dict.fromkeys(importlib.metadata.entry_points(group=self.namespace)))
+        return list(dict.fromkeys(_entries(self.namespace)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +84,9 @@ class Registry(Generic[T]):
 
     def providers(self) -> list[Provider]:
         """Return every installed plugin, by name, without importing any."""
-        entries = importlib.metadata.entry_points(group=self.group)
-        return sorted({Provider.of(entry) for entry in entries}, key=lambda p: (p.name, p.distribution))
+        return sorted(
+            {Provider.of(entry) for entry in _entries(self.group)}, key=lambda p: (p.name, p.distribution)
+        )
 
     def names(self) -> list[str]:
         """Return the names of all installed plugins."""
@@ -145,6 +149,24 @@ class Registry(Generic[T]):
                 f"{type(error).__name__}: {error}; try: pip install --force-reinstall {provider.distribution}"
             ) from error
         return driver.driver
+
+
+def _entries(group: str) -> EntryPoints:
+    """Return the entry points of a group; the metadata of what is installed is read once for all groups."""
+    folders = (Path(entry) for entry in sys.path)
+    state = tuple((str(one), one.stat().st_mtime_ns) for one in folders if one.is_dir())
+    found: EntryPoints = _installed(state).select(group=group)
+    return found
+
+
+@lru_cache(maxsize=1)
+def _installed(_state: tuple[tuple[str, int], ...]) -> Any:
+    """Return all entry points.
+
+    Args:
+        _state: the folders that programs are installed in, and when something there last came or went.
+    """
+    return importlib.metadata.entry_points()
 
 
 def _raise(_manager: object, _entry: EntryPoint, error: BaseException) -> None:

@@ -5,6 +5,7 @@ Safe for files from anywhere: document types, and with them entities of any kind
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from math import hypot, isnan
 from pathlib import Path
@@ -14,6 +15,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 
 _MAX_DEPTH = 100
 _LARGEST = 1e30  # in any unit it is a slip, and its powers are not finite any more
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # how such documents begin
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
 
 
@@ -175,7 +177,7 @@ def parse_xml(text: bytes, path: Path, kind: type[ExperimentError]) -> Element:
     """
     builder = _Builder(path, kind)
     try:
-        builder.parser.Parse(text, True)
+        builder.parser.Parse(_forgiven(text), True)
     except expat.ExpatError as error:
         reason = expat.ErrorString(error.code)
         raise kind(f"this is not well-formed XML: {reason}", path=path, line=error.lineno) from None
@@ -184,6 +186,23 @@ def parse_xml(text: bytes, path: Path, kind: type[ExperimentError]) -> Element:
             raise
         raise kind(f"this is XML in an encoding that cannot be read: {error}", path=path, line=1) from None
     return builder.root.children[0]
+
+
+def _forgiven(text: bytes) -> bytes:
+    """Return a document without what most parsers forgive and expat does not; its lines stay.
+
+    Blanks before the declaration, and Latin-1 that is not declared.
+    """
+    declaration = re.match(rb"(\s*)(<\?xml\b.*?\?>)", text, re.DOTALL)
+    if declaration:
+        text = declaration[2] + declaration[1] + text[declaration.end() :]
+    encoding = re.search(rb"encoding\s*=\s*[\"']([^\"']*)", declaration[2]) if declaration else None
+    if text[:2] not in _UTF_16 and (not encoding or encoding[1].lower() == b"utf-8"):
+        try:
+            text.decode()
+        except UnicodeDecodeError:
+            return text.decode("latin-1").encode()
+    return text
 
 
 class _Builder:

@@ -49,6 +49,10 @@ class ClosedLoop(Closing):
         pacing: how fast time passes; by default as fast as possible.
         concurrent: whether brain and world advance at once; None: where it pays.
 
+    Attributes:
+        steps: how many steps were taken.
+        is_stepping: whether a step is under way; what is done then belongs to it.
+
     Raises:
         TimestepError: the period is no multiple of the steps of both sides.
         ExperimentError: a function names what does not exist.
@@ -83,6 +87,7 @@ class ClosedLoop(Closing):
         self.account = TimeAccount()
         self.failures: list[Failure] = []
         self.steps = 0
+        self.is_stepping = False
         self._sides = Sides(brain, world, concurrent=concurrent)
         self._published: deque[tuple[Publication, Any]] = deque()
         self._stopping = False
@@ -132,9 +137,11 @@ class ClosedLoop(Closing):
 
     def _step(self) -> None:
         began = perf_counter_ns()
+        self.is_stepping = True
         try:
             failure = self._step_through()
         finally:
+            self.is_stepping = False
             self.account.total_ns += perf_counter_ns() - began
         if failure is not None:
             raise failure.to_error() from failure.error

@@ -24,6 +24,7 @@ from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.run import Run
 from nrp_core.experiment.tree import Tree
 from nrp_core.plain import plain
+from nrp_core.recording.calls import CallNoter
 from nrp_core.recording.hashes import Chain
 from nrp_core.recording.layout import FILES_FOLDER, RUN_NAME, Pictures, check_folder
 from nrp_core.recording.read import DIGEST, Recording, digest_of
@@ -32,7 +33,7 @@ from nrp_core.recording.self_contained import write_experiment
 from nrp_core.recording.used_files import FilesRead
 from nrp_core.world.scene.model import Mesh, Scene
 
-FORMAT = 2
+FORMAT = 3
 """Version of the layout of a recording."""
 
 SNAPSHOTS_NS = 10 * NS_PER_S
@@ -83,6 +84,7 @@ class Capsule:
             self._snapshot()
         run.on_step.append(self._after_step)
         run.loop.hooks.from_outside.append(self._recorder.observer.note_from_outside)
+        self._calls = CallNoter(run, self._recorder.observer.note_call, self._warnings.append)
 
     @property
     def warnings(self) -> list[str]:
@@ -98,6 +100,7 @@ class Capsule:
         Raises:
             SimulationError: the disk does not take it.
         """
+        self._calls.close()
         self._run.on_step.remove(self._after_step)
         self._run.loop.hooks.from_outside.remove(self._recorder.observer.note_from_outside)
         try:
@@ -138,7 +141,9 @@ class Capsule:
         named = {path for path in named_files(self._run.experiment) if path.is_file()}
         folders = {path.parent for path in named} | set(self._run.experiment.models)
         read = self._files.below(folders) if self._files else []
-        return sorted({*named, *_meshes(self._run.world.scene), *read})
+        used = {*named, *_meshes(self._run.world.scene), *read}
+        own = self._folder.resolve()  # which may lie beside the experiment, and is read to be completed
+        return sorted(path for path in used if own not in path.resolve().parents)
 
     def _write(self, state: str, result: dict[str, Any] | None) -> None:
         """Write ``run.json`` in one piece, so that a kill leaves the last one."""

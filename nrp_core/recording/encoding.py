@@ -8,22 +8,26 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from nrp_core.brain.network import FloatArray, IntArray
 from nrp_core.clock import NS_PER_S
+from nrp_core.recording.packing import Packed
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.parts.base import ModelMotion
 
-Parts = tuple[Any, ...]
+Parts = tuple[bytes | memoryview | Packed, ...]
 """The bytes of a message, in pieces that are not worth joining."""
+
+PACKED_BYTES = 1 << 12
+"""From this size on it pays to pack the pixels of a picture on their own."""
 
 _HEAD = b"\x00\x01\x00\x00"
 _FLOAT64 = struct.Struct("<4sd")
 _STAMP = struct.Struct("<4siI")
 _LENGTH = struct.Struct("<I")
+_FLOAT64S = struct.Struct("<4s4xIIxxxx")
 _STEP_HASH = struct.Struct("<4siI5s3xq" + 4 * "I17s3x" + "I33s")
 _EMPTY = b"\x01\x00\x00\x00\x00"  # a text of no characters and its end
 
@@ -31,6 +35,11 @@ _EMPTY = b"\x01\x00\x00\x00\x00"  # a text of no characters and its end
 def float64(value: float) -> Parts:
     """Return a ``std_msgs/Float64``."""
     return (_FLOAT64.pack(_HEAD, value),)
+
+
+def float64s(values: FloatArray) -> Parts:
+    """Return a ``std_msgs/Float64MultiArray`` of one or more values, without names of dimensions."""
+    return (_FLOAT64S.pack(_HEAD, 0, len(values)) + values.tobytes(),)
 
 
 class SpikesEncoder:
@@ -45,7 +54,9 @@ class SpikesEncoder:
         count = _LENGTH.pack(len(ids))
         head = stamp(now_ns) + self._fixed + count
         ids_end = len(head) - 4 + 4 * len(ids) + 4
-        return head, ids.astype("<u4").tobytes(), count, b"\0" * (-ids_end % 8), times_ms.tobytes()
+        return (
+            b"".join((head, ids.astype("<u4").tobytes(), count, bytes(-ids_end % 8), times_ms.tobytes())),
+        )
 
 
 class ModelStatesEncoder:
@@ -69,7 +80,7 @@ class ModelStatesEncoder:
 
 
 def image(picture: Image) -> Parts:
-    """Return a ``sensor_msgs/Image``; its pixels are not copied."""
+    """Return a ``sensor_msgs/Image``; of a large one the pixels are packed."""
     at = picture.header.stamp
     data = picture.data
     if not isinstance(data, np.ndarray):
@@ -79,7 +90,8 @@ def image(picture: Image) -> Parts:
     body += struct.pack("<II", picture.height, picture.width) + _text(picture.encoding)
     body = _padded(body + bytes([picture.is_bigendian]), 8, 4)
     body += struct.pack("<II", picture.step, len(pixels))
-    return _STAMP.pack(_HEAD, at.sec, at.nanosec) + body, pixels.data
+    large = len(pixels) >= PACKED_BYTES
+    return _STAMP.pack(_HEAD, at.sec, at.nanosec) + body, Packed(pixels.data) if large else pixels.tobytes()
 
 
 def step_hash(now_ns: int, step: int, hashes: Sequence[str], chain: str) -> Parts:
@@ -97,6 +109,11 @@ def step_hash(now_ns: int, step: int, hashes: Sequence[str], chain: str) -> Part
 def snapshot(now_ns: int, step: int, data: bytes) -> Parts:
     """Return a ``nrp_msgs/Snapshot``; the data is not copied."""
     return _padded(stamp(now_ns) + _EMPTY, -4, 8) + struct.pack("<qI", step, len(data)), data
+
+
+def joined(parts: Parts) -> bytes:
+    """Return a message in one piece."""
+    return b"".join(map(bytes, parts))
 
 
 def stamp(now_ns: int) -> bytes:

@@ -12,8 +12,8 @@ import xxhash
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network import FloatArray, IntArray
 from nrp_core.errors import CapabilityError
-from nrp_core.recording.encoding import Parts
 from nrp_core.recording.layout import Role
+from nrp_core.recording.packing import Packed
 from nrp_core.recording.signals import Entry
 from nrp_core.world.interface import World
 
@@ -64,36 +64,27 @@ class Voltages:
 
 
 class Hasher:
-    """Hashes what a step came to, group by group."""
+    """Hashes what a step came to, group by group; packed pixels count by their own hash."""
 
     def __init__(self) -> None:
-        self._hashes = [xxhash.xxh3_64() for _ in GROUPS]
-        self._topics: dict[str, tuple[Any, bytes]] = {}
+        self._topics: dict[str, tuple[int | None, bytes]] = {}
 
-    def hashes(self, step: Step, encoded: Sequence[Parts]) -> list[str]:
-        """Return the hashes of a step, in the order of :data:`GROUPS`.
-
-        Args:
-            step: the step.
-            encoded: the bytes of each of its entries.
-        """
-        for one in self._hashes:
-            one.reset()
+    def hashes(self, step: Step) -> list[str]:
+        """Return the hashes of a step, in the order of :data:`GROUPS`."""
+        counted: tuple[list[Any], ...] = ([], [], [], [])
         if step.voltages is not None:
-            self._hashes[BRAIN].update(step.voltages.data)
-        for entry, parts in zip(step.entries, encoded, strict=True):
-            known = self._topics.get(entry.topic) or self._know(entry)
-            if known[0] is not None:
-                update = known[0].update
-                update(known[1])
-                for part in parts:
-                    update(part)
-        return [one.hexdigest() for one in self._hashes]
+            counted[BRAIN].append(step.voltages.data)
+        for entry in step.entries:
+            group, name = self._topics.get(entry.topic) or self._know(entry)
+            if group is not None:
+                counted[group].append(name)
+                for part in entry.parts:
+                    counted[group].append(part.digest if isinstance(part, Packed) else part)
+        return [xxhash.xxh3_64_hexdigest(b"".join(one)) for one in counted]
 
-    def _know(self, entry: Entry) -> tuple[Any, bytes]:
-        """Return which hash a topic goes to, if any, and its name as bytes."""
-        group = GROUP_OF.get(entry.about["role"])
-        known = None if group is None else self._hashes[group], entry.topic.encode()
+    def _know(self, entry: Entry) -> tuple[int | None, bytes]:
+        """Return in which group a topic counts, if in any, and its name as bytes."""
+        known = GROUP_OF.get(entry.about["role"]), entry.topic.encode()
         self._topics[entry.topic] = known
         return known
 

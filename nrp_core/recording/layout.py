@@ -29,6 +29,8 @@ SNAPSHOTS = "/nrp/snapshots"
 """Topic of the complete state of the run, now and then."""
 PUBLISHED = "/nrp/published"
 """Topic of what came from outside of the run."""
+CALLED = "/nrp/called"
+"""Topic of what else was done to the run from outside: transfer functions exchanged, models put in."""
 
 
 class Pictures(StrEnum):

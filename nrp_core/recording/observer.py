@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import partial
 from operator import itemgetter
 from typing import Any
 
+import numpy as np
+
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import TopicError
-from nrp_core.recording import encoding
 from nrp_core.recording.hashes import Step, Voltages
-from nrp_core.recording.layout import PUBLISHED, Pictures, Role
+from nrp_core.recording.layout import CALLED, PUBLISHED, Pictures, Role
 from nrp_core.recording.signals import (
+    QUICKLY_ENCODED,
     Camera,
     DeviceValues,
     Entry,
@@ -58,6 +59,8 @@ class Observer:
     ) -> None:
         self.warnings: list[str] = []
         self.codec = codec or Codec()
+        for kind in QUICKLY_ENCODED:  # learned now: later they are asked for from another thread
+            self.codec.name(kind)
         self._brain, self._world = brain, world
         self._period_ns, self._pictures = period_ns, pictures
         self._refused: set[str] = set()
@@ -94,6 +97,12 @@ class Observer:
         noted = nrp_msgs.Published(header, topic, kind, data)  # type: ignore[arg-type]
         self._add(Entry(self._world.now_ns, PUBLISHED, nrp_msgs.Published, _RUN, message=noted))
 
+    def note_call(self, name: str, data: bytes) -> None:
+        """Take in what else was done from outside of the run."""
+        header = Header(Time.from_ns(self._world.now_ns))
+        noted = nrp_msgs.Called(header, name, np.frombuffer(data, np.uint8))
+        self._add(Entry(self._world.now_ns, CALLED, nrp_msgs.Called, _RUN, message=noted))
+
     def close(self) -> list[Entry]:
         """Leave the run as if nobody had looked; return what had come of a step that was not finished."""
         self._world.remove_observer(self._note_published)
@@ -126,16 +135,15 @@ class Observer:
         message = stamped.message
         data = self._encoded(topic, message)
         if data is not None:
-            encode = partial(_one_part, data)
-            self._pending.append(Entry(stamped.t_ns, topic, type(message), _PUBLISHED, encode))
+            self._pending.append(Entry(stamped.t_ns, topic, type(message), _PUBLISHED, (data,)))
 
     def _add(self, entry: Entry) -> None:
         """Keep an entry; what has yet to be encoded is, for whoever owns the message may change it later."""
-        if entry.encode is None:
+        if not entry.parts:
             data = self._encoded(entry.topic, entry.message)
             if data is None:
                 return
-            entry = Entry(entry.t_ns, entry.topic, entry.kind, entry.about, partial(_one_part, data))
+            entry = Entry(entry.t_ns, entry.topic, entry.kind, entry.about, (data,))
         self._pending.append(entry)
 
     def _encoded(self, topic: str, message: Any) -> memoryview | None:
@@ -148,10 +156,6 @@ class Observer:
             self._refused.add(topic)
             self.warnings.append(f"{topic} is not recorded: {error.message}")
             return None
-
-
-def _one_part(data: memoryview) -> encoding.Parts:
-    return (data,)
 
 
 def about_run() -> Mapping[str, str]:

@@ -25,6 +25,11 @@ class Playback:
         self._messages: Iterator[Recorded] = self._recording.messages(self._topics)
         self._next = next(self._messages, None)
 
+    @property
+    def ended(self) -> bool:
+        """Whether there is nothing more to come."""
+        return self._next is None
+
     def until(self, t_ns: int) -> list[Recorded]:
         """Return what was recorded since the last call up to ``t_ns``, in order."""
         come: list[Recorded] = []

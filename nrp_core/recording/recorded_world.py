@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from nrp_core.clock import from_seconds
 from nrp_core.errors import CapabilityError, TopicError
 from nrp_core.experiment.prepare import Plan, Side
 from nrp_core.recording.layout import Role
@@ -47,17 +49,27 @@ class RecordedWorld(World):
     def __init__(
         self, recording: Recording, scene: Scene, seed: int, capabilities: WorldCapabilities
     ) -> None:
-        super().__init__(scene, seed=seed, capabilities=capabilities, identity="recorded")
-        sensed = [topic.name for topic in recording.with_role(Role.SENSOR, Role.CAMERA)]
-        self._playback = Playback(recording, {MODEL_STATES, *sensed})
+        topics = [topic.name for topic in recording.with_role(Role.SENSOR, Role.CAMERA)]
+        self._recorded_topics = {name.removesuffix(_COMPRESSED): name for name in topics}
+        self._recording, self._sensed = recording, dict[str, _Sensed]()
+        self._playback = Playback(recording, {MODEL_STATES, *topics})
         self._playback.until(0)
-        for name in sensed:
-            served = name.removesuffix(_COMPRESSED)
-            if served in self._parts:
-                self._parts[served] = _Sensed(self._playback, name, recorded_at=self._is_rated(served))
+        super().__init__(scene, seed=seed, capabilities=capabilities, identity="recorded")
 
-    def _is_rated(self, topic: str) -> bool:
-        return self._topics[topic].rate_hz is not None
+    def _take_stock(self) -> None:
+        super()._take_stock()
+        for served in self._recorded_topics.keys() & self._parts.keys():
+            self._parts[served] = self._sensed.get(served) or self._sense(served)
+
+    def _sense(self, topic: str) -> _Sensed:
+        info, recorded_as = self._topics[topic], self._recorded_topics[topic]
+        if info.delay:
+            ahead = Playback(self._recording, {recorded_as})
+            sensed: _Sensed = _SensedLate(ahead, recorded_as, info.type, delay_ns=from_seconds(info.delay))
+        else:
+            sensed = _Sensed(self._playback, recorded_as, recorded_at=info.rate_hz is not None)
+        self._sensed[topic] = sensed
+        return sensed
 
     def _do_advance(self, steps: int) -> None:
         self._playback.until(self._at_ns + steps * self.capabilities.step_ns)
@@ -65,6 +77,23 @@ class RecordedWorld(World):
     def _do_reset(self, seed: int) -> None:
         self._playback.reset()
         self._playback.until(0)
+        for sensed in self._sensed.values():
+            sensed.reset()
+
+    def _do_load(self, scene: Scene) -> None:
+        """Models come and go as they did; what is recorded of them is all that they do."""
+
+    def _do_configuration(self, model: str) -> None:
+        """Nothing is to be kept of a model while others come and go."""
+
+    def _do_configure(self, model: str, configuration: object) -> None:
+        """Nor to be brought back."""
+
+    def _do_place(self, model: str, motion: ModelMotion) -> None:
+        """It is where it was then."""
+
+    def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        """So are its joints."""
 
     def _do_model_motion(self, model: str) -> ModelMotion:
         recorded = self._playback.latest.get(MODEL_STATES)
@@ -115,11 +144,40 @@ class _Sensed(Part):
         recorded = self._playback.latest.get(self._topic)
         if recorded is None or (self._recorded_at and recorded.t_ns != now_ns):
             raise TopicError(f"the recording has nothing on {topic} at {now_ns * 1e-9:g} s")
-        if isinstance(recorded.message, CompressedImage):
-            return _picture(recorded.message)
-        if isinstance(recorded.message, Image):
-            return as_it_was(recorded.message)
-        return recorded.message
+        return _as_sensed(recorded.message)
+
+
+class _SensedLate(_Sensed):
+    """Serves one topic whose messages arrived, and were recorded, some time after they were taken.
+
+    Args:
+        ahead: what was recorded of it alone.
+        topic: where that is.
+        kind: the class of its messages.
+        delay_ns: how much later they arrived.
+    """
+
+    def __init__(self, ahead: Playback, topic: str, kind: type, *, delay_ns: int) -> None:
+        super().__init__(ahead, topic, recorded_at=True)
+        self._kind, self._delay_ns = kind, delay_ns
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        self._playback.until(now_ns + self._delay_ns)
+        recorded = self._playback.latest.get(self._topic)
+        arrived_at_ns = None if recorded is None else recorded.t_ns
+        if arrived_at_ns != now_ns + self._delay_ns and self._playback.ended:
+            return self._kind()  # the run ended before it arrived, and so will this one
+        return super().read(topic, now_ns + self._delay_ns)
+
+    def reset(self) -> None:
+        self._playback.reset()
+
+
+def _as_sensed(message: Any) -> Any:
+    """Return a message as its sensor gave it."""
+    if isinstance(message, CompressedImage):
+        return _picture(message)
+    return as_it_was(message) if isinstance(message, Image) else message
 
 
 def _picture(small: CompressedImage) -> Image:

@@ -66,7 +66,7 @@ def _write(recording: Recording, target: Path) -> tuple[int, float]:
             if not recovered.knows(topic.name):
                 recording.define(recovered.codec, topic)
                 recovered.announce(topic.name, topic.type_name, topic.about)
-            recovered.write(topic.name, message.log_time, message.data)
+            recovered.write(topic.name, message.log_time, (message.data,))
             last_ns = max(last_ns, message.log_time)
     finally:
         recovered.close()

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import reduce
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
 
 from nrp_core.clock import seconds
@@ -15,7 +16,8 @@ from nrp_core.errors import ExperimentError, SimulationError, did_you_mean
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.prepare import Plan, Say, quietly
 from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule, Origin, changed_files
+from nrp_core.recording.calls import changes_functions, repeat
+from nrp_core.recording.capsule import FORMAT, Capsule, Origin, changed_files
 from nrp_core.recording.hashes import GROUPS, Hasher
 from nrp_core.recording.layout import SNAPSHOTS, Pictures
 from nrp_core.recording.observer import Observer
@@ -97,6 +99,7 @@ class Replay(Closing):
         at_once = edited if request.from_ns is None else experiment
         self._edited = None if at_once is edited else edited
         with ExitStack() as opened:
+            self._scratch = Path(opened.enter_context(TemporaryDirectory(prefix="nrp-replay-")))
             self.run: Run = opened.enter_context(Run(at_once, say, revise=self._revised))
             self._observer = Observer(
                 self.run.brain, self.run.world, period_ns=experiment.timestep, pictures=_pictures(recording)
@@ -110,6 +113,8 @@ class Replay(Closing):
         self._comparison, self._hasher = Comparison(groups), Hasher()
         self._chain = ""
         self.warnings = [f"{name} is not what was recorded" for name in changed_files(recording)]
+        if recording.run.get("format", FORMAT) != FORMAT:
+            self.warnings.append("it was made by another version, whose hashes are not those of this one")
         if not recording.complete:
             self.warnings.append("the recording was cut or damaged: only its beginning is there")
 
@@ -165,14 +170,23 @@ class Replay(Closing):
             self._compare(first)
             return first.t_ns
         at_ns, data = snapshot
+        passed = self._pass(first, recorded, at_ns)
         self.run.restore(data)
-        if at_ns == first.t_ns:
+        if passed is first:
             self._compare(first)
             return at_ns
-        passed = next(step for step in recorded if step.t_ns == at_ns)
         self._chain = passed.hash.chain
         self._observer.step(passed.hash.step)  # what has been compared when it was recorded
         return at_ns
+
+    def _pass(self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int) -> RecordedStep:
+        """Pass over the steps up to a time, changing functions as they were changed; return the last one."""
+        step = first
+        while step.t_ns < at_ns:
+            step = next(recorded)
+            for call in filter(changes_functions, step.calls):
+                repeat(self.run, call, self._scratch)
+        return step
 
     def _snapshot(self, first: RecordedStep) -> tuple[int, bytes] | None:
         """Return the last snapshot that was taken in time, or None where time 0 will do."""
@@ -195,6 +209,8 @@ class Replay(Closing):
         if until_ns is not None and until_ns <= self.run.loop.now_ns:
             return
         for step in recorded:
+            for call in step.calls:
+                repeat(self.run, call, self._scratch)
             for topic, message in step.from_outside:
                 self.run.loop.publish(topic, message)
             self._awaited = step
@@ -212,9 +228,7 @@ class Replay(Closing):
 
     def _compare(self, recorded: RecordedStep) -> None:
         step = self._observer.step(recorded.hash.step)
-        encoded = [entry.encode() if entry.encode else () for entry in step.entries]
-        hashes = self._hasher.hashes(step, encoded)
-        self._comparison.add(recorded, step, encoded, hashes, self._observer.codec)
+        self._comparison.add(recorded, step, self._hasher.hashes(step), self._observer.codec)
         self._chain = recorded.hash.chain
 
     def _change(self, stack: ExitStack) -> None:

@@ -28,7 +28,8 @@ def write_experiment(experiment: Experiment, folder: Path, files: Collection[Pat
         files: those that the recording holds a copy of.
         root: the folder that they were below of.
     """
-    if type(experiment.maker) is not Maker or not experiment.source.value:
+    is_ours = type(experiment.maker) is Maker or experiment.compatibility is not None
+    if not is_ours or not experiment.source.value:
         return
     content = _moved(experiment.source, {file.resolve() for file in files}, root)
     with (folder / EXPERIMENT_NAME).open("w", encoding="utf-8") as file:

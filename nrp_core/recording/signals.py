@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -41,7 +40,7 @@ class Entry(NamedTuple):
         topic: where it goes.
         kind: its class.
         about: what readers are told of the topic, its role among it.
-        encode: gives its bytes, now or later; None where the codec has to, at once.
+        parts: its bytes; without any, the codec has to make them.
         message: the message itself, for the codec.
     """
 
@@ -49,9 +48,12 @@ class Entry(NamedTuple):
     topic: str
     kind: type
     about: Mapping[str, str]
-    encode: Callable[[], Parts] | None = None
+    parts: Parts = ()
     message: Any = None
 
+
+QUICKLY_ENCODED = (nrp_msgs.Spikes, ModelStates, Image, Float64, Float64MultiArray)
+"""The classes of messages that do not pass through the codec."""
 
 Add = Callable[[Entry], None]
 """Takes in an entry."""
@@ -108,7 +110,7 @@ class MovingModels(Signal):
         if now_ns > self._seen_ns:
             self._seen_ns = now_ns
             motions = [world.model_motion(name) for name in self._names]
-            add(Entry(now_ns, MODEL_STATES, ModelStates, self._about, partial(self._encode, motions)))
+            add(Entry(now_ns, MODEL_STATES, ModelStates, self._about, self._encode(motions)))
 
 
 class Sensor(Signal):
@@ -132,6 +134,7 @@ class Sensor(Signal):
         for stamped in self._subscription.since(self._seen_ns):
             self._seen_ns = stamped.t_ns
             add(self._entry(self._subscription.topic.name, stamped))
+        self._subscription.clear()  # a picture that is held takes the place of others in the cache
 
     def _entry(self, topic: str, stamped: Stamped) -> Entry:
         return Entry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message)
@@ -154,7 +157,7 @@ class Camera(Sensor):
         if self._compressed and compressible(picture):
             small = compress(picture)
             return Entry(stamped.t_ns, compressed_topic(topic), CompressedImage, self._about, message=small)
-        return Entry(stamped.t_ns, topic, Image, self._about, partial(encoding.image, picture))
+        return Entry(stamped.t_ns, topic, Image, self._about, encoding.image(picture))
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,8 +210,8 @@ class PopulationSpikes(Signal):
             add(self._entry(now_ns, owner, ids, spikes.times_ms[chosen]))
 
     def _entry(self, now_ns: int, owner: int, ids: IntArray, times_ms: FloatArray) -> Entry:
-        encode = partial(self._encoders[owner], now_ns, ids, times_ms)
-        return Entry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, encode)
+        parts = self._encoders[owner](now_ns, ids, times_ms)
+        return Entry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, parts)
 
     def close(self) -> None:
         self._brain.remove(self._port)
@@ -259,9 +262,9 @@ class _Device:
     def entry(self, now_ns: int, value: Any) -> Entry:
         """Return a new value."""
         if self._listens:
-            return Entry(now_ns, self.topic, Float64, self.about, partial(encoding.float64, float(value)))
-        values = Float64MultiArray(data=np.atleast_1d(np.asarray(value, float)))
-        return Entry(now_ns, self.topic, Float64MultiArray, self.about, message=values)
+            return Entry(now_ns, self.topic, Float64, self.about, encoding.float64(float(value)))
+        parts = encoding.float64s(np.atleast_1d(np.asarray(value, float)))
+        return Entry(now_ns, self.topic, Float64MultiArray, self.about, parts)
 
 
 def _differ(value: Any, last: Any) -> bool:

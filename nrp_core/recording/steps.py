@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from nrp_core.clock import seconds
-from nrp_core.recording.encoding import Parts
+from nrp_core.recording.encoding import joined
 from nrp_core.recording.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, WORLD, Step
-from nrp_core.recording.layout import PUBLISHED, STEPS
+from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
 from nrp_core.recording.read import Recording, Topic
 from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.nrp_msgs import Published, StepHash
+from nrp_core.world.messages.nrp_msgs import Called, Published, StepHash
 
 _MOST_VALUES = 3
 _MOST_ITEMS = 1000
@@ -32,12 +32,14 @@ class RecordedStep:
         t_ns: when it ended.
         messages: what was recorded of it that counts, in order: topic and bytes.
         from_outside: what was published from outside when it began.
+        calls: what else was done from outside before.
     """
 
     hash: StepHash
     t_ns: int
     messages: list[tuple[Topic, bytes]] = field(default_factory=list)
     from_outside: list[tuple[str, Any]] = field(default_factory=list)
+    calls: list[Called] = field(default_factory=list)
 
     @property
     def hashes(self) -> tuple[str, str, str, str]:
@@ -50,14 +52,17 @@ def steps_of(recording: Recording) -> Iterator[RecordedStep]:
     codec = Codec({})
     messages: list[tuple[Topic, bytes]] = []
     published: list[Published] = []
+    calls: list[Called] = []
     for topic, record in recording.raw():
         if topic.name == STEPS:
             hashed: StepHash = recording.decoded(codec, topic, record.data)
             from_outside = [(one.topic, codec.decode(bytes(one.data), one.type)) for one in published]
-            yield RecordedStep(hashed, record.log_time, messages, from_outside)
-            messages, published = [], []
+            yield RecordedStep(hashed, record.log_time, messages, from_outside, calls)
+            messages, published, calls = [], [], []
         elif topic.name == PUBLISHED:
             published.append(recording.decoded(codec, topic, record.data))
+        elif topic.name == CALLED:
+            calls.append(recording.decoded(codec, topic, record.data))
         elif topic.role in GROUP_OF:
             messages.append((topic, record.data))
             if published:  # what came from outside was recorded under its own topic too, with its type
@@ -110,7 +115,6 @@ class Comparison:
         self,
         recorded: RecordedStep,
         step: Step,
-        encoded: Sequence[Parts],
         hashes: Sequence[str],
         codec: Codec,
     ) -> None:
@@ -119,14 +123,13 @@ class Comparison:
         Args:
             recorded: how it was.
             step: how it is now.
-            encoded: the bytes of each of its messages.
             hashes: its hashes.
             codec: knows the types of the messages.
         """
         if self.difference is None:
             after = [
-                (entry.topic, entry.about["role"], codec.name(entry.kind), b"".join(parts))
-                for entry, parts in zip(step.entries, encoded, strict=True)
+                (entry.topic, entry.about["role"], codec.name(entry.kind), joined(entry.parts))
+                for entry in step.entries
             ]
             self._add(recorded, after, hashes, codec)
 

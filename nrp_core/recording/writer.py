@@ -1,7 +1,8 @@
 """Write messages into an MCAP file that ROS 2 tools open and that survives being cut.
 
-The records are those of the ``mcap`` library. Its writer is not used: it keeps an object for every chunk
-until the end, and we close one every few steps; and its way to add a message costs five times as much.
+The records that are rare are those of the ``mcap`` library. Its writer is not used: it keeps an object for
+every chunk until the end, and we close one every few steps; and its way to add a message costs five times as
+much. The layouts of messages, chunks and their indexes are those of the specification of MCAP, version 0.
 """
 
 from __future__ import annotations
@@ -9,27 +10,26 @@ from __future__ import annotations
 import shutil
 import struct
 import time
-import zlib
-from collections.abc import Callable, Mapping, Sequence
+from array import array
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import SpooledTemporaryFile
 from typing import Any
 
-import lz4.frame  # type: ignore[import-untyped]
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Schema, Statistics
+from mcap.records import Channel, DataEnd, Footer, Header, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
+from nrp_core.recording.encoding import Parts
+from nrp_core.recording.packing import Packed, frame, pack
 from nrp_core.world.messages.cdr import Codec
 
-FLUSH_S = 0.08
-"""Wall time after which what was written so far goes to disk; a kill loses no more than this and a step."""
+FLUSH_S = 0.065
+"""Wall time after which what was written so far goes to disk."""
 
-_CHUNK_BYTES = 1 << 17
-"""About a camera picture: what is packed right after it was copied is still in the processor's cache."""
-_BLOCK = lz4.frame.BLOCKSIZE_MAX1MB
-"""A picture in one block is packed three times as fast as in the four that LZ4 would make of it."""
+_CHUNK_BYTES = 1 << 20
+"""A reader unpacks a whole chunk at once."""
 _INDEX_BYTES = 1 << 20
 """The index of chunks is kept in memory up to this size, then in a passing file."""
 
@@ -38,8 +38,14 @@ _HEAD_BYTES = 9
 """Opcode and length, which the length of a record does not count."""
 _MESSAGE_BYTES = _MESSAGE.size - _HEAD_BYTES
 _MESSAGE_CODE = int(Opcode.MESSAGE)
-_NEVER_NS = (1 << 64) - 1
+_NO_CRC = 0
+"""Of a chunk as a whole; each block in it has its own checksum."""
 _MESSAGE_INDEX = struct.Struct("<BQHI")
+_PLACE = struct.Struct("<HQ")
+_CHUNK = struct.Struct("<BQQQQII3sQ")
+_CHUNK_INDEX = struct.Struct("<BQQQQQI")
+_SIZES = struct.Struct("<QI3sQQ")
+_LZ4 = (3, b"lz4")
 
 
 class McapFile:
@@ -67,8 +73,7 @@ class McapFile:
         self._chunks = 0
         self._span_ns: tuple[int, int] | None = None
         self._schemas: dict[str, int] = {}
-        self._channels: dict[str, int] = {}
-        self._counts: dict[str, int] = {}
+        self._channels: dict[str, _Channel] = {}
         self._flushed_at = clock()
 
     def announce(self, topic: str, type_name: str, about: Mapping[str, str]) -> None:
@@ -83,27 +88,24 @@ class McapFile:
             number = self._schemas[type_name] = len(self._schemas) + 1
             text = self.codec.definition(type_name).encode()
             self._define(Schema(id=number, name=type_name, encoding="ros2msg", data=text))
-        number = self._channels[topic] = len(self._channels) + 1
+        number = len(self._channels) + 1
         metadata = {"offered_qos_profiles": "", "topic_type_hash": self.codec.hash(type_name), **about}
         self._define(Channel(number, topic, "cdr", metadata, self._schemas[type_name]))
-        self._counts[topic] = 0
+        self._channels[topic] = _Channel(number)
 
     def knows(self, topic: str) -> bool:
         """Return whether a topic was announced."""
         return topic in self._channels
 
-    def write(self, topic: str, t_ns: int, *parts: bytes | memoryview) -> None:
+    def write(self, topic: str, t_ns: int, parts: Parts) -> None:
         """Add an encoded message on an announced topic; its parts follow each other."""
-        count = self._counts[topic]
-        self._chunk.add(self._channels[topic], count, t_ns, parts)
-        self._counts[topic] = count + 1
+        self._chunk.add(self._channels[topic], t_ns, parts)
         if self._chunk.size > _CHUNK_BYTES:
             self._end_chunk()
 
-    @property
-    def is_due(self) -> bool:
-        """Whether the last flush is long enough ago."""
-        return self._clock() - self._flushed_at >= FLUSH_S
+    def is_due(self, after_s: float = FLUSH_S) -> bool:
+        """Return whether the last flush is so much wall time ago."""
+        return self._clock() - self._flushed_at >= after_s
 
     def flush(self) -> None:
         """Hand everything to the operating system; from here on a kill of this process loses none of it."""
@@ -114,7 +116,7 @@ class McapFile:
     @property
     def counts(self) -> dict[str, int]:
         """Messages written so far, by topic."""
-        return dict(self._counts)
+        return {topic: channel.count for topic, channel in self._channels.items()}
 
     @property
     def closed(self) -> bool:
@@ -139,29 +141,36 @@ class McapFile:
 
     def _end_chunk(self) -> None:
         chunk = self._chunk
-        if chunk.last_ns < 0:
+        if chunk.span_ns is None:
             return
+        first, last = chunk.span_ns
         self._chunk = _Chunk()
         self._chunks += 1
-        first, last = chunk.first_ns, chunk.last_ns
         earliest, latest = self._span_ns or (first, last)
         self._span_ns = (min(first, earliest), max(last, latest))
-        records = chunk.records()
-        start, packed = self._file.tell(), lz4.frame.compress(records, block_size=_BLOCK)
-        size, crc = len(records), zlib.crc32(records)
-        length = self._file.write(_bytes_of(Chunk("lz4", packed, last, first, crc, size)))
-        offsets, index = chunk.message_indexes(start + length)
-        self._file.write(index)
+        packed, place = chunk.packed(), self._file.tell()
+        head = _CHUNK.pack(
+            Opcode.CHUNK, _CHUNK.size - _HEAD_BYTES + len(packed), first, last, chunk.size, _NO_CRC,
+            *_LZ4, len(packed),
+        )  # fmt: skip
+        length = len(head) + len(packed)
+        index, offsets = chunk.message_indexes(place + length)
+        self._file.write(b"".join((head, packed, index)))
         self._chunk_indexes.write(
-            _bytes_of(ChunkIndex(length, start, "lz4", len(packed), last, len(index), offsets, first, size))
-        )
+            _CHUNK_INDEX.pack(
+                Opcode.CHUNK_INDEX, _CHUNK_INDEX.size + len(offsets) + _SIZES.size - _HEAD_BYTES, first, last,
+                place, length, len(offsets),
+            )
+            + offsets
+            + _SIZES.pack(len(index), *_LZ4, len(packed), chunk.size)
+        )  # fmt: skip
 
     def _write_summary(self) -> None:
         """Write what lets a reader find its way: all definitions, counts, and where the chunks are."""
         self._file.write(_bytes_of(DataEnd(0)))
         start = self._file.tell()
         self._file.write(self._definitions)
-        counts = {self._channels[topic]: count for topic, count in self._counts.items()}
+        counts = {channel.number: channel.count for channel in self._channels.values()}
         first, last = self._span_ns or (0, 0)
         statistics = Statistics(
             attachment_count=0, metadata_count=0, channel_count=len(counts), schema_count=len(self._schemas),
@@ -174,49 +183,78 @@ class McapFile:
         self._file.write(_bytes_of(Footer(start, 0, 0)) + MCAP0_MAGIC)
 
 
+class _Channel:
+    """A topic: its number, how many messages there were, and where those of the chunk are."""
+
+    __slots__ = ("count", "number", "places")
+
+    def __init__(self, number: int) -> None:
+        self.number, self.count = number, 0
+        self.places: list[int] = []
+
+
 class _Chunk:
     """Records that will be written together, and where the messages are among them."""
 
     def __init__(self) -> None:
         self.size = 0
+        self._blocks: list[bytes] = []
         self._pieces: list[bytes | memoryview] = []
-        self.first_ns, self.last_ns = _NEVER_NS, -1
-        self._places: dict[int, list[int]] = {}
+        self._channels: list[_Channel] = []
 
-    def add(self, channel: int, sequence: int, t_ns: int, parts: Sequence[bytes | memoryview]) -> None:
-        place = (t_ns, self.size)
-        if channel in self._places:
-            self._places[channel] += place
-        else:
-            self._places[channel] = [*place]
-        if t_ns > self.last_ns:
-            self.last_ns = t_ns
-        if t_ns < self.first_ns:
-            self.first_ns = t_ns
-        size = _MESSAGE_BYTES + sum(map(len, parts))
-        self._pieces.append(_MESSAGE.pack(_MESSAGE_CODE, size, channel, sequence, t_ns, t_ns))
-        self._pieces += parts
+    def add(self, channel: _Channel, t_ns: int, parts: Parts) -> None:
+        """Add a message."""
+        places = channel.places
+        if not places:
+            self._channels.append(channel)
+        places += (t_ns, self.size)
+        size = _MESSAGE_BYTES
+        for part in parts:
+            size += len(part)
+        add = self._pieces.append
+        add(_MESSAGE.pack(_MESSAGE_CODE, size, channel.number, channel.count, t_ns, t_ns))
+        for part in parts:
+            if isinstance(part, Packed):
+                self._pack_pieces()
+                self._blocks.append(part.blocks)
+            else:
+                add(part)
         self.size += _HEAD_BYTES + size
+        channel.count += 1
+
+    @property
+    def span_ns(self) -> tuple[int, int] | None:
+        """The first and the last time of its messages; None as long as there are none."""
+        if not self._channels:
+            return None
+        times = [channel.places[::2] for channel in self._channels]
+        return min(map(min, times)), max(map(max, times))
 
     def define(self, record: bytes) -> None:
         """Add a schema or a channel."""
         self._pieces.append(record)
         self.size += len(record)
 
-    def records(self) -> bytes:
-        """Return all of it; only here it is copied, once."""
-        return b"".join(self._pieces)
+    def packed(self) -> bytes:
+        """Return all of it, packed."""
+        self._pack_pieces()
+        return frame(self._blocks)
 
-    def message_indexes(self, offset: int) -> tuple[dict[int, int], bytes]:
-        """Return the index of each channel, and at which offset of the file it will be."""
-        offsets: dict[int, int] = {}
-        index = bytearray()
-        for channel, places in self._places.items():
-            offsets[channel] = offset + len(index)
-            size = 8 * len(places)
-            index += _MESSAGE_INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size)
-            index += struct.pack(f"<{len(places)}Q", *places)
-        return offsets, bytes(index)
+    def _pack_pieces(self) -> None:
+        if self._pieces:
+            self._blocks.append(pack(b"".join(self._pieces)))
+            self._pieces.clear()
+
+    def message_indexes(self, offset: int) -> tuple[bytes, bytes]:
+        """Return the index of each channel one after the other, and where in the file each will be."""
+        pieces, places_of, size = list[bytes](), bytearray(), 0
+        for channel in self._channels:
+            places, channel.places = array("Q", channel.places).tobytes(), []
+            places_of += _PLACE.pack(channel.number, offset + size)
+            head = _MESSAGE_INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(places), channel.number, len(places))
+            pieces += (head, places)
+            size += len(head) + len(places)
+        return b"".join(pieces), bytes(places_of)
 
 
 def _bytes_of(record: Any) -> bytes:

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import pytest
+from mutations import numbers_in
 from nrp_brain_event import EventBackend
 
+from nrp_core.brain.currents import ACSource, DCSource, NoisyCurrentSource
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network import Network
 from nrp_core.brain.remote import RemoteBrain
+from nrp_core.brain.trains import FixedFrequencySource, PoissonSource
 from nrp_core.errors import SimulationError, TopicError, TransferFunctionRaisedError
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.prepare import Plan, Side
@@ -26,6 +31,7 @@ from nrp_core.recording.capsule import Capsule
 from nrp_core.recording.read import Recording
 from nrp_core.recording.recover import recover
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.topics import Direction
 
 SMALL = ("world.options.image_scale=0.1", "duration=2 s", "criteria=null")
 STATES = "/gazebo/model_states"
@@ -182,3 +188,50 @@ def test_nan_from_outside_is_refused_and_the_run_goes_on(engines: tuple[str, ...
             run.run_until(0.4)
             digests.append(run.result().trajectory_digest)
     assert digests[0] == digests[1]
+
+
+def with_nan(message: Any) -> bool:
+    """Put NaN into every number of a message that can hold it; return whether there is one."""
+    found = False
+    for item in fields(message):
+        value = getattr(message, item.name)
+        if isinstance(value, float):
+            setattr(message, item.name, float("nan"))
+            found = True
+        elif is_dataclass(value):
+            found = with_nan(value) or found
+    return found
+
+
+def test_nan_is_refused_by_every_topic_that_takes_numbers(engines: tuple[str, ...]) -> None:
+    with Run(load_experiment("braitenberg_husky", engines)) as run:
+        run.run_until(0.1)
+        refused = set()
+        for name, topic in run.world.topics.items():
+            if Direction.IN in topic.direction and with_nan(message := topic.type()):
+                with pytest.raises(TopicError, match=re.escape(name)):
+                    run.world.advertise(name).publish(message)
+                refused.add(name)
+        run.run_until(0.2)
+        assert {"/husky/cmd_vel", "/left_vr_screen/body/screen_glass/color"} <= refused
+        assert all(map(isfinite, numbers_in(run.result().final_pose)))
+
+
+@pytest.mark.parametrize(
+    ("source", "setting"),
+    [
+        (PoissonSource(), "rate"), (FixedFrequencySource(), "rate"), (DCSource(), "amplitude"),
+        (ACSource(), "amplitude"), (ACSource(), "frequency"), (NoisyCurrentSource(), "mean"),
+        (NoisyCurrentSource(), "stdev"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else type(value).__name__,
+)  # fmt: skip
+def test_nan_is_refused_by_every_device(engines: tuple[str, ...], source: Any, setting: str) -> None:
+    with Run(load_experiment("braitenberg_husky", engines)) as run:
+        port = run.brain.add_source(source, [0, 1], name="wrong")
+        before = getattr(port, setting)
+        for wrong in (float("nan"), float("inf"), [1.0, float("nan")]):
+            with pytest.raises(ValueError, match="finite"):
+                setattr(port, setting, wrong)
+        assert getattr(port, setting) == before
+        run.run_until(0.1)

@@ -25,6 +25,9 @@ from nrp_core.recording.recover import recover
 from nrp_core.recording.replay import Outcome, Replay, Request
 from nrp_core.recording.steps import steps_of
 from nrp_core.recording.used_files import FilesRead
+from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.scene.pose import Pose
 
 S = 10**9
 PAIRS = [("event", "mujoco"), ("spinnaker", "pybullet")]
@@ -102,6 +105,21 @@ def test_it_goes_on_from_within_as_it_went_on(made: Made, from_s: float) -> None
 def test_a_recorded_side_gives_the_other_what_it_gave(made: Made, side: str) -> None:
     outcome = made.replay(Request(recorded=frozenset({side})))  # type: ignore[arg-type]
     assert (outcome.difference, outcome.steps) == (None, 150)
+
+
+@pytest.mark.parametrize("delay_ms", [50, 300])
+def test_a_recorded_body_senses_as_late_as_it_did(delay_ms: int, tmp_path: Path) -> None:
+    late = [f"world.sensors={{'/husky/camera': {{delay: {delay_ms} ms, drop_out: 0.2}}}}", "duration=0.8 s"]
+    with FilesRead() as files, Run(load_experiment("braitenberg_husky", [*SETTINGS, *late])) as run:
+        capsule = Capsule(run, tmp_path / "late", files=files)
+        run.run()
+        capsule.close("finished")
+    recorded = Made(tmp_path / "late", {})
+    (first, *_) = recorded.recording.messages({"/husky/camera"})
+    assert first.t_ns >= delay_ms * 1_000_000
+    for side in ("world", "brain"):
+        outcome = recorded.replay(Request(recorded=frozenset({side})))  # type: ignore[arg-type]
+        assert (outcome.difference, outcome.error) == (None, None)
 
 
 def test_a_transfer_function_is_tested_against_a_recorded_body(made: Made, tmp_path: Path) -> None:
@@ -196,9 +214,7 @@ def test_what_cannot_be_replayed_is_an_error(made: Made, request_: Request, mess
         made.replay(request_)
 
 
-def test_a_killed_run_loses_at_most_a_tenth_of_a_second_and_is_verified_as_far_as_it_went(
-    tmp_path: Path,
-) -> None:
+def test_a_killed_run_is_verified_as_far_as_it_went(tmp_path: Path) -> None:
     folder = tmp_path / "killed"
     program = [
         sys.executable, "-m", "nrp_core", "run", "braitenberg_husky", "--record", str(folder),
@@ -212,9 +228,7 @@ def test_a_killed_run_loses_at_most_a_tenth_of_a_second_and_is_verified_as_far_a
         assert process.poll() is None
         time.sleep(0.02)
     os.kill(process.pid, signal.SIGKILL)
-    written_at, killed_at = file.stat().st_mtime, time.time()
     process.wait()
-    assert killed_at - written_at < 0.1 + 0.15  # the step under way, and a machine that is busy
     assert json.loads((folder / RUN_NAME).read_text())["state"] == "running"
     killed = Made(folder, {})
     assert not killed.recording.complete
@@ -235,3 +249,57 @@ def test_a_snapshot_of_another_run_is_refused(made: Made) -> None:
         for nonsense in (b"no pickle", pickle.dumps(5)):
             with pytest.raises(SnapshotError, match="cannot be read"):
                 run.restore(nonsense)
+
+
+BOX = """<sdf version="1.6"><model name="box"><link name="body">
+<inertial><mass>1</mass></inertial>
+<collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision>
+<visual name="v"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></visual>
+</link></model></sdf>"""
+
+
+@pytest.fixture(scope="module", params=PAIRS, ids="-".join)
+def changed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """A run to which things were done from outside while it went on."""
+    brain, world = request.param
+    folder = tmp_path_factory.mktemp("changed")
+    overrides = [*SETTINGS, f"brain.backend={brain}", f"world.backend={world}", "duration=2.4 s"]
+    with FilesRead() as files, Run(load_experiment("braitenberg_husky", overrides)) as run:
+        capsule = Capsule(run, folder / "recording", files=files, snapshots_ns=S)
+        listing = (Path(str(run.loop.functions[0].place.path)).parent / "listing1.py").read_text()
+        run.run_until(0.6)
+        (folder / "slower.py").write_text(listing.replace("20 * min", "5 * min"))
+        run.change([folder / "slower.py"])
+        run.world.call("/gazebo/spawn_sdf_model", "box", BOX)
+        run.run_until(0.9)
+        run.activate("linear_twist", False)
+        run.run_until(1.4)
+        run.activate("linear_twist")
+        run.world.place("box", ModelMotion(Pose((0.5, 2.0, 0.5))))
+        (folder / "slower.py").write_text(listing.replace("20 * min", "10 * min"))
+        run.change([folder / "slower.py"])
+        run.run_until(2.0)
+        run.world.delete("box")
+        run.change(remove=["linear_twist"])
+        run.run()
+        capsule.close("finished")
+        assert capsule.warnings == []
+    (folder / "slower.py").unlink()
+    return Made(folder / "recording", {})
+
+
+def test_what_was_done_from_outside_is_done_again(changed: Made) -> None:
+    outcome = changed.replay()
+    assert (outcome.difference, outcome.steps, outcome.warnings) == (None, 120, [])
+    names = {name for one in changed.recording.messages({MODEL_STATES}) for name in one.message.name}
+    assert names == {"husky", "box"}
+
+
+@pytest.mark.parametrize("from_s", [1.2, 2.2])
+def test_it_goes_on_from_within_what_was_done_from_outside(changed: Made, from_s: float) -> None:
+    assert changed.replay(Request(from_ns=round(from_s * S))).difference is None
+
+
+@pytest.mark.parametrize("side", ["brain", "world"])
+def test_a_recorded_side_knows_what_was_done_from_outside(changed: Made, side: str) -> None:
+    assert changed.replay(Request(recorded=frozenset({side}))).difference is None  # type: ignore[arg-type]

@@ -13,13 +13,13 @@ from matplotlib.gridspec import GridSpecFromSubplotSpec
 from matplotlib.offsetbox import AnchoredOffsetbox, HPacker, TextArea, VPacker
 from matplotlib.ticker import MaxNLocator
 
+from nrp_core.recording.plot.matrix import draw_values, height_of
 from nrp_core.recording.plot.room import draw_room
 from nrp_core.recording.plot.story import Coloured, Picture, Story
 from nrp_core.recording.plot.style import BAD, FAINT, GOOD, time_colours
 from nrp_core.recording.plot.traces import (
     by_unit,
     draw_raster,
-    draw_series,
     draw_timeline,
     moving,
     shade,
@@ -120,7 +120,8 @@ def _value_rows(story: Story) -> list[tuple[float, str, Any]]:
     for kind, all_series in (("Devices", story.sinks), ("Commands", moving(story.commands))):
         for unit, series in by_unit(all_series).items():
             title = f"{kind} ({unit})" if series[0].unit else unit
-            rows.append((0.8, title, lambda axes, s=series: draw_series(axes, s, story.end_s)))
+            height = height_of(series, 0.8)
+            rows.append((height, title, lambda axes, s=series: draw_values(axes, s, story.end_s)))
     return rows[:6]
 
 

@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nrp_core.errors import ExperimentError
+from nrp_core.recording.plot.matrix import draw_values, height_of
 from nrp_core.recording.plot.page import DPI
 from nrp_core.recording.plot.room import draw_room
 from nrp_core.recording.plot.story import Story, moments, pictures
-from nrp_core.recording.plot.traces import by_unit, draw_raster, draw_series, moving, shade
+from nrp_core.recording.plot.traces import by_unit, draw_raster, moving, shade
 from nrp_core.recording.read import Recording
 
 _WIDE = (12.0, 5.0)
@@ -69,11 +70,12 @@ def _devices(story: Story) -> Figure | None:
     ]
     if not rows:
         return None
-    figure = Figure(figsize=(_WIDE[0], 1.0 + 1.6 * len(rows)), dpi=DPI, layout="constrained")
-    stack = np.atleast_1d(figure.subplots(len(rows), sharex=True))
+    heights = [height_of(series, 1.6) for _, series in rows]
+    figure = Figure(figsize=(_WIDE[0], 1.0 + sum(heights)), dpi=DPI, layout="constrained")
+    stack = np.atleast_1d(figure.subplots(len(rows), sharex=True, height_ratios=heights))
     for axes, (title, series) in zip(stack, rows, strict=True):
         axes.set_title(title)
-        draw_series(axes, series, story.end_s)
+        draw_values(axes, series, story.end_s)
         shade(axes, story.coloured())
     stack[-1].set(xlim=(0, story.end_s or 1.0), xlabel="simulated time (s)")
     return figure

@@ -16,7 +16,7 @@ from nrp_core.brain.network import FloatArray
 from nrp_core.recording.plot.story import Coloured, Series, Story
 from nrp_core.recording.plot.style import FAINT, colour
 
-_LONGEST_LABEL = 28
+_LONGEST_LABEL, _LINE_CHARACTERS = 28, 72
 _MOST_ROWS = 400
 """More neurons than this are thinned out evenly."""
 
@@ -140,14 +140,14 @@ def moving(series: Mapping[str, Series]) -> dict[str, Series]:
     return {key: one for key, one in series.items() if any(one.values)} or dict(series)
 
 
-def draw_series(axes: Axes, series: Sequence[Series], end_s: float, first_colour: int = 0) -> None:
-    """Draw values that hold until the next one."""
+def draw_series(axes: Axes, series: Sequence[Series], end_s: float) -> None:
+    """Draw a curve for each."""
     axes.axhline(0, color=FAINT, linewidth=0.5)
-    labels = short_labels(series)
+    labels = short_labels(series, min(_LONGEST_LABEL, _LINE_CHARACTERS // len(series)))
     for number, (one, label) in enumerate(zip(series, labels, strict=True)):
         times, values = [*one.times_s, end_s], [*one.values, one.values[-1]]
         axes.plot(
-            times, values, drawstyle="steps-post", linewidth=0.9, color=colour(first_colour + number),
+            times, values, drawstyle="steps-post", linewidth=0.9, color=colour(number),
             label=label,
         )  # fmt: skip
     axes.grid(axis="y")
@@ -159,9 +159,9 @@ def draw_series(axes: Axes, series: Sequence[Series], end_s: float, first_colour
     )  # fmt: skip
 
 
-def short_labels(series: Sequence[Series]) -> list[str]:
+def short_labels(series: Sequence[Series], longest: int = _LONGEST_LABEL) -> list[str]:
     """Return labels without the path that all of them share, and none longer than fits."""
     parts = [re.split(r"(?<=[/.])", one.label) for one in series]
     shared = sum(1 for _ in takewhile(lambda column: len(set(column)) == 1, zip(*parts, strict=False)))
     labels = ["".join(words[shared if len(parts) > 1 else 0 :]) for words in parts]
-    return [label if len(label) <= _LONGEST_LABEL else f"…{label[1 - _LONGEST_LABEL :]}" for label in labels]
+    return [label if len(label) <= longest else f"…{label[1 - longest :]}" for label in labels]

@@ -61,6 +61,19 @@ def test_every_file_that_was_read_is_kept_and_no_other(
     }  # fmt: skip
 
 
+def test_a_recording_inside_the_folder_of_its_experiment_holds_no_copy_of_itself(
+    open_run: Open, experiment: Path
+) -> None:
+    for name in ("first", "second"):
+        with FilesRead() as files:
+            run = open_run()
+            Capsule(run, experiment / "runs" / name, files=files).close("finished")
+            assert copies(experiment / "runs" / name) == {
+                "variant.yaml", "experiment.yaml", "brain.py", "drive.py", "husky.sdf", "room.sdf",
+                "weights.csv",
+            }  # fmt: skip
+
+
 def test_without_a_listener_the_files_that_are_named_are_kept(open_run: Open, tmp_path: Path) -> None:
     Capsule(open_run(), tmp_path / "out").close("finished")
     assert copies(tmp_path / "out") >= {"variant.yaml", "experiment.yaml", "brain.py", "drive.py", "room.sdf"}
@@ -88,7 +101,7 @@ def test_the_description_says_what_a_result_depends_on(open_run: Open, tmp_path:
     capsule.close("finished")
     told = Recording(tmp_path / "out").run
     assert (told["format"], told["experiment"], told["seed"], told["state"]) == (
-        2, "drive_to_the_wall", 5, "finished",
+        3, "drive_to_the_wall", 5, "finished",
     )  # fmt: skip
     assert told["file"] == "experiment/variant.yaml"
     assert told["settings"]["timestep"] == 40_000_000

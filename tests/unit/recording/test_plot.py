@@ -146,6 +146,26 @@ def test_labels_lose_what_they_share() -> None:
     assert short_labels([Series("x" * 100, "")])[0].startswith("…x")
 
 
+def test_many_devices_are_rows_of_colours_and_no_name_leaves_the_figure() -> None:
+    sinks = {
+        f"wheel_{i}": Series(f"drive/wheel_number_{i}_of_the_robot", "mV", [0.1 * i, 1.0], [float(i), -1.0])
+        for i in range(18)
+    }
+    for count in (1, 3, 4, 18):
+        story = Story({}, end_s=2.0, sinks=dict(list(sinks.items())[:count]))
+        figure = draw_page(story, [])
+        figure.draw_without_rendering()
+        width, height = figure.bbox.size
+        for text in figure.findobj(mpl.text.Text):
+            box = text.get_window_extent()
+            assert not text.get_text() or (box.x0 >= 0 and box.x1 <= width and box.y1 <= height), text
+        images = [image for axes in figure.axes for image in axes.images if image.get_array().shape[0] == 18]
+        assert len(images) == (count == 18)
+    (rows,) = [image.get_array() for image in images]
+    assert np.isnan(np.ma.filled(rows, np.nan)[17, 0])
+    assert (rows[5, 300], rows[5, -1]) == (5.0, -1.0)
+
+
 def test_numbers_are_found_wherever_they_are_in_a_message() -> None:
     found = dict(numbers_in(Twist(Vector3(1.0), Vector3(z=2.0))))
     assert found == {f"{part}.{axis}": 0.0 for part in ("linear", "angular") for axis in "xyz"} | {

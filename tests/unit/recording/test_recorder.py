@@ -195,7 +195,7 @@ def test_a_full_disk_is_one_clear_error(rig: Any, monkeypatch: pytest.MonkeyPatc
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(McapFile, "write", full)
-    monkeypatch.setattr(McapFile, "is_due", True)
+    monkeypatch.setattr(McapFile, "is_due", lambda *_: True)
     with pytest.raises(SimulationError, match="the recording cannot be written: No space left on device"):
         rig.step()
     rig.recorder.close()
@@ -207,8 +207,8 @@ def test_the_file_is_flushed_by_wall_time(tmp_path: Path) -> None:
     file.announce("/a", file.codec.name(Twist), {})
     sizes = []
     for _ in range(5):
-        file.write("/a", 0, file.codec.encode(Twist()))
-        if file.is_due:
+        file.write("/a", 0, (file.codec.encode(Twist()),))
+        if file.is_due():
             file.flush()
         sizes.append((tmp_path / MCAP_NAME).stat().st_size)
     assert sizes[0] == sizes[1] < sizes[2] == sizes[3] < sizes[4]
@@ -224,7 +224,7 @@ def test_a_kill_in_the_middle_of_writing_leaves_what_was_flushed(tmp_path: Path)
         file = McapFile(Path(sys.argv[1]))
         file.announce("/a", file.codec.name(Twist), {})
         for k in range(1000):
-            file.write("/a", k, file.codec.encode(Twist()))
+            file.write("/a", k, (file.codec.encode(Twist()),))
             if k == 900:
                 file.flush()
         os.kill(os.getpid(), signal.SIGKILL)
