@@ -267,7 +267,7 @@ class Code(Enum):
     )
     NRP243 = _E(
         "A function depends on the wall clock or on a global random generator.",
-        "Two runs with one seed will differ.",
+        "Two runs with one seed will differ; while a function sleeps, simulated time stands still.",
         "Use `t` for the time, and noise devices or a seeded generator in a variable for randomness.",
     )
     NRP244 = _E(
@@ -284,6 +284,31 @@ class Code(Enum):
         "A name that nothing defines.",
         "The function raises NameError when it comes to that line.",
         "Correct the spelling, import the module, or add the parameter and its mapping.",
+    )
+    NRP247 = _E(
+        "A device, a topic or a message where a number is meant.",
+        "The function raises TypeError when it comes to that line.",
+        "Take what it tells: `camera.value`, `wheel.voltage`, `message.data`.",
+    )
+    NRP248 = _E(
+        "Something that never happens.",
+        "The run is over before, or one event waits for another that waits for it.",
+        "Times of an experiment file carry their unit; `t` is in seconds from the start of the run.",
+    )
+    NRP249 = _E(
+        "An angle without a unit that is more than a whole turn.",
+        "Numbers without a unit are radians; 180 of them are nearly 29 turns.",
+        "Write the unit: `180 deg`.",
+    )
+    NRP250 = _E(
+        "Two sinks of a function that always tell the same.",
+        "Often one of them was meant for other neurons, such as those of the other wheel.",
+        "Correct the indices, or use one sink in both places.",
+    )
+    NRP251 = _E(
+        "A loop without a way out.",
+        "The function never returns, and the run waits for it until its time limit ends it.",
+        "Leave the loop with `break` or `return`; what takes time goes over many steps.",
     )
 
     @property

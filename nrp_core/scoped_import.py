@@ -16,9 +16,11 @@ from copy import copy
 from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any
+from typing import Any, TypeAlias
 
 from nrp_core.errors import ExperimentError, NrpError
+
+Missing: TypeAlias = Callable[[str, Mapping[str, Any]], ModuleType | None]
 
 
 class Scope:
@@ -28,6 +30,9 @@ class Scope:
         roots: top-level packages below which there are substitutes.
         substitute: returns the module that a dotted name stands for, or None for the real one.
         folders: whose files count as neighbours too.
+        missing: returns what stands in for a module that is nowhere, given its name and the names of what
+            imports it; None for nothing.
+        compiled: returns what a file means; by default it is Python.
     """
 
     def __init__(
@@ -35,7 +40,11 @@ class Scope:
         roots: Iterable[str],
         substitute: Callable[[str], ModuleType | None],
         folders: Iterable[Path] = (),
+        missing: Missing | None = None,
+        compiled: Callable[[Path], CodeType] | None = None,
     ) -> None:
+        self._missing, self._compiled = missing, compiled or _compiled
+        self._homes: dict[Path, None] = {}
         self._packages = {root: self._package(root) for root in roots}
         self._stands_for = substitute
         self._folders = tuple(folders)
@@ -44,6 +53,7 @@ class Scope:
         self._builtins = {**vars(builtins), "__import__": self._import}
         self._files: set[str] = set()
         self._neighbours: dict[Path, ModuleType] = {}
+        self._places: dict[str, ModuleType] = {}
 
     def run(self, path: Path, module: ModuleType | None = None, code: CodeType | None = None) -> ModuleType:
         """Execute a file and return the module of its names; whatever the file raises comes through.
@@ -56,12 +66,12 @@ class Scope:
         module = ModuleType(path.stem, None) if module is None else module
         module.__dict__.update(__file__=str(path), __builtins__=self._builtins)
         self._files.add(str(path))
+        self._homes[path.parent] = None
         # Dataclasses look their module up by its name while the file is executed.
         module.__name__ = f"{path.stem}@{id(module):x}"
         sys.modules[module.__name__] = module
         try:
-            code = code or compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
-            exec(code, module.__dict__)
+            exec(code or self._compiled(path), module.__dict__)
         finally:
             del sys.modules[module.__name__]
         return module
@@ -111,10 +121,38 @@ class Scope:
         level: int = 0,
     ) -> ModuleType:
         if level == 0:
-            module = self._ours(name) or self._neighbour(name, globals)
+            root = name.partition(".")[0]
+            module = self._ours(name)
+            if module is None and (module := self._neighbour(name, globals)) is not None:
+                for child in fromlist or ():
+                    if child not in vars(module):
+                        self._neighbour(f"{name}.{child}", globals)
             if module is not None:
-                return module if fromlist else self._packages.get(name.partition(".")[0], module)
+                return module if fromlist else self._root(root) or self._places.get(root, module)
+            try:
+                real = builtins.__import__(name, globals, locals, fromlist, level)
+            except ModuleNotFoundError as error:
+                stand_in = self._stand_in(name, globals or {}, error)
+                if stand_in is None:
+                    raise
+                if fromlist:
+                    return stand_in
+                self._places[name] = stand_in
+                return self._root(root) or self._stand_in(root, globals or {}, error) or stand_in
+            return real if fromlist else self._stands_for(root) or real
         return builtins.__import__(name, globals, locals, fromlist, level)
+
+    def _root(self, name: str) -> ModuleType | None:
+        """Return what `import name.child` binds where a part of it is a substitute."""
+        return self._packages.get(name) or self._stands_for(name)
+
+    def _stand_in(
+        self, name: str, importer: Mapping[str, Any], error: ModuleNotFoundError
+    ) -> ModuleType | None:
+        """Return what stands in for a module, if it is the one that is missing, not one that it imports."""
+        if self._missing is None or error.name is None or not f"{name}.".startswith(f"{error.name}."):
+            return None
+        return self._missing(name, importer)
 
     def _import_module(self, name: str, package: str | None = None) -> ModuleType:
         return self._ours(name) or importlib.import_module(name, package)
@@ -129,13 +167,19 @@ class Scope:
         package = ModuleType(name)
 
         def attribute(child: str) -> object:
-            substitute = self._stands_for(f"{name}.{child}")
+            substitute = self._stands_for(f"{name}.{child}") or self._places.get(f"{name}.{child}")
             if substitute is not None:
                 return substitute
             own = self._stands_for(name)
             if own is not None:
                 return getattr(own, child)
-            real = importlib.import_module(name)
+            try:
+                real = importlib.import_module(name)
+            except ModuleNotFoundError as error:
+                stand_in = self._stand_in(f"{name}.{child}", {}, error)
+                if stand_in is None:
+                    raise
+                return stand_in
             if not hasattr(real, child) and find_spec(f"{name}.{child}"):
                 return importlib.import_module(f"{name}.{child}")
             return getattr(real, child)
@@ -145,13 +189,23 @@ class Scope:
 
     def _neighbour(self, name: str, importer: Mapping[str, Any] | None) -> ModuleType | None:
         """Return the module in a file beside the importing one, or in a folder; it is executed once."""
-        if "." in name or name in sys.stdlib_module_names or not (importer or {}).get("__file__"):
+        root, *rest = name.split(".")
+        if root in sys.stdlib_module_names or not (importer or {}).get("__file__"):
             return None
-        folders = (Path(importer["__file__"]).parent, *self._folders)  # type: ignore[index]
-        paths = [folder / f"{name}.py" for folder in folders]
+        folders = (Path(importer["__file__"]).parent, *self._folders, *self._homes)  # type: ignore[index]
+        files = (f"{'/'.join([root, *rest])}.py", "/".join([root, *rest, "__init__.py"]))
+        paths = [folder / file for folder in folders for file in files]
         path = next((path for path in paths if path in self._neighbours or path.is_file()), None)
         if path is None:
             return None
+        module = self._executed(path, name)
+        parent, _, child = name.rpartition(".")
+        if parent:
+            package = self._neighbour(parent, importer) or self._places.setdefault(parent, ModuleType(parent))
+            setattr(package, child, module)
+        return self._places.setdefault(name, module)
+
+    def _executed(self, path: Path, name: str) -> ModuleType:
         if path not in self._neighbours:
             self._neighbours[path] = ModuleType(name)  # known at once, for modules that import each other
             try:
@@ -160,3 +214,7 @@ class Scope:
                 del self._neighbours[path]
                 raise
         return self._neighbours[path]
+
+
+def _compiled(path: Path) -> CodeType:
+    return compile(path.read_bytes(), str(path), "exec", dont_inherit=True)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
+from pyNN.common import Projection as AnyProjection
 
 from nrp_core.brain.network import IntArray, Network
+from nrp_core.brain.picking import CIRCUIT, Selection, with_views
 from nrp_core.brain.script import load_network
-from nrp_core.errors import NetworkError
+from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.xml_tree import Element
-from nrp_legacy.code import Source, as_of_old
+from nrp_legacy.brain_root import plain_variables
+from nrp_legacy.code import Source, as_of_old, compiled_file
 from nrp_legacy.elements import attribute, children, local, number
 from nrp_legacy.h5_brain import read_h5_brain
 from nrp_legacy.injections import Injection, kept_injections
@@ -22,8 +26,9 @@ from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.nest.network import network_of
 from nrp_legacy.pynn07 import add_spellings
+from nrp_legacy.shims.libraries import libraries_of_old
+from nrp_legacy.shims.missing import StandIns
 
-CIRCUIT = "circuit"
 _HDF5 = (".h5", ".hdf5")
 _SIMULATORS = (
     "hbp_nrp_cle.brainsim.simulator", "hbp_nrp_cle.brainsim.pynn.simulator", "python_cle.brainsim.simulator",
@@ -33,53 +38,87 @@ _SIMULATORS = (
 
 @dataclass(frozen=True)
 class NotedNetwork(Network):
-    """A network of which something is to be told."""
+    """A network of which something is to be told.
+
+    Args:
+        notes: what users should know.
+        injections: currents that its file injects.
+        variables: what its file holds in plain variables.
+        labels: of the projections that its file holds in variables, by their names.
+    """
 
     notes: tuple[str, ...] = ()
     injections: tuple[Injection, ...] = ()
+    variables: Mapping[str, Any] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
 
 
-def load_brain(path: Path, populations: Mapping[str, Element], seed: int) -> Network:
+def load_brain(
+    path: Path, populations: Mapping[str, Element], seed: int, folders: Sequence[Path] = ()
+) -> Network:
     """Return the network of a brain file, with the names that an experiment gives its neurons.
 
     Args:
         path: a script in PyNN or NEST, or an HDF5 file.
         populations: elements that choose neurons of the file's ``circuit``, by the names for them.
         seed: all that is random follows from it.
+        folders: whose modules a script can import.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
     """
-    network = read_h5_brain(path) if path.suffix in _HDF5 else _scripted(path, seed)
+    network = read_h5_brain(path) if path.suffix in _HDF5 else load_script(path, seed, folders=folders)
     views = dict(network.views)
     for name, chosen in populations.items():
-        ids = _chosen(chosen, name, views)
-        if ids is not None and ids.size:
-            views[name] = ids
+        with suppress(ExperimentError):  # it is told of as a name without neurons
+            ids = _chosen(chosen, name, views)
+            if ids is not None and ids.size:
+                views[name] = ids
     return replace(network, views=views)
 
 
-def _scripted(path: Path, seed: int) -> Network:
+def load_script(
+    path: Path, seed: int, populations: Mapping[str, Selection] | None = None, folders: Sequence[Path] = ()
+) -> Network:
+    """Return the network of a script in PyNN or NEST.
+
+    Args:
+        path: the script.
+        seed: all that is random follows from it.
+        populations: names for neurons of its ``circuit``.
+        folders: whose modules it can import.
+
+    Raises:
+        NetworkError: the file cannot be turned into a network.
+        NeuronSelectionError: ``populations`` reaches outside the circuit.
+    """
     if path.suffix != ".py":
         raise NetworkError(f"brains are read from .py and .h5 files, not from '{path.name}'", path=path)
-    code = Source.of_file(path).compiled(_unheard)
     kernel, currents = Kernel(seed), list[Injection]()
+    nest = nest_module(kernel)
+
+    kept, labels = dict[str, Any](), dict[str, str]()
 
     def by_nest(variables: Mapping[str, Any]) -> Network | None:
+        kept.update(plain_variables(variables))
+        labels.update({name: one.label for name, one in variables.items() if isinstance(one, AnyProjection)})
         return network_of(kernel, variables) if kernel.groups else None
 
     def adapt(sim: ModuleType) -> None:
         nonlocal currents
         add_spellings(sim)
+        vars(sim)["nest"] = nest
         currents = kept_injections(sim)
 
     with as_of_old():
         made = load_network(
-            path, seed=seed, simulators=_SIMULATORS, code=code, adapt=adapt,
-            modules={"nest": nest_module(kernel)}, other=by_nest,
+            path, seed=seed, simulators=_SIMULATORS, compiled=compiled_file, adapt=adapt,
+            modules={**libraries_of_old({}, lambda _seconds: None, seed), "nest": nest},
+            other=by_nest, missing=StandIns(kernel.note), folders=folders,
         )  # fmt: skip
     parts = made.populations, made.projections, made.views, made.timestep_ms
-    return NotedNetwork(*parts, tuple(kernel.notes), tuple(currents))
+    noted = NotedNetwork(*parts, tuple(kernel.notes), tuple(currents), kept, labels)
+    return with_views(noted, populations or {})
 
 
 def remark(
@@ -93,10 +132,6 @@ def remark(
     for name in populations:
         if name not in (*network.views, *network.populations):
             notes(f"population '{name}' has no neurons in {path.name}")
-
-
-def _unheard(note: str) -> None:
-    """Tell nobody."""
 
 
 def _chosen(element: Element, name: str, views: Mapping[str, IntArray]) -> IntArray | None:

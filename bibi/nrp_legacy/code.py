@@ -14,7 +14,7 @@ from types import CodeType
 from nrp_bibi.model.values import dedented
 
 from nrp_core.xml_tree import Element
-from nrp_legacy.python2 import converted, refusal
+from nrp_legacy.python2 import Converted, converted, executable, refusal
 
 Notes = Callable[[str], None]
 
@@ -70,6 +70,9 @@ class Source:
         Raises:
             TransferFunctionError: it is neither Python 3 nor Python 2.
         """
+        return self._converted(notes).tree
+
+    def _converted(self, notes: Notes) -> Converted:
         try:
             with as_of_old():
                 result = converted(self.text)
@@ -78,7 +81,7 @@ class Source:
         if result.changes:
             notes(f"{self.path.name}: leftovers of Python 2 were converted: {', '.join(result.changes)}")
         ast.increment_lineno(result.tree, self.first_line - 1)
-        return result.tree
+        return result
 
     def compiled(self, notes: Notes) -> CodeType:
         """Return what Python 3 runs; errors in it name the file and line in which it stands.
@@ -86,12 +89,17 @@ class Source:
         Raises:
             TransferFunctionError: as of :meth:`tree`.
         """
-        tree = self.tree(notes)
+        tree = executable(self._converted(notes))
         try:
             with as_of_old():
                 return compile(tree, str(self.path), "exec", dont_inherit=True)
         except SyntaxError as error:  # such as two parameters of one name
             raise refusal(error, self.path, 1) from None
+
+
+def compiled_file(path: Path) -> CodeType:
+    """Return what a file of whichever Python means, for files that others import."""
+    return Source.of_file(path).compiled(lambda _note: None)
 
 
 def _least_deep(code: str) -> str:

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.failure import complain
 from nrp_core.cli.options import Json, Models
 from nrp_core.cli.output import document
 
@@ -36,4 +35,4 @@ def import_experiment(
     typer.echo(str(output / FILE))
     for title, items in vars(report).items():
         for item in items:
-            complain(f"{title.replace('_', ' ')}: {item}")
+            typer.echo(f"{title.replace('_', ' ')}: {item}", err=True)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from nrp_core.errors import ExperimentError
 from nrp_core.xml_tree import Element
 from nrp_legacy.elements import (
     attribute,
@@ -14,7 +16,6 @@ from nrp_legacy.elements import (
     local,
     number,
     read_document,
-    seconds_of,
     text,
 )
 
@@ -32,18 +33,26 @@ class FileNamed:
         name: what stands there, empty where nothing does.
         element: where it stands.
         model: the folder of the model library that it belongs to, if that is said.
+        others: what else stands there and may be meant: an archive and a file in it, a model.
     """
 
     name: str
     element: Element
     model: str | None = None
+    others: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, element: Element) -> FileNamed:
         """Read a file that stands in an attribute, in an element below, or is all that the element says."""
-        model = attribute(element, "model")
-        name = attribute(element, "src", "assetPath") or text(element, "file", "src") or element.text
-        return cls(name.strip() or model or "", element, model)
+        model, archive = attribute(element, "model"), attribute(element, "assetPath")
+        name = attribute(element, "src") or text(element, "file", "src") or element.text.strip()
+        said = [one for one in dict.fromkeys((archive, name, model)) if one]
+        return cls(said[0] if said else "", element, model, tuple(said[1:]))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All that may be meant, what is meant most likely first."""
+        return (self.name, *self.others)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +61,7 @@ class Experiment:
 
     Args:
         element: its root.
+        timeout: what says how long it lasts.
         environment: the room.
         poses: where robots start, by their names.
         bibi: the other document.
@@ -62,7 +72,7 @@ class Experiment:
     element: Element
     name: str
     description: str
-    duration_s: float | None
+    timeout: Element | None
     seed: int | None
     environment: FileNamed | None
     poses: dict[str, Element]
@@ -77,7 +87,7 @@ class Bibi:
 
     Args:
         element: its root.
-        timestep_ms: of the loop.
+        timestep: what says the step of the loop, in ms.
         mode: the kind of brain simulation.
         brain: the file of the brain, None for none.
         populations: names for neurons of the brain, with the elements that choose them.
@@ -87,7 +97,7 @@ class Bibi:
     """
 
     element: Element
-    timestep_ms: float | None
+    timestep: Element | None
     mode: str
     brain: FileNamed | None
     populations: dict[str, Element]
@@ -105,7 +115,7 @@ def read_experiment(path: Path) -> Experiment:
     """Read an ``.exc`` file.
 
     Raises:
-        ExperimentError: it is not XML, or holds a number that is none.
+        ExperimentError: it is not XML.
     """
     root = read_document(path)
     environment, timeout, seed = (
@@ -124,7 +134,7 @@ def read_experiment(path: Path) -> Experiment:
         root,
         text(root, "name") or path.stem,
         text(root, "description"),
-        None if timeout is None or not timeout.text else seconds_of(timeout),
+        None if timeout is None or not timeout.text else timeout,
         int(seed) if seed.isdecimal() else None,
         None if environment is None else FileNamed.of(environment),
         {attribute(pose, "robotId") or ROBOT: pose for pose in poses},
@@ -138,7 +148,7 @@ def read_bibi(path: Path) -> Bibi:
     """Read a ``.bibi`` file.
 
     Raises:
-        ExperimentError: it is not XML, or holds a number that is none.
+        ExperimentError: it is not XML.
     """
     root = read_document(path)
     brain, bodies = child(root, "brainModel"), children(root, "bodyModel")
@@ -147,7 +157,7 @@ def read_bibi(path: Path) -> Bibi:
     timestep = child(root, "timestep")
     return Bibi(
         root,
-        None if timestep is None or not timestep.text else seconds_of(timestep),
+        None if timestep is None or not timestep.text else timestep,
         text(root, "mode"),
         None if brain is None or not FileNamed.of(brain).name else FileNamed.of(brain),
         {name: one for name, one in populations.items() if name},
@@ -172,5 +182,10 @@ def is_active(function: Element) -> bool:
 
 
 def priority_of(function: Element) -> int:
-    """Return the priority of a transfer function; of those that run in a step, a higher one runs first."""
-    return int(number(function, "priority") or 0)
+    """Return the priority of a transfer function; of those that run in a step, a higher one runs first.
+
+    What is no number counts as not given.
+    """
+    with suppress(ExperimentError):
+        return int(number(function, "priority") or 0)
+    return 0

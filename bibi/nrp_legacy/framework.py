@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from functools import cache, partial
+from math import isfinite
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from nrp_core import dsl
+from nrp_core.dsl.binding import Binding
 from nrp_core.dsl.kinds import DeviceKind
+from nrp_core.dsl.selectors import evaluate
+from nrp_core.dsl.variables import Variable
 from nrp_legacy.devices import device_kinds, in_our_units
-from nrp_legacy.shims.graph import absolute
+from nrp_legacy.shims.graph import absolute, log
 from nrp_legacy.shims.modules import module
+from nrp_legacy.shims.tuples import as_in_ros1
 
 __extends_dsl__ = True
 """What goes wrong here is the fault of whoever calls; see :mod:`nrp_core.dsl.place`."""
@@ -38,9 +47,62 @@ class Unavailable:
         return self.name
 
 
+class ForgivingTopic(dsl.Topic):
+    """A topic that takes arrays of one number for the number, as the messages of ROS 1 did, and nan for 0."""
+
+    __slots__ = ()
+
+    @property
+    def process(self) -> Callable[[Any], Any]:
+        return partial(_with_numbers, cache(partial(self._tell, self.name)))
+
+    @staticmethod
+    def _tell(name: str, number: str) -> None:
+        log.warning("what a function sends on %s holds %s: 0 is sent in its place", name, number)
+
+
+def _heard(named: Any) -> Any:
+    """Return a topic whose messages are those of ROS 1."""
+    if isinstance(named, dsl.PreprocessedTopic):
+        after = named.pre_processing
+        return replace(named, pre_processing=lambda message: after(as_in_ros1(message)))
+    return HeardTopic(named.name, named.topic_type) if isinstance(named, dsl.Topic) else named
+
+
+class HeardTopic(dsl.Topic):
+    """A topic whose messages are those of ROS 1."""
+
+    __slots__ = ()
+
+    @property
+    def process(self) -> Callable[[Any], Any]:
+        return as_in_ros1
+
+
+def _with_numbers(tell: Callable[[str], None], message: Any) -> Any:
+    """Return a message, or its only field, with finite numbers where it holds arrays of one, nan or inf."""
+    if isinstance(message, (np.generic, np.ndarray)) and message.size == 1:
+        message = message.item()
+    if isinstance(message, float) and not isfinite(message):
+        tell(str(message))
+        return 0.0
+    if not is_dataclass(message) or isinstance(message, type):
+        return message
+    changes: dict[str, Any] = {}
+    for field in fields(message):
+        value = getattr(message, field.name)
+        if is_dataclass(value) or field.type in _NUMBERS:
+            number = _with_numbers(tell, value)
+            changes |= {} if number is value else {field.name: number}
+    return replace(message, **changes) if changes else message
+
+
+_NUMBERS = ("float", "int", float, int)
+
+
 def topic(name: str, topic_type: Any = None) -> dsl.Topic:
     """Return a topic; a name without a slash at its beginning is absolute as well."""
-    return dsl.Topic(absolute(name).rstrip("/"), topic_type)
+    return ForgivingTopic(absolute(name).rstrip("/"), topic_type)
 
 
 def resolve(function: Callable[..., Any]) -> Any:
@@ -49,12 +111,37 @@ def resolve(function: Callable[..., Any]) -> Any:
     return dsl.resolve(lambda root: function(*(root, None)[:count]))
 
 
-def framework(notes: Callable[[str], None], *, nest_units: bool = False) -> ModuleType:
+class SameVariable(Variable):
+    """A variable that begins with the very object of the user, where copying would part it from callbacks."""
+
+    __slots__ = ()
+
+    def begin_with(self, initial: Any) -> None:
+        if self._initial is None and _is_of_users(initial):
+            self._initial = self.value = initial
+        else:
+            super().begin_with(initial)
+
+    def reset(self) -> None:
+        if _is_of_users(self._initial):
+            self.value = self._initial
+        else:
+            super().reset()
+
+
+def _is_of_users(value: Any) -> bool:
+    return type(value).__module__.partition(".")[0] not in ("builtins", "numpy", "collections", "nrp_core")
+
+
+def framework(
+    notes: Callable[[str], None], *, nest_units: bool = False, brain_root: Any = dsl.brain
+) -> ModuleType:
     """Return the module for one experiment.
 
     Args:
         notes: told what is left out of a mapping.
         nest_units: whether settings and attributes of devices are in pA, nS and pF.
+        brain_root: the module of the brain file.
     """
 
     def settings(device_type: Any, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -71,16 +158,24 @@ def framework(notes: Callable[[str], None], *, nest_units: bool = False) -> Modu
 
     class MapRobotSubscriber(dsl.MapRobotSubscriber):
         def __init__(self, key: str, value: Any, initial_value: Any = None, **_queues: Any) -> None:
-            super().__init__(
-                key, topic(value) if isinstance(value, str) else value, initial_value=initial_value
-            )
+            named = topic(value) if isinstance(value, str) else value
+            super().__init__(key, _heard(named), initial_value=initial_value)
 
     class MapRobotPublisher(dsl.MapRobotPublisher):
         def __init__(self, key: str, value: Any, **_queues: Any) -> None:
             super().__init__(key, topic(value) if isinstance(value, str) else value)
 
+    class MapVariable(dsl.MapVariable):
+        def _do_bind(self, binding: Binding) -> Variable:
+            initial = evaluate(self.initial_value, binding.root)
+            shared = {} if self.global_key is None else binding.variables
+            name = self.global_key or self.parameter
+            variable: Variable = shared.setdefault(name, SameVariable(name))
+            variable.begin_with(initial)
+            return variable
+
     own = {name: getattr(dsl, name) for name in dsl.__all__}
-    mappings = (MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher)
+    mappings = (MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher, MapVariable)
     return module(
         "hbp_nrp_cle.tf_framework",
         **{
@@ -89,7 +184,7 @@ def framework(notes: Callable[[str], None], *, nest_units: bool = False) -> Modu
             **{mapping.__name__: mapping for mapping in mappings},
             "Topic": topic, "resolve": resolve,
             "raw_signal": Unavailable("raw_signal"),
-            "config": module("config", brain_root=dsl.brain, brain_source=None),
+            "config": module("config", brain_root=brain_root, brain_source=None, active_node=None),
         },
     )  # fmt: skip
 

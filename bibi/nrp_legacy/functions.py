@@ -17,12 +17,13 @@ from nrp_core.errors import TransferFunctionError
 from nrp_core.xml_tree import Element
 from nrp_legacy.code import Source
 from nrp_legacy.documents import is_active, priority_of
-from nrp_legacy.elements import attribute, children, local
+from nrp_legacy.elements import attribute, children, local, text
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
 
 Notes = Callable[[str], None]
 
+_OF_BLOCKS = ("local", "device", "deviceGroup", "topic", "returnValue")
 _PYTHON = ("PythonTransferFunction", "transferFunctionImport", "transferFunctionInline")
 
 
@@ -98,7 +99,7 @@ def _texts(element: Element) -> Iterator[str]:
 
 def _is_python(element: Element) -> bool:
     kind = local(attribute(element, "type") or element.tag)
-    return kind in _PYTHON or not element.children
+    return kind in _PYTHON or not children(element, *_OF_BLOCKS)
 
 
 def _python(element: Element, library: Library, names: Namespace, notes: Notes) -> Iterator[TransferFunction]:
@@ -112,12 +113,12 @@ def _python(element: Element, library: Library, names: Namespace, notes: Notes) 
 
 
 def _source(element: Element, library: Library) -> Source:
-    name = attribute(element, "src")
+    name = attribute(element, "src") or text(element, "src", "file") or None
     if name is None and local(element.tag) == "transferFunctionImport":
         name = element.text
     if name is None:
         return Source.of_element(element)
-    path = library.find(name)
+    path = library.find_code(name)
     if path is None:
         raise element.error(f"there is no transfer function '{name}' in the experiment")
     return Source.of_file(path)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -35,11 +35,15 @@ class StateMachines:
 
     def _begin(self) -> None:
         for path in self._paths:
-            machine = self._machine(path)
-            if machine is not None:
-                self._tasks[path] = Task(_executing(machine), lambda: self._run.loop.now_ns)
-                self._tasks[path].advance()
-                self._report(path)
+            self._tasks[path] = Task(partial(self._play, path), lambda: self._run.loop.now_ns)
+            self._tasks[path].advance()
+            self._report(path)
+
+    def _play(self, path: Path) -> None:
+        """Run a file, and its machine unless the file has done that."""
+        machine = self._machine(path)
+        if machine is not None and not getattr(machine, "has_run", False):
+            machine.execute(getattr(machine, "userdata", None))
 
     def _machine(self, path: Path) -> Any:
         """Run a file for the machine that it makes; None where it makes none."""
@@ -74,7 +78,3 @@ class StateMachines:
         for task in self._tasks.values():
             task.stop()
         self._tasks.clear()
-
-
-def _executing(machine: Any) -> Callable[[], object]:
-    return lambda: machine.execute(getattr(machine, "userdata", None))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -17,12 +17,13 @@ from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.run import Run
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.interface import World
-from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.sdf import read_scene
 from nrp_legacy.aliases import find_alias
 from nrp_legacy.brains import load_brain, remark
 from nrp_legacy.documents import Bibi
 from nrp_legacy.eavesdrop import let_all_talk, plain_name
-from nrp_legacy.files import Library
+from nrp_legacy.files import EMPTY_ROOM, Library
 from nrp_legacy.functions import code_of, load, sources_of
 from nrp_legacy.injections import let_flow
 from nrp_legacy.joint_topics import with_commanded_joints
@@ -30,73 +31,73 @@ from nrp_legacy.machines import StateMachines
 from nrp_legacy.namespace import Namespace
 
 
-class LegacyMaker(Maker):
-    """Makes one experiment.
+class ShimmedMaker(Maker):
+    """Makes experiments whose files find the names and modules of the platform.
 
     Args:
-        bibi: its document.
-        library: where files are.
-        machines: its state machines.
-        notes: what was found while it was read.
+        document: what is at fault where nothing nearer is.
+        machines: the state machines.
+        folders: whose modules can be imported.
+        nest_units: whether devices are set in the units of NEST.
+        notes: what was found while the experiment was read.
 
     Attributes:
         names: what code begins with and imports.
     """
 
-    def __init__(self, bibi: Bibi, library: Library, machines: list[Path], notes: list[Finding]) -> None:
-        self.bibi, self.library, self.machines, self._notes = bibi, library, machines, notes
+    def __init__(
+        self,
+        document: Path | None,
+        machines: Sequence[Path],
+        folders: Sequence[Path],
+        *,
+        nest_units: bool,
+        notes: Sequence[Finding] = (),
+    ) -> None:
+        self._document, self.machines, self._folders = document, list(machines), tuple(folders)
+        self._nest_units, self._notes = nest_units, list(notes)
         self.names = self._namespace()
+        self._network: Network | None = None
 
     @property
     def can_be_saved(self) -> bool:
         return not self.machines
 
-    def _namespace(self) -> Namespace:
-        return Namespace(self._note, self._folders, nest_units=self.bibi.nest_units)
+    def _namespace(self, seed: int = 0) -> Namespace:
+        return Namespace(
+            self._note, self._folders, nest_units=self._nest_units, environment=self._environment, seed=seed
+        )
+
+    def _known(self, network: Network) -> Network:
+        """Return a network, whose variables transfer functions can look up from now on."""
+        self._network = network
+        return network
+
+    def _begun(self, experiment: Experiment) -> Namespace:
+        """Return fresh names, which know the brain."""
+        names = self._namespace(experiment.seed)
+        if self._network is not None:
+            names.brain_root.know(self._network)
+        return names
 
     @property
-    def _folders(self) -> tuple[Path, ...]:
-        """The folders whose modules can be imported."""
-        return self.library.folder / "resources", self.library.folder
+    def _environment(self) -> Mapping[str, str]:
+        """The variables that the platform set."""
+        return {}
 
-    def robot(self, experiment: Experiment, name: str) -> Model:
-        return with_commanded_joints(super().robot(experiment, name), self.codes())
-
-    def codes(self) -> Iterator[str]:
-        """Yield the code of all transfer functions, as it stands there."""
-        for element in self.bibi.functions:
-            with suppress(NrpError):
-                yield code_of(element, self.library)
-
-    def network(self, experiment: Experiment, build: Build = build_here) -> Network:
-        path, populations = experiment.brain.model, self.bibi.populations
-        try:
-            network = build(partial(load_brain, path, populations, experiment.seed))
-            remark(path, populations, network, self._note)
-            return network
-        except NrpError as error:
-            self._note(f"the brain is left out: {error}")
-            return Network({})
-
-    def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
-        self.names = self._namespace()
-        loaded: list[TransferFunction] = []
-        for element in self.bibi.functions:
-            with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
-                loaded += load(element, self.bibi.element, self.library, self.names, self._note)
+    def _ready(self, loaded: Iterable[TransferFunction], collector: Collector) -> list[TransferFunction]:
+        """Return functions in the order of the platform, once all notes are taken."""
+        functions = list(loaded)
         collector.findings += dict.fromkeys(self._notes)
         # of equal priority, those to the robot ran before those to the brain
-        yield from sorted(loaded, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
+        return sorted(functions, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
 
-    def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
-        self.names = self._namespace()
-        sources: list[Source] = []
-        for element in self.bibi.functions:
-            with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
-                sources += sources_of(element, self.bibi.element, self.library, self._note)
+    def _listing(self, sources: Iterable[Source], collector: Collector) -> Listing:
+        """Return pieces of code that share the names of the platform, once all notes are taken."""
+        pieces = tuple(sources)
         collector.findings += dict.fromkeys(self._notes)
         names = {name: value for name, value in vars(self.names.module).items() if name[:2] != "__"}
-        yield Listing(tuple(sources), names, self.names.scope, self._folders)
+        return Listing(pieces, names, self.names.scope, self._folders)
 
     def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
         aliases = self.aliases(world, functions)
@@ -115,9 +116,72 @@ class LegacyMaker(Maker):
 
     def begin(self, run: Run) -> None:
         self.names.graph.begin(run)
+        self.names.brain_root.begin(run)
         let_flow(getattr(run.brain.network, "injections", ()), run.brain)
         machines = StateMachines(self.machines, self.names, run)
         run.on_close.append(machines.close)
 
     def _note(self, message: str) -> None:
-        self._notes.append(Finding(Code.NRP210, message, Level.WARNING, self.bibi.element.path))
+        self._notes.append(Finding(Code.NRP210, message, Level.WARNING, self._document))
+
+
+class LegacyMaker(ShimmedMaker):
+    """Makes one experiment from the documents of the platform.
+
+    Args:
+        bibi: its document.
+        library: where files are.
+        machines: its state machines.
+        notes: what was found while it was read.
+    """
+
+    def __init__(self, bibi: Bibi, library: Library, machines: list[Path], notes: list[Finding]) -> None:
+        self.bibi, self.library = bibi, library
+        folders = library.folder / "resources", library.folder
+        super().__init__(bibi.element.path, machines, folders, nest_units=bibi.nest_units, notes=notes)
+
+    @property
+    def _environment(self) -> Mapping[str, str]:
+        return self.library.environment()
+
+    def room(self, experiment: Experiment) -> Scene:
+        try:
+            return super().room(experiment)
+        except NrpError as error:
+            self._note(f"the room is left out, a plain floor it is: {error}")
+            return read_scene(EMPTY_ROOM)
+
+    def robot(self, experiment: Experiment, name: str) -> Model:
+        return with_commanded_joints(super().robot(experiment, name), self.codes())
+
+    def codes(self) -> Iterator[str]:
+        """Yield the code of all transfer functions, as it stands there."""
+        for element in self.bibi.functions:
+            with suppress(NrpError):
+                yield code_of(element, self.library)
+
+    def network(self, experiment: Experiment, build: Build = build_here) -> Network:
+        path, populations = experiment.brain.model, self.bibi.populations
+        try:
+            network = build(partial(load_brain, path, populations, experiment.seed, self._folders))
+            remark(path, populations, network, self._note)
+            return self._known(network)
+        except NrpError as error:
+            self._note(f"the brain is left out: {error}")
+            return Network({})
+
+    def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
+        self.names = self._begun(experiment)
+        loaded: list[TransferFunction] = []
+        for element in self.bibi.functions:
+            with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
+                loaded += load(element, self.bibi.element, self.library, self.names, self._note)
+        yield from self._ready(loaded, collector)
+
+    def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
+        self.names = self._begun(experiment)
+        sources: list[Source] = []
+        for element in self.bibi.functions:
+            with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
+                sources += sources_of(element, self.bibi.element, self.library, self._note)
+        yield self._listing(sources, collector)

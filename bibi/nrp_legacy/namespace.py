@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 import logging
-import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any
-
-import numpy as np
 
 from nrp_core.dsl.imports import file_scope
 from nrp_core.dsl.loader import file_names
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
 from nrp_core.world.messages.std_msgs import Float32, Int32, String
 from nrp_legacy import python2
+from nrp_legacy.brain_root import BrainRoot
+from nrp_legacy.code import compiled_file
 from nrp_legacy.framework import framework, topic
+from nrp_legacy.shims.containers import smach_module
 from nrp_legacy.shims.cv_bridge import CvBridge, cv_bridge_module
 from nrp_legacy.shims.graph import Graph, log
+from nrp_legacy.shims.libraries import libraries_of_old
+from nrp_legacy.shims.missing import StandIns
 from nrp_legacy.shims.modules import message_modules, module, service_modules
-from nrp_legacy.shims.rospy import rospy_module
+from nrp_legacy.shims.rospy import rospy_module, sleep
 from nrp_legacy.shims.services import Services
-from nrp_legacy.shims.smach import smach_module
 from nrp_legacy.shims.states import nrp_states_module, smach_ros_module
-from nrp_legacy.shims.transformations import transformations_module
+from nrp_legacy.shims.transformations import tf_module, transformations_module
 
 
 class ClientLogger:
@@ -44,35 +46,58 @@ class Namespace:
         notes: told what is left out.
         folders: whose modules can be imported.
         nest_units: whether devices are set in the units of NEST.
+        environment: variables that the platform set.
+        seed: of what code draws at random.
 
     Attributes:
         graph: what the shims know of the run.
+        brain_root: the module of the brain file.
         module: the names.
         scope: what can be imported.
     """
 
     def __init__(
-        self, notes: Callable[[str], None], folders: Iterable[Path] = (), *, nest_units: bool = False
+        self,
+        notes: Callable[[str], None],
+        folders: Iterable[Path] = (),
+        *,
+        nest_units: bool = False,
+        environment: Mapping[str, str] = MappingProxyType({}),
+        seed: int = 0,
     ) -> None:
         self.graph = Graph()
         services = Services(self.graph)
-        nrp = framework(notes, nest_units=nest_units)
+        self.brain_root = BrainRoot()
+        nrp = framework(notes, nest_units=nest_units, brain_root=self.brain_root)
         vars(nrp)["tf_lib"] = file_names()["nrp"].tf_lib
         logger, messages = ClientLogger(), message_modules()
         vars(nrp).update(clientLogger=logger)
+        self._libraries = libraries_of_old(environment, partial(sleep, self.graph), seed)
         substitutes = {
+            **self._libraries,
             **messages,
             **service_modules(),
             **_cle(nrp, logger, nrp_states_module(self.graph, services)),
-            "rospy": rospy_module(self.graph, services),
+            "rospy": (rospy := rospy_module(self.graph, services)),
+            **{f"rospy.{name}": getattr(rospy, name) for name in ("rostime", "names")},
             "rospy.numpy_msg": module("rospy.numpy_msg", numpy_msg=lambda message: message),
             **dict.fromkeys(("smach", "smach.state", "smach.state_machine"), smach_module()),
             "smach_ros": smach_ros_module(self.graph, services),
             "cv_bridge": cv_bridge_module(),
+            "roslib": module("roslib", load_manifest=lambda _name: None),
+            "tf": tf_module(),
             "tf.transformations": transformations_module(),
         }
-        self.scope = file_scope(nrp, substitutes, folders)
+        for name, child in substitutes.items():
+            parent, _, last = name.rpartition(".")
+            if parent in substitutes:
+                vars(substitutes[parent]).setdefault(last, child)
+        self.scope = file_scope(nrp, substitutes, folders, StandIns(self._tell(notes)), compiled_file)
         self.module = module("transfer_functions", **self._names(nrp, logger, messages))
+
+    def _tell(self, notes: Callable[[str], None]) -> Callable[[str], None]:
+        """Return what tells of something before the run or in it."""
+        return lambda text: self.graph.warn(text) if self.graph.has_begun else notes(text)
 
     def fresh(self) -> ModuleType:
         """Return a module with the names that every file begins with, for a file that shares none."""
@@ -88,8 +113,10 @@ class Namespace:
         packages["hbp_nrp_cle"] = module("hbp_nrp_cle", tf_framework=nrp, tf_lib=nrp.tf_lib)
         self._first_names = {
             **python2.names(), **packages, **framework_names,
-            "nrp": nrp, "Topic": topic, "clientLogger": logger, "logger": log, "logging": logging, "sys": sys,
-            "np": np, "numpy": np, "cv2": _lazy("cv2"), "CvBridge": CvBridge,
+            "nrp": nrp, "Topic": topic, "clientLogger": logger, "logger": log, "logging": logging,
+            "np": self._libraries["numpy"],
+            **{name: self._libraries[name] for name in ("numpy", "cv2", "sys")},
+            "CvBridge": CvBridge,
             "Point": Point, "Pose": Pose, "Quaternion": Quaternion,
             "Float32": Float32, "Int32": Int32, "String": String,
         }  # fmt: skip
@@ -113,12 +140,3 @@ def _cle(nrp: ModuleType, logger: ClientLogger, states: ModuleType) -> dict[str,
         "hbp_nrp_excontrol.logs": logs,
         "hbp_nrp_excontrol.nrp_states": states,
     }
-
-
-def _lazy(name: str) -> ModuleType:
-    """Return a module that is imported when one of its names is used."""
-    from importlib import import_module
-
-    made = module(name)
-    vars(made)["__getattr__"] = lambda child: getattr(import_module(name), child)
-    return made

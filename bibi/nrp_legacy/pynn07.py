@@ -6,10 +6,14 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-from nrp_legacy.nest.native import native_cell
+from nrp_legacy.nest.native import native_cell, native_synapse
+from nrp_legacy.pynn07_methods import add_methods_to_cells, let_label_follow, with_methods_for_weights
 
 _CONNECTORS = (
     "AllToAllConnector",
+    "DistanceDependentProbabilityConnector",
+    "FixedTotalNumberConnector",
+    "SmallWorldConnector",
     "FixedNumberPostConnector",
     "FixedNumberPreConnector",
     "FixedProbabilityConnector",
@@ -33,7 +37,7 @@ class TsodyksMarkramMechanism:
 
 @dataclass(frozen=True, slots=True)
 class SynapseDynamics:
-    """What makes a synapse change; of the two only ``fast`` was used by the platform."""
+    """What makes a synapse change; where both are given, the slow one counts."""
 
     fast: TsodyksMarkramMechanism | None = None
     slow: Any = None
@@ -42,12 +46,20 @@ class SynapseDynamics:
 def add_spellings(sim: ModuleType) -> None:
     """Let a simulator take connectors with weights and delays, ``target`` and ``synapse_dynamics`` too."""
     names = vars(sim)
+    for kind in ("Population", "PopulationView", "Assembly"):
+        add_methods_to_cells(names[kind])
+    let_label_follow(names["Population"])
     names.update(
         SynapseDynamics=SynapseDynamics,
         TsodyksMarkramMechanism=TsodyksMarkramMechanism,
-        Projection=_projection(sim, names["Projection"]),
+        Projection=_projection(sim, with_methods_for_weights(names["Projection"])),
         TsodyksMarkramSynapse=_recovering(names["TsodyksMarkramSynapse"]),
         native_cell_type=lambda name: native_cell(sim, name),
+        native_synapse_type=lambda name: native_synapse(sim, name),
+        STDPMechanism=_mechanism(names["STDPMechanism"]),
+        AdditiveWeightDependence=_dependence(names["AdditiveWeightDependence"]),
+        MultiplicativeWeightDependence=_dependence(names["MultiplicativeWeightDependence"]),
+        initialize=lambda cells, *old, **values: cells.initialize(*old, **values),
         **{name: _connector(names[name]) for name in _CONNECTORS},
     )
 
@@ -59,6 +71,35 @@ def _recovering(today: type) -> type:
             super().__init__(*values, tau_rec=_AT_ONCE_MS if at_once else tau_rec, **more)
 
     return TsodyksMarkramSynapse
+
+
+def _mechanism(today: type) -> type:
+    class STDPMechanism(today):  # type: ignore[misc]
+        def __init__(
+            self, timing_dependence: Any = None, weight_dependence: Any = None, *values: Any, **more: Any
+        ) -> None:
+            amplitudes = getattr(weight_dependence, "of_timing", {})
+            for name, value in amplitudes.items():
+                timing_dependence.parameter_space[name] = value
+            self.of_mechanism = {
+                "timing_dependence": timing_dependence, "weight_dependence": weight_dependence, **more
+            }  # fmt: skip
+            super().__init__(timing_dependence, weight_dependence, *values, **more)
+
+    return STDPMechanism
+
+
+def _dependence(today: type) -> type:
+    """Return a dependence that takes the amplitudes, which belonged to it, for the timing."""
+
+    class Dependence(today):  # type: ignore[misc]
+        def __init__(self, *values: Any, A_plus: Any = None, A_minus: Any = None, **more: Any) -> None:  # noqa: N803
+            given = {"A_plus": A_plus, "A_minus": A_minus}
+            self.of_timing = {name: value for name, value in given.items() if value is not None}
+            super().__init__(*values, **more)
+
+    Dependence.__name__ = Dependence.__qualname__ = today.__name__
+    return Dependence
 
 
 def _connector(today: type) -> type:
@@ -85,9 +126,12 @@ def _projection(sim: ModuleType, today: type) -> type:
             method: Any = None,
             target: str | None = None,
             synapse_dynamics: SynapseDynamics | None = None,
+            rng: Any = None,
             **more: Any,
         ) -> None:
             connector = method if connector is None else connector
+            if rng is not None and hasattr(connector, "rng"):
+                connector.rng = rng
             given = getattr(connector, "of_synapses", {})
             if synapse_type is None and (given or synapse_dynamics is not None):
                 synapse_type = _synapse(sim, given, synapse_dynamics)
@@ -102,6 +146,8 @@ def _projection(sim: ModuleType, today: type) -> type:
 
 
 def _synapse(sim: Any, given: dict[str, Any], dynamics: SynapseDynamics | None) -> Any:
+    if dynamics is not None and dynamics.slow is not None:
+        return sim.STDPMechanism(**{**dynamics.slow.of_mechanism, **given})
     if dynamics is None or dynamics.fast is None:
         return sim.StaticSynapse(**given)
     fast = dynamics.fast

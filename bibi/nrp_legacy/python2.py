@@ -1,38 +1,39 @@
 """Turn leftovers of Python 2 into Python 3, so that code of its time runs.
 
-Only code that Python 3 refuses is rewritten; the methods that Python 3 has dropped are renamed in any.
+Only code that Python 3 refuses is rewritten; what Python 3 and the libraries of today have dropped is
+replaced in any.
 """
 
 from __future__ import annotations
 
 import ast
-import io
-import re
-import tokenize
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from nrp_core.errors import TransferFunctionError
+from nrp_legacy import builtins2
+from nrp_legacy.python2_text import rewritten as _rewritten
 
 DIVIDE = "_divide_of_python_2"
-"""The name under which converted code finds :func:`divide`."""
+"""The name under which converted code finds :func:`nrp_legacy.builtins2.divide`."""
 
-_METHODS = {"iteritems": "items", "itervalues": "values", "iterkeys": "keys"}
-_NAMES = {"xrange": range, "unicode": str, "basestring": str, "long": int, "raw_input": input, "unichr": chr}
-
-
-def divide(left: object, right: object) -> object:
-    """Divide as Python 2: of two integers, the quotient rounded down."""
-    if isinstance(left, int) and isinstance(right, int):
-        return left // right
-    return left / right  # type: ignore[operator]
+_QUOTIENT, _NEXT, _SORT = "_quotient", "_next_of_python_2", "_sort_of_python_2"
+_OF_ONE = {"float": "_float_of_one", "int": "_int_of_one"}
+_ALIASES = {
+    DIVIDE: "divide", _QUOTIENT: "quotient", _NEXT: "next_of", _SORT: "sort",
+    _OF_ONE["float"]: "float_of", _OF_ONE["int"]: "int_of",
+}  # fmt: skip
+_METHODS = {
+    "iteritems": "items", "itervalues": "values", "iterkeys": "keys",
+    "viewitems": "items", "viewvalues": "values", "viewkeys": "keys",
+}  # fmt: skip
+_VIEWS = ("keys", "values", "items")
+_IMAGE_FIRST = 3  # results of cv2.findContours in OpenCV 3
 
 
 def names() -> dict[str, object]:
-    """Return what Python 2 had built in and Python 3 has not."""
-    from functools import reduce
-
-    return {**_NAMES, "reduce": reduce, DIVIDE: divide}
+    """Return what Python 2 had built in and Python 3 has not, or has otherwise."""
+    aliases = {name: name for name in builtins2.__all__} | _ALIASES
+    return {name: getattr(builtins2, meant) for name, meant in aliases.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +43,12 @@ class Converted:
     Args:
         tree: what it means; line numbers are those of the original.
         changes: what was changed, in a few words.
+        divides_truly: whether ``/`` means what it means in Python 3, for certain.
     """
 
     tree: ast.Module
     changes: tuple[str, ...]
+    divides_truly: bool = False
 
 
 def converted(code: str) -> Converted:
@@ -56,21 +59,50 @@ def converted(code: str) -> Converted:
     """
     changes: list[str] = []
     tree, refused = _parsed(code)
-    if tree is None or any(map(_is_print_statement, ast.walk(tree))):
+    is_old = tree is None or any(map(_is_print_statement, ast.walk(tree)))
+    if is_old:
         text, changes = _rewritten(code)
         tree, _ = _parsed(text)
         if tree is None:
             raise refused or SyntaxError("not converted")
         if not _divides_truly(tree):
-            tree = _Division(changes).visit(tree)
-    tree = _Methods(changes).visit(tree)
-    return Converted(ast.fix_missing_locations(tree), tuple(dict.fromkeys(changes)))
+            tree = _Division(DIVIDE, changes).visit(tree)
+    assert tree is not None
+    tree = _Outdated(changes, lists=is_old).visit(tree)
+    done = is_old or _divides_truly(tree)
+    return Converted(ast.fix_missing_locations(tree), tuple(dict.fromkeys(changes)), done)
+
+
+def executable(code: Converted) -> ast.Module:
+    """Return code that brings along what it needs of Python 2, and whose quotients can be indices."""
+    tree = code.tree
+    for transformer in (*(() if code.divides_truly else (_Division(_QUOTIENT, []),)), _Numbers()):
+        tree = transformer.visit(tree)
+    loaded = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    bound = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and _is_bound(node)}
+    bound |= {node.name for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    wanted = sorted((loaded - bound) & {*builtins2.__all__, *_ALIASES})
+    if wanted:
+        aliases = [ast.alias(_ALIASES.get(name, name), name) for name in wanted]
+        tree.body.insert(_first_place(tree), ast.ImportFrom(builtins2.__name__, aliases, 0))
+    return ast.fix_missing_locations(tree)
 
 
 def rewritten(code: str) -> str:
     """Return code as text that Python 3 takes; divisions and methods stay as they are."""
-    text, _ = _rewritten(code)
-    return text
+    return _rewritten(code)[0]
+
+
+def _is_bound(node: ast.Name) -> bool:
+    return not isinstance(node.ctx, ast.Load)
+
+
+def _first_place(tree: ast.Module) -> int:
+    """Return where a first statement may stand: behind the docstring and ``from __future__``."""
+    place = int(ast.get_docstring(tree) is not None)
+    while place < len(tree.body) and getattr(tree.body[place], "module", "") == "__future__":
+        place += 1
+    return place
 
 
 def _parsed(code: str) -> tuple[ast.Module | None, SyntaxError | None]:
@@ -103,151 +135,64 @@ def _divides_truly(tree: ast.Module) -> bool:
     )
 
 
-# -- by lines and tokens
-
-
-def _rewritten(code: str) -> tuple[str, list[str]]:
-    changes: list[str] = []
-    text = "\n".join(_without_tabs(line, changes) for line in code.split("\n"))
-    for what, rewrite in _REWRITES:
-        new = rewrite(text)
-        if new != text:
-            changes.append(what)
-            text = new
-    return text, changes
-
-
-def _without_tabs(line: str, changes: list[str]) -> str:
-    """Return a line whose indentation has no tabs; Python 2 lets a tab lead to the next multiple of 8."""
-    body = line.lstrip(" \t")
-    indentation = line[: len(line) - len(body)]
-    if "\t" in indentation:
-        changes.append("tabs in indentation")
-    return indentation.expandtabs(8) + body
-
-
-def _tokens(code: str) -> list[tokenize.TokenInfo]:
-    try:
-        return list(tokenize.generate_tokens(io.StringIO(code).readline))
-    except (tokenize.TokenError, IndentationError) as error:
-        raise SyntaxError(str(error)) from error
-
-
-def _statements(tokens: list[tokenize.TokenInfo]) -> Iterator[list[tokenize.TokenInfo]]:
-    """Yield the tokens of each simple statement; what introduces a block ends at its colon."""
-    statement: list[tokenize.TokenInfo] = []
-    depth = 0
-    for token in tokens:
-        if token.type in (tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT):
-            continue
-        depth += (token.string in "([{") - (token.string in ")]}") if token.type == tokenize.OP else 0
-        if token.type in (tokenize.NEWLINE, tokenize.ENDMARKER) or (
-            depth == 0 and token.string in (";", ":")
-        ):
-            if statement:
-                yield statement
-            statement = []
-        else:
-            statement.append(token)
-
-
-def _replaced(code: str, edits: list[tuple[tuple[int, int], tuple[int, int], str]]) -> str:
-    lines = code.split("\n")
-    for (first, start), (last, end), text in sorted(edits, reverse=True):
-        tail = lines[last - 1][end:]
-        lines[first - 1] = lines[first - 1][:start] + text + (tail if first == last else "")
-        if first != last:
-            lines[last - 1] = tail
-    return "\n".join(lines)
-
-
-def _print_statements(code: str) -> str:
-    edits: list[tuple[tuple[int, int], tuple[int, int], str]] = []
-    for statement in _statements(_tokens(code)):
-        head = statement[0]
-        if head.string != "print" or head.type != tokenize.NAME or _is_call(statement[1:]):
-            continue
-        edits += _print_call(statement)
-    return _replaced(code, edits)
-
-
-def _is_call(rest: list[tokenize.TokenInfo]) -> bool:
-    """Return whether what follows ``print`` is one pair of parentheses, or an assignment and the like."""
-    if not rest:
-        return False
-    if rest[0].string != "(":
-        return rest[0].string in ("=", ".", ",")
-    depth = 0
-    for i, token in enumerate(rest):
-        depth += (token.string in ("(", "[", "{")) - (token.string in (")", "]", "}"))
-        if depth == 0:
-            return i == len(rest) - 1
-    return True
-
-
-def _print_call(statement: list[tokenize.TokenInfo]) -> list[tuple[tuple[int, int], tuple[int, int], str]]:
-    head, *rest = statement
-    if not rest:
-        return [(head.end, head.end, "()")]
-    last, more = rest[-1], ""
-    begin, opening = head.end, "("
-    if rest[0].string == ">>":
-        comma = next((token for token in rest if token.string == ","), None)
-        stream = "".join(token.string for token in rest[1 : rest.index(comma) if comma else None])
-        more, begin = f", file={stream}", comma.end if comma else last.end
-        if comma is None:
-            return [(head.end, last.end, f"(file={stream})")]
-    if last.string == ",":
-        edits = [(last.start, last.end, f", end=' '{more})")]
-    else:
-        edits = [(last.end, last.end, f"{more})")]
-    return [(head.end, begin if more else (head.end[0], rest[0].start[1]) if rest[0].start[0] == head.end[0]
-             else head.end, opening), *edits]  # fmt: skip
-
-
-def _exceptions(code: str) -> str:
-    code = re.sub(
-        r"^(\s*except\s+[\w.]+|\s*except\s*\([^)]*\))\s*,\s*(\w+)\s*:", r"\1 as \2:", code, flags=re.M
-    )
-    return re.sub(r"^(\s*raise\s+[\w.]+)\s*,\s*(.+?)\s*$", r"\1(\2)", code, flags=re.M)
-
-
-def _operators(code: str) -> str:
-    code = re.sub(r"(?<=[\w)\] ])<>(?=[\w( ])", "!=", code)
-    code = re.sub(r"(?<![\w.'\"])0(?=[0-7]+\b)(?!\d*\.)", "0o", code)
-    return re.sub(r"\b(\d+)[lL]\b", r"\1", code)
-
-
-_REWRITES: tuple[tuple[str, Callable[[str], str]], ...] = (
-    ("except and raise", _exceptions),
-    ("operators and literals", _operators),
-    ("print statements", _print_statements),
-)
-
-
-# -- by what the code means
-
-
 class _Division(ast.NodeTransformer):
-    def __init__(self, changes: list[str]) -> None:
-        self._changes = changes
+    """Lets a function divide what may be whole numbers.
+
+    Args:
+        function: its name.
+        changes: told of it.
+    """
+
+    def __init__(self, function: str, changes: list[str]) -> None:
+        self._function, self._changes = function, changes
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)
         if not isinstance(node.op, ast.Div) or _is_real(node.left) or _is_real(node.right):
             return node
         self._changes.append("integer division")
-        call = ast.Call(ast.Name(DIVIDE, ast.Load()), [node.left, node.right], [])
-        return ast.copy_location(call, node)
+        return _call(self._function, node, node.left, node.right)
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
+        self.generic_visit(node)
+        if not isinstance(node.op, ast.Div) or not isinstance(node.target, ast.Name) or _is_real(node.value):
+            return node
+        self._changes.append("integer division")
+        before = ast.copy_location(ast.Name(node.target.id, ast.Load()), node)
+        value = _call(self._function, node, before, node.value)
+        return ast.copy_location(ast.Assign([node.target], value), node)
+
+
+class _Numbers(ast.NodeTransformer):
+    """Lets ``float()`` and ``int()`` take arrays of one number, as NumPy once did."""
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        self.generic_visit(node)
+        if isinstance(node.func, ast.Name) and node.func.id in _OF_ONE and node.args and not node.keywords:
+            return _call(_OF_ONE[node.func.id], node, *node.args)
+        return node
 
 
 def _is_real(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and isinstance(node.value, float)
 
 
-class _Methods(ast.NodeTransformer):
-    def __init__(self, changes: list[str]) -> None:
-        self._changes = changes
+def _call(
+    function: str, place: ast.AST, *values: ast.expr, keywords: list[ast.keyword] | None = None
+) -> ast.Call:
+    return ast.copy_location(ast.Call(ast.Name(function, ast.Load()), [*values], keywords or []), place)
+
+
+class _Outdated(ast.NodeTransformer):
+    """Replaces methods and results that are no more.
+
+    Args:
+        changes: told of each.
+        lists: whether what dictionaries return are lists, as in Python 2.
+    """
+
+    def __init__(self, changes: list[str], *, lists: bool) -> None:
+        self._changes, self._lists = changes, lists
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
@@ -260,7 +205,39 @@ class _Methods(ast.NodeTransformer):
         elif method.attr == "has_key" and len(node.args) == 1:
             self._changes.append("has_key()")
             return ast.copy_location(ast.Compare(node.args[0], [ast.In()], [method.value]), node)
+        elif method.attr == "next" and not node.args and not node.keywords:
+            return _call(_NEXT, node, method.value)
+        elif method.attr == "sort" and (node.args or any(one.arg == "cmp" for one in node.keywords)):
+            return _call(_SORT, node, method.value, *node.args, keywords=node.keywords)
+        elif self._lists and _is_view(node):
+            return _call("list", node, node)
         return node
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        self.generic_visit(node)
+        if _is_view(node.value):
+            self._changes.append("indices of dictionary views")
+            node.value = _call("list", node.value, node.value)
+        return node
+
+    def visit_Assign(self, node: ast.Assign) -> ast.AST:
+        self.generic_visit(node)
+        target, call = node.targets[0], node.value
+        if (
+            isinstance(target, ast.Tuple) and len(target.elts) == _IMAGE_FIRST and isinstance(call, ast.Call)
+            and isinstance(call.func, ast.Attribute) and call.func.attr == "findContours" and call.args
+        ):  # fmt: skip
+            self._changes.append("three results of findContours")
+            results = [call.args[0], ast.Starred(call, ast.Load())]
+            node.value = ast.copy_location(ast.Tuple(results, ast.Load()), call)
+        return node
+
+
+def _is_view(node: ast.expr) -> bool:
+    return (
+        isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _VIEWS
+        and not node.args and not node.keywords
+    )  # fmt: skip
 
 
 def refusal(error: SyntaxError, path: object, first_line: int) -> TransferFunctionError:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from functools import reduce
+from collections.abc import Callable, Sequence
+from functools import partial, reduce
 from math import ceil
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.reader import experiment_of, overridden
@@ -17,8 +18,8 @@ from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.paths import MissingFileError, existing_folder
 from nrp_core.xml_tree import Element
 from nrp_legacy import documents
-from nrp_legacy.elements import local
-from nrp_legacy.files import Library
+from nrp_legacy.elements import local, seconds_of
+from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.poses import pose_of
 
@@ -27,7 +28,10 @@ TIMESTEP_MS = 20.0
 DURATION_S = 600.0
 """Duration of an experiment that says none."""
 
-_STAND_INS = Path(__file__).with_name("stand_ins")
+WORLD_STEP_NS = 2 * NS_PER_MS
+"""Step of the worlds here, unless an experiment sets it."""
+
+Read = TypeVar("Read")
 
 
 def read_exc(path: Path, overrides: Sequence[str] = ()) -> Experiment:
@@ -65,12 +69,12 @@ class _Reading:
         exc, bibi = self._exc, self._bibi
         for element in (*exc.ignored, *bibi.ignored):
             self._note(element, f"<{local(element.tag)}> has no meaning here: ignored")
-        timestep_ns = round((bibi.timestep_ms or TIMESTEP_MS) * 1e6)
-        duration_ns = ceil((exc.duration_s or DURATION_S) * 1e9 / timestep_ns) * timestep_ns
+        timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS) * NS_PER_MS)
+        duration_ns = ceil(self._time(exc.timeout, DURATION_S) * NS_PER_S / timestep_ns) * timestep_ns
         tree = self._tree({
             "name": exc.name, "description": exc.description, "seed": exc.seed or 0,
             "timestep": f"{timestep_ns} ns", "duration": f"{duration_ns} ns",
-            "brain": self._brain(), "world": self._world(),
+            "brain": self._brain(), "world": self._world(timestep_ns),
             "tf_time": "start", "on_error": "quarantine", "strict": False,
             "models": self._tree([self._tree(str(folder)) for folder in self._library.roots()]),
             "csv_folder": str(self._path.parent / "csv"),
@@ -84,29 +88,29 @@ class _Reading:
 
     def _bibi_file(self) -> Path:
         named = self._exc.bibi
-        path = None if named is None else self._library.find(named.name, model=named.model)
+        path = None if named is None else self._library.find(named)
         if path is not None:
             return path
-        beside = sorted(self._path.parent.glob("*.bibi"))
-        if named is None and len(beside) == 1:
-            return beside[0]
+        element = self._exc.element if named is None else named.element
         said = "names no <bibiConf>" if named is None else f"names '{named.name}', which is not there"
-        raise (named.element if named else self._exc.element).error(f"the experiment {said}")
+        beside = sorted(self._path.parent.glob("*.bibi"))
+        if len(beside) != 1:
+            raise element.error(f"the experiment {said}")
+        self._note(element, f"the experiment {said}: {beside[0].name} beside it is taken")
+        return beside[0]
 
     def _brain(self) -> Tree:
         brain = self._bibi.brain
-        found = None if brain is None else self._library.find_brain(brain.name, model=brain.model)
+        found = None if brain is None else self._read(partial(self._library.find_brain, brain))
         if brain is not None and found is None:
             self._note(brain.element, f"no brain '{brain.name}': there are no neurons")
         backend = "spinnaker" if "spinnaker" in self._bibi.mode.lower() else "event"
-        model = found or _STAND_INS / "no_brain.py"
+        model = found or NO_BRAIN
         return self._tree({"backend": backend, "model": str(model)}, brain.element if brain else None)
 
-    def _world(self) -> Tree:
+    def _world(self, timestep_ns: int) -> Tree:
         environment = self._exc.environment
-        scene = None
-        if environment is not None:
-            scene = self._library.find_sdf(environment.name, model=environment.model)
+        scene = None if environment is None else self._read(partial(self._library.find_sdf, environment))
         if scene is None:
             said = "no room is named" if environment is None else f"no room '{environment.name}'"
             self._note(
@@ -115,24 +119,39 @@ class _Reading:
         bodies = self._bibi.bodies.items()
         robots = {_identifier(name): robot for name, body in bodies if (robot := self._robot(name, body))}
         element = environment.element if environment else None
-        content = {"backend": "mujoco", "scene": str(scene or _STAND_INS / "empty_room.sdf")}
+        content = {"backend": "mujoco", "scene": str(scene or EMPTY_ROOM), **_physics(timestep_ns)}
         return self._tree({**content, "robots": self._tree(robots)}, element)
 
     def _robot(self, name: str, body: documents.FileNamed) -> Tree | None:
-        model = self._library.find_sdf(body.name, model=body.model)
+        model = self._read(partial(self._library.find_sdf, body))
         if model is None:
             self._note(body.element, f"no robot '{body.name}': left out")
             return None
         poses = self._exc.poses
         only = next(iter(poses.values())) if len(poses) == len(self._bibi.bodies) == 1 else None
         pose = poses.get(name, only)
-        numbers = {} if pose is None else {"pose": self._tree([*map(self._tree, pose_of(pose))], pose)}
-        return self._tree({"model": str(model), **numbers}, body.element)
+        numbers = None if pose is None else self._read(partial(pose_of, pose))
+        place = {} if numbers is None else {"pose": self._tree([*map(self._tree, numbers)], pose)}
+        return self._tree({"model": str(model), **place}, body.element)
+
+    def _time(self, element: Element | None, default: float) -> float:
+        """Return the time that an element says, the default where it says none."""
+        said = None if element is None else self._read(partial(seconds_of, element))
+        return said or default
+
+    def _read(self, read: Callable[[], Read]) -> Read | None:
+        """Return what can be read, None where that fails."""
+        try:
+            return read()
+        except ExperimentError as error:
+            note = f"{error.message}: not taken"
+            self._notes.append(Finding(Code.NRP204, note, Level.WARNING, error.path, error.line))
+            return None
 
     # -- what is said of them
 
     def _required(self, named: documents.FileNamed, what: str) -> Path | None:
-        path = self._library.find(named.name, model=named.model)
+        path = self._library.find(named)
         if path is None:
             self._note(named.element, f"no {what} '{named.name}': left out")
         return path
@@ -147,6 +166,15 @@ class _Reading:
         if isinstance(value, dict):
             value = {key: one if isinstance(one, Tree) else self._tree(one, at) for key, one in value.items()}
         return Tree(value, place, place)
+
+
+def _physics(timestep_ns: int) -> dict[str, Any]:
+    """Return the options of a world whose own step does not divide that of the loop."""
+    parts = ceil(timestep_ns / WORLD_STEP_NS)
+    while timestep_ns % parts:
+        parts += 1
+    step_ns = timestep_ns // parts
+    return {} if timestep_ns % WORLD_STEP_NS == 0 else {"options": {"timestep": f"{step_ns} ns"}}
 
 
 def _identifier(name: str) -> str:

@@ -6,13 +6,14 @@ import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 
-from nrp_core.analysis.events import Add, Event, Return, Write
+from nrp_core.analysis.events import Add, Compute, Event, Return, Write
 from nrp_core.analysis.expressions import Expressions, with_hidden
 from nrp_core.analysis.shapes import UNKNOWN, Shape, attribute, item_of, joined
 
 _ENDS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
 _ASKS = frozenset({"hasattr", "isinstance", "getattr", "callable"})
 """Functions that a body asks before it does what may not be possible."""
+_ORDERS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 
 
@@ -54,6 +55,11 @@ class Body(Expressions):
         sides = [self.shape(side) for side in (node.left, *node.comparators)]
         for left, right in pairwise(sides):
             self.saw(Add(node, left, right))
+        nodes = [node.left, *node.comparators]
+        for i, operation in enumerate(node.ops):
+            if isinstance(operation, _ORDERS):
+                self.saw(Compute(nodes[i], sides[i]))
+                self.saw(Compute(nodes[i + 1], sides[i + 1]))
         return UNKNOWN
 
     # -- statements

@@ -48,6 +48,8 @@ class Evaluation(Expressions):
         Raises:
             NrpError, TypeError, ValueError: what it raises.
         """
+        if isinstance(call.callee, Known) and not callable(call.callee.value):
+            raise TypeError(f"{ast.unparse(call.node.func)} cannot be called{_meant(call.callee.value)}")
         if not (isinstance(call.callee, Known) and self.is_ours(call.callee.value)):
             return UNKNOWN
         try:
@@ -117,6 +119,11 @@ class Evaluation(Expressions):
         return Row(tuple(found))
 
     _listcomp = _generatorexp = _items
+
+
+def _meant(value: Any) -> str:
+    """Return what is to be written instead of a call."""
+    return "; neurons are chosen in brackets: [0]" if isinstance(value, NEURONS) else ""
 
 
 def value_of(shape: Shape) -> Any:

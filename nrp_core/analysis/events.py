@@ -62,6 +62,14 @@ class Add:
 
 
 @dataclass(frozen=True, slots=True)
+class Compute:
+    """Something is computed with, or compared by size."""
+
+    node: ast.expr
+    operand: Shape
+
+
+@dataclass(frozen=True, slots=True)
 class Return:
     """The function returns; ``value`` is None where it returns nothing."""
 
@@ -69,7 +77,7 @@ class Return:
     value: Shape | None
 
 
-Event: TypeAlias = Read | Write | Call | Divide | Add | Return
+Event: TypeAlias = Read | Write | Call | Divide | Add | Compute | Return
 
 
 def missing_name(event: Read) -> str:

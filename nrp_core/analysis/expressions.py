@@ -8,7 +8,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from nrp_core.analysis.events import Add, Call, Divide, Event, Read
+from nrp_core.analysis.events import Add, Call, Compute, Divide, Event, Read
 from nrp_core.analysis.shapes import (
     NEURONS,
     UNKNOWN,
@@ -109,6 +109,8 @@ class Expressions:
 
     def _binop(self, node: ast.BinOp) -> Shape:
         left, right = self.shape(node.left), self.shape(node.right)
+        self.saw(Compute(node.left, left))
+        self.saw(Compute(node.right, right))
         if isinstance(node.op, _DIVISIONS):
             self.saw(Divide(node, left, right))
         if isinstance(node.op, (ast.Add, ast.Sub)):
@@ -128,6 +130,8 @@ class Expressions:
 
     def _unaryop(self, node: ast.UnaryOp) -> Shape:
         operand = self.shape(node.operand)
+        if isinstance(node.op, (ast.USub, ast.UAdd)):
+            self.saw(Compute(node.operand, operand))
         match node.op, operand:
             case ast.USub(), Known(int() | float() as value):
                 return Known(-value)

@@ -83,6 +83,8 @@ class Imports:
                 return Known(importlib.import_module(name)), ""
             except ImportError as error:
                 return UNKNOWN, str(error)
+        if self._neighbour(name, path) or self._is_package(root, path):
+            return UNKNOWN, ""
         if (parent := self._scope.substitute(root)) is not None:
             known = [one for one in dir(parent) if not one.startswith("_")]
             child = name.partition(".")[2]
@@ -96,8 +98,17 @@ class Imports:
         return UNKNOWN, f"there is no module '{name}'{hint if 'did you mean' in hint else ''}"
 
     def _neighbour(self, name: str, path: Path) -> Path | None:
-        files = (folder / f"{name}.py" for folder in (path.parent, *self._folders))
+        place = name.replace(".", "/")
+        files = (
+            folder / file
+            for folder in (path.parent, *self._folders)
+            for file in (f"{place}.py", f"{place}/__init__.py")
+        )
         return next((file for file in files if file.is_file()), None)
+
+    def _is_package(self, root: str, path: Path) -> bool:
+        """Whether modules of a package stand beside a file."""
+        return any(any((folder / root).glob("*.py")) for folder in (path.parent, *self._folders))
 
     def _names(self, name: str, module: Shape, path: Path) -> list[str] | None:
         """Return the names in a module, None where they are not known."""

@@ -46,7 +46,7 @@ class Instance:
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """Some number, in a unit."""
+    """Some number, in a unit; of one of which no unit is known it is empty."""
 
     unit: str
 
@@ -166,7 +166,7 @@ def of_hint(hint: Any) -> Shape:
     """Return the shape of a value by its declared type."""
     if get_origin(hint) is list and get_args(hint):
         return Items(of_hint(get_args(hint)[0]))
-    return instance_of(hint)
+    return Number("") if hint in (int, float) else instance_of(hint)
 
 
 @cache

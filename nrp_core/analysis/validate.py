@@ -8,10 +8,11 @@ from pathlib import Path
 from nrp_core.analysis import checks as checks  # registers them
 from nrp_core.analysis.registry import CHECKS
 from nrp_core.analysis.study import Study, at_most
+from nrp_core.errors import ExperimentError
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.prepare import Say, quietly
-from nrp_core.findings import Finding, InvalidExperimentError, Level
+from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 
 def validate(experiment: Experiment, say: Say = quietly) -> list[Finding]:
@@ -29,11 +30,26 @@ def validate_file(text: str | Path, overrides: Sequence[str] = (), say: Say = qu
         text: a shipped experiment, a file, or a folder with one.
         overrides: ``dotted.key=value``.
         say: told what is being done.
-
-    Raises:
-        ExperimentError: there is no such experiment.
     """
     try:
         return validate(load_experiment(text, overrides), say)
     except InvalidExperimentError as error:
         return list(error.findings)
+    except ExperimentError as error:  # there is no such experiment
+        return [Finding.of(error, Code.NRP204)]
+
+
+def refined(
+    error: InvalidExperimentError, text: str | Path, overrides: Sequence[str] = ()
+) -> InvalidExperimentError:
+    """Return what keeps an experiment from running in the words of :func:`validate_file`, which knows more.
+
+    Args:
+        error: what a run ended with before it began.
+        text: the experiment, as of :func:`validate_file`.
+        overrides: likewise.
+    """
+    known = [finding for finding in validate_file(text, overrides) if finding.level is Level.ERROR]
+    places = {(finding.path, finding.line) for finding in known}
+    others = (finding for finding in error.findings if (finding.path, finding.line) not in places)
+    return InvalidExperimentError([*known, *others])

@@ -67,7 +67,14 @@ def run(
     Ctrl-C ends it between two steps: what was recorded is complete, and the exit code is 130.
     """
     from nrp_core.cli.session import Request, Session
+    from nrp_core.findings import InvalidExperimentError
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed, pace=pace)
     request = Request(experiment, settings, until, record, pictures, snapshots, plot, control)
-    raise typer.Exit(Session(request).run(as_json=json))
+    try:
+        code = Session(request).run(as_json=json)
+    except InvalidExperimentError as error:
+        from nrp_core.analysis.validate import refined
+
+        raise refined(error, experiment, settings) from None
+    raise typer.Exit(code)

@@ -116,9 +116,12 @@ class Session:
         with usage_errors("--until"):
             if until_ns < 0:
                 raise ValueError(f"a run begins at 0 s, so it cannot stop at {self._request.until}")
-            if until_ns % experiment.timestep:
+            too_far_ns = until_ns % experiment.timestep
+            if too_far_ns and experiment.strict:
                 step = f"{milliseconds(experiment.timestep):g} ms"
                 raise ValueError(f"{self._request.until} is not a whole number of steps of {step}")
+            if too_far_ns:  # of a step that came with the experiment
+                until_ns += experiment.timestep - too_far_ns
         return seconds(until_ns)
 
     # -- the run

@@ -11,19 +11,21 @@ import importlib.abc
 import importlib.machinery
 import importlib.util
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 
 from nrp_core.dsl.messages import message_packages, service_packages
-from nrp_core.scoped_import import Scope
-from nrp_core.world.messages import cv_bridge
+from nrp_core.scoped_import import Missing, Scope
+from nrp_core.world.messages import cv_bridge, point_cloud2
 
 
 def file_scope(
     framework: ModuleType,
     substitutes: Mapping[str, ModuleType] | None = None,
     folders: Iterable[Path] = (),
+    missing: Missing | None = None,
+    compiled: Callable[[Path], CodeType] | None = None,
 ) -> Scope:
     """Return the scope of a transfer function file.
 
@@ -31,12 +33,16 @@ def file_scope(
         framework: what ``import hbp_nrp_client.tf_framework`` gives.
         substitutes: further modules, by their dotted names.
         folders: where modules are looked for that do not stand beside the file.
+        missing: returns what stands in for modules that are nowhere.
+        compiled: returns what a file that is imported means; by default it is Python.
     """
     known = {f"{name}.msg": package.msg for name, package in message_packages().items()}
     known |= {f"{name}.srv": services for name, services in service_packages().items()}
     known |= {"cv_bridge": cv_bridge}
+    known |= dict.fromkeys(("sensor_msgs.point_cloud2", "sensor_msgs_py.point_cloud2"), point_cloud2)
     known |= {"hbp_nrp_client.tf_framework": framework, **(substitutes or {})}
-    return Scope({name.partition(".")[0] for name in known if "." in name}, known.get, folders)
+    packages = {name.partition(".")[0] for name in known if "." in name} - known.keys()
+    return Scope(packages, known.get, folders, missing, compiled)
 
 
 class _MessageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):

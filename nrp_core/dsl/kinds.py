@@ -73,6 +73,9 @@ class DeviceKind:
         brain = binding.brain
         given, ids = self._connected({**self.defaults, **options}, selection.ids, brain.seed, name)
         of_device = {key: given.pop(key) for key in self.device.options if key in given}
+        for item in dataclasses.fields(self.spec):
+            if item.type in ("float", "int") and isinstance(given.get(item.name), str):
+                raise ValueError(f"{item.name} must be a number, not {given[item.name]!r}")
         spec = self.spec(**given)
         port: devices.Port
         if isinstance(spec, SourceSpec):

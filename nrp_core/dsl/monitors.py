@@ -63,11 +63,14 @@ class MonitoringFunction(TransferFunction):
         function: says whether the device is shown.
         sink: the device.
         monitored: the topic.
+
+    Attributes:
+        sink: the device.
     """
 
     def __init__(self, function: Callable[..., Any], sink: MapSpikeSink, monitored: Topic) -> None:
         super().__init__(function, flow=NeuronMonitor.flow)
-        self._sink, self._monitored = sink, monitored
+        self.sink, self._monitored = sink, monitored
 
     @property
     def published(self) -> list[Topic]:
@@ -77,7 +80,7 @@ class MonitoringFunction(TransferFunction):
         if self._monitored.name not in binding.world.topics:
             binding.world.declare(self._monitored.name, self._monitored.topic_type)
         super()._connect(binding)
-        device = self._sink.bind(binding)
+        device = self.sink.bind(binding)
         self._adapters[DEVICE] = device
         self._refreshed.append(device)
         self._shown_on = PublishedTopic(binding.world, self._monitored)
@@ -96,5 +99,5 @@ class MonitoringFunction(TransferFunction):
                 spikes = [SpikeData(int(neuron), float(time)) for neuron, time in device.times]
                 yield SpikeEvent(t, device.neurons_count, spikes, self.name, device.population_name)
             elif isinstance(device, Device):
-                value = device.rate if self._sink.kind is population_rate else device.voltage
+                value = device.rate if self.sink.kind is population_rate else device.voltage
                 yield SpikeRate(t, float(value), self.name)

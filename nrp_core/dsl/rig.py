@@ -23,6 +23,7 @@ from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.groups import DeviceGroup
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.dsl.monitors import MonitoringFunction
 from nrp_core.dsl.selection import Selection
 from nrp_core.dsl.selectors import select
 from nrp_core.dsl.topics import SubscribedTopic
@@ -129,7 +130,8 @@ class _AnyBrain:
 
 def _populations_of(function: TransferFunction) -> dict[str, int]:
     root = _AnyBrain()
-    for mapping in function.mappings.values():
+    shown = [function.sink] if isinstance(function, MonitoringFunction) else []
+    for mapping in (*function.mappings.values(), *shown):
         if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
             select(mapping.selector, root)
     return root.sizes

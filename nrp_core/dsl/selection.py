@@ -47,6 +47,11 @@ class Selection:
         ids = np.concatenate([self.ids, other.ids])
         return Selection(ids, f"{self.label} + {other.label}", self.network)
 
+    def __radd__(self, other: int) -> Selection:
+        if other != 0:  # sum() begins with it
+            return NotImplemented
+        return self
+
     @property
     def positions_um(self) -> FloatArray:
         """Where they lie, shape ``(n, 3)``.

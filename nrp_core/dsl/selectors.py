@@ -75,6 +75,8 @@ class Selector:
         return _combined(operator.add, "+", self, other)
 
     def __radd__(self, other: Any) -> Selector:
+        if isinstance(other, int) and other == 0:  # sum() begins with it
+            return self
         return _combined(operator.add, "+", other, self)
 
     def __sub__(self, other: Any) -> Selector:

@@ -18,7 +18,7 @@ def commands_of(run: Run) -> Commands:
         run.change(map(Path, add), remove)
         for names, active in ((activate, True), (deactivate, False)):
             for name in names:
-                run.loop.activate(name, active)
+                run.activate(name, active)
         failed = {failure.function: str(failure) for failure in run.loop.failures}
         return [_shown(function, failed.get(function.name)) for function in run.loop.functions]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, PlainValidator, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
 
 from nrp_core.experiment.section import Name, Section, TopicName
 from nrp_core.quantities import DurationNs, LengthM, TimeNs, length_m, time_ns
@@ -61,7 +61,7 @@ class Near(Section):
     """Near the origin of this model."""
     point: Point | None = None
     """Near this place on the ground."""
-    within: LengthM
+    within: Annotated[LengthM, Field(gt=0)]
     """How near."""
 
     @model_validator(mode="after")

@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network import Network
+from nrp_core.brain.picking import blamed
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, seconds
 from nrp_core.dsl.collector import require_new_name
@@ -120,7 +121,8 @@ def network_of(collector: Collector) -> Network | None:
         try:
             return experiment.maker.network(experiment)
         except NeuronSelectionError as error:
-            collector.add(Code.NRP211, error.message, "brain", "populations")
+            name = blamed(error, experiment.brain.populations)
+            collector.add(Code.NRP211, error.message, "brain", "populations", name)
     return None
 
 

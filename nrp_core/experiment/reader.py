@@ -12,6 +12,7 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment.backends import option_findings
 from nrp_core.experiment.find import find_file
 from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.platforms import with_platform
 from nrp_core.experiment.schema_findings import schema_findings
 from nrp_core.experiment.tree import Place, Tree
 from nrp_core.experiment.yaml_tree import parse_tree, read_tree
@@ -53,7 +54,7 @@ def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
         findings += schema_findings(error, Experiment, tree)
     if findings:
         raise InvalidExperimentError(sorted(findings, key=_reading_order))
-    return experiment.with_source(tree).with_overrides(overrides)
+    return with_platform(experiment.with_source(tree).with_overrides(overrides))
 
 
 def _reading_order(finding: Finding) -> tuple[str, int, int]:

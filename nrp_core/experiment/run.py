@@ -12,7 +12,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from time import perf_counter
@@ -58,6 +58,8 @@ class Run(Closing):
         loop: what steps them.
         on_step: called after every step, when events have happened and criteria are decided.
         on_close: called before the engines are released.
+        on_change: called with what was added and removed when transfer functions have been changed.
+        on_activate: called with name and state when a transfer function has been let run or not.
 
     Raises:
         BackendError: a backend is missing, broken or does not open.
@@ -75,6 +77,8 @@ class Run(Closing):
         self.experiment = experiment
         self.on_step: list[Observer] = []
         self.on_close: list[Callable[[], None]] = []
+        self.on_change: list[Callable[[Sequence[TransferFunction | Path], Sequence[str]], None]] = []
+        self.on_activate: list[Callable[[str, bool], None]] = []
         self._warnings = [str(finding.as_error()) for finding in plan.warnings]
         self._told = {finding.message for finding in plan.warnings}
         with ExitStack() as opened:
@@ -189,12 +193,29 @@ class Run(Closing):
         Raises:
             ExperimentError: a file or a function is wrong, or there is none of a name.
         """
-        given = ([one] if isinstance(one, TransferFunction) else load_functions(one) for one in add)
-        functions, names = [function for some in given for function in some], tuple(remove)
+        added, names = tuple(add), tuple(remove)
+        given = ([one] if isinstance(one, TransferFunction) else load_functions(one) for one in added)
+        functions = [function for some in given for function in some]
 
         def make() -> None:
             furnish(self.experiment, self.world, functions)
             self.loop.change(functions, names)
+            for observer in self.on_change:
+                observer(added, names)
+
+        self.loop.between_steps(make)
+
+    def activate(self, name: str, active: bool = True) -> None:
+        """Let a transfer function run or not from the next step on; any thread may ask.
+
+        Raises:
+            ExperimentError: there is none of this name.
+        """
+
+        def make() -> None:
+            self.loop.activate(name, active)
+            for observer in self.on_activate:
+                observer(name, active)
 
         self.loop.between_steps(make)
 
@@ -211,7 +232,11 @@ class Run(Closing):
         if loop.now_ns != self._looked_at_ns:
             self._looked_at_ns = loop.now_ns
             self._watch.look(loop.now_ns)
-            self._digest.add(map(self._watch.where.pose, self.experiment.world.robots))
+            self._digest.add(map(self._watch.where.pose, self._robots()))
+
+    def _robots(self) -> list[str]:
+        """Return the robots that there are: one may have been left out, or taken out."""
+        return [name for name in self.experiment.world.robots if name in self._watch.where]
 
     def _after_step(self, loop: ClosedLoop) -> None:
         self._look(loop)
@@ -277,7 +302,7 @@ class Run(Closing):
     def result(self) -> Result:
         """Return what came of it so far."""
         times, outcomes = self._watch.events.times, self._watch.outcomes
-        where, robots = self._watch.where, self.experiment.world.robots
+        where = self._watch.where
         failed = isinstance(self._error, Exception)
         return Result(
             experiment=self.experiment.name,
@@ -292,7 +317,7 @@ class Run(Closing):
             error=None if self._error is None else str(self._error) or "interrupted",
             criteria=outcomes,
             time_share=self.loop.account.shares(),
-            final_pose={name: pose_data(where.pose(name)) for name in robots},
+            final_pose={name: pose_data(where.pose(name)) for name in self._robots()},
             trajectory_digest=self._digest.hexdigest(),
             spikes=self._counter.of(self.brain.network),
             events={name: seconds(times[name]) if name in times else None for name in self.experiment.events},

@@ -30,6 +30,9 @@ class Whereabouts:
         assert stamped is not None  # a topic without a rate always has a value
         self._poses = dict(zip(stamped.message.name, stamped.message.pose, strict=True))
 
+    def __contains__(self, model: object) -> bool:
+        return model in self._poses
+
     def pose(self, model: str) -> Pose:
         """Return the pose of a model."""
         p, q = self._poses[model].position, self._poses[model].orientation

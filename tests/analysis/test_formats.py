@@ -104,6 +104,32 @@ def test_errors_end_with_3_in_every_format(
     assert ("listing2.py" in out) is (form != "text")
 
 
+@pytest.mark.parametrize("form", ["text", "json", "sarif", "github"])
+def test_an_experiment_that_is_not_there_is_a_finding_in_every_format(
+    nrp: Callable[..., tuple[int, str, str]], form: str
+) -> None:
+    code, out, err = nrp("validate", "nowhere", "--format", form)
+    assert code == 3
+    assert "there is no experiment 'nowhere'" in out + err
+    assert "NRP204" in out + err
+    if form in ("json", "sarif"):
+        json.loads(out)
+
+
+def test_a_run_refuses_an_experiment_in_the_words_of_a_check(
+    nrp: Callable[..., tuple[int, str, str]], husky: Path
+) -> None:
+    text = (husky / "listing2.py").read_text()
+    assert "poisson)" in text
+    (husky / "listing2.py").write_text(text.replace("poisson)", "poisson, rate=-1.0)", 1))
+    checked = json.loads(nrp("validate", str(husky), "--json")[1])
+    code, out, _ = nrp("run", str(husky), "--json")
+    errors = [one for one in checked["findings"] if one["level"] == "error"]
+    assert code == 3
+    assert errors
+    assert json.loads(out)["error"]["findings"][: len(errors)] == errors
+
+
 def test_people_are_told_why_and_what_to_do(nrp: Callable[..., tuple[int, str, str]], husky: Path) -> None:
     (husky / "listing2.py").write_text((husky / "listing2.py").read_text().replace("leftred", "leftgreen"))
     _, out, err = nrp("validate", str(husky))

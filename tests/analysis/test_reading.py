@@ -7,7 +7,9 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import nrp_experiments
 import pytest
 from nrp_world_mujoco import MujocoBackend
 
@@ -122,6 +124,19 @@ def test_a_source_can_be_set_by_a_method(husky: Path) -> None:
     assert codes(found_in(husky, text.replace("spikes()", "spikes(1, 2, 3)"))) == ["NRP240"]
 
 
+def test_packages_beside_the_file_are_known(husky: Path) -> None:
+    (husky / "lab").mkdir()
+    (husky / "lab" / "sizes.py").write_text("N = 3\n")
+    text = (
+        "import lab.sizes\nfrom lab import sizes\nfrom lab.sizes import N, M\n"
+        "@nrp.Robot2Neuron()\ndef f(t):\n    print(lab.sizes.N, sizes.N, N, M)\n"
+    )
+    (finding,) = found_in(husky, text)
+    assert finding.message.startswith("'lab.sizes' has no 'M'")
+    finding, *_ = found_in(husky, text.replace(", M", "").replace("import lab.sizes", "import lap.sizes"))
+    assert finding.message.startswith("there is no module 'lap.sizes'")
+
+
 def test_a_module_beside_the_file_is_read_for_its_names(husky: Path) -> None:
     (husky / "helpers.py").write_text("def scaled(x):\n    return x\n")
     text = "from helpers import scaled, scald\n@nrp.Robot2Neuron()\ndef f(t):\n    scaled(t), scald(t)\n"
@@ -202,6 +217,57 @@ def test_wheels_that_the_world_does_not_turn_are_named(husky: Path, monkeypatch:
     )
     warned = [one.message for one in validate_file(husky) if one.level is Level.WARNING]
     assert "nothing comes for 'wheels': the world backend 'mujoco' has no dynamics" in warned
+
+
+def refused(folder: Path, monkeypatch: pytest.MonkeyPatch, **has: Any) -> list[str]:
+    """Return what is said of an experiment in a world that has little."""
+    little = WorldCapabilities(step_ns=1_000_000, **{"renderers": ("raster",), "links": True, **has})
+    monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: little)
+    found = [one for one in validate_file(folder) if one.code.name == "NRP216"]
+    assert {one.level for one in found} <= {Level.ERROR}
+    assert all(one.line is not None for one in found)
+    return [one.message for one in found]
+
+
+def test_joints_that_the_world_does_not_drive_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    shipped = Path(nrp_experiments.__path__[0])
+    walker, head = shipped / "walking_hexapod", shipped / "following_head"
+    assert refused(walker, monkeypatch) == [
+        "'hexapod' holds front_left_delta: the world backend 'mujoco' has no joint_control"
+    ]
+    (told, *_) = refused(walker, monkeypatch, joint_control=True, dynamics=False)
+    assert told == "'hexapod' could not move: the world backend 'mujoco' has no dynamics"
+    told = "; ".join(refused(head, monkeypatch))
+    assert "nothing is done with what is sent on '/pan_tilt/" in told
+    assert "has no joint_control" in told
+
+
+def test_changes_that_the_world_refuses_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = husky / "experiment.yaml"
+    request = "{model_state: {model_name: husky}}"
+    file.write_text(
+        file.read_text().replace(
+            "events:",
+            f"events:\n  moves: {{at: 1 s, publish: {{topic: /gazebo/set_model_state, value: {request}}}}}",
+        )
+    )
+    told = refused(husky, monkeypatch)
+    assert told == [
+        "nothing is done with '/gazebo/set_model_state': the world backend 'mujoco' has no changes"
+    ]
+    assert refused(husky, monkeypatch, changes=True) == []
+
+
+def test_a_population_outside_the_circuit_is_found_in_its_own_line(husky: Path) -> None:
+    file = husky / "experiment.yaml"
+    text = file.read_text()
+    section = 'populations: {sensors: "0:5", actors: "6:8"}'
+    assert section in text
+    file.write_text(text.replace(section, 'populations:\n    sensors: "0:5"\n    actors: "6:80"'))
+    (finding,) = [one for one in validate_file(husky) if one.level is Level.ERROR]
+    assert (finding.code.name, finding.column) == ("NRP211", 13)
+    assert file.read_text().splitlines()[(finding.line or 0) - 1] == '    actors: "6:80"'
+    assert "in the override" in validate_file(husky, ["brain.populations.actors='0:99'"])[0].message
 
 
 def test_an_experiment_made_in_python_can_be_checked(husky: Path) -> None:

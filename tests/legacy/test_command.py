@@ -51,3 +51,12 @@ def test_a_check_tells_what_is_missing_and_that_it_runs(
     result = result_of(["validate", str(corpus / "husky_2019"), "--models", str(corpus / "models")], capsys)
     assert result["valid"] is True
     assert "no robot 'nowhere/model.sdf': left out" in json.dumps(result["findings"])
+
+
+def test_a_run_goes_on_to_the_end_of_a_step_of_any_length(
+    corpus: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bibi = corpus / "bare" / "bare.bibi"
+    bibi.write_text(bibi.read_text().replace("</bibi>", "<timestep>7</timestep></bibi>"))
+    result = result_of(["run", str(corpus / "bare"), "--until", "30ms"], capsys)
+    assert result["sim_time_s"] == 0.035

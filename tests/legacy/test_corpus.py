@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from nrp_core.experiment.run import Run
+from nrp_core.world.scene.model import Box
 
 Opened = Callable[..., Run]
 
@@ -112,3 +113,41 @@ def test_every_idiom_of_transfer_functions_runs(played: Callable[..., Run]) -> N
 
 def test_a_machine_that_is_not_there_is_named(opened: Opened, corpus: Path) -> None:
     assert any("no state machine 'gone.exd'" in text for text in opened("icub_2017/icub.exc").warnings)
+
+
+def test_code_of_python_2_of_old_libraries_and_of_no_library_runs(played: Callable[..., Run]) -> None:
+    run = played("students_2018/students.exc")
+    result = run.result()
+    assert [failure["function"] for failure in result.failures] == ["learns"]
+    assert "no module named 'tensorflow'" in result.failures[0]["error"]
+    assert rows(run, "python2", "rows")[-1][1] == "7"
+    seen = rows(run, "libraries", "rows")[-1]
+    assert seen[1:] == ["2304", "16", "3", "1", "18.0", "(12, 16)"]
+    ticks, names, speed = rows(run, "messages", "rows")[-1]
+    assert (ticks, names) == ("6", "4")
+    assert 0.5 < float(speed) < 0.6
+    first, last = (rows(run, "root_of_brain", "rows")[i] for i in (0, -1))
+    assert (first[:3], float(first[3])) == (["10", "-50.0", "25"], pytest.approx(0.02, rel=1e-3))
+    assert (last[:3], float(last[3])) == (["10", "-40.0", "25"], pytest.approx(0.03, rel=1e-3))
+    assert result.spikes["sensors"] > 50
+    told = "\n".join(result.warnings)
+    assert "no module 'keras.models'" in told
+    assert "messages of 'tigrillo_msgs' are not known here" in told
+    assert "'yaw' of <robotPose> is a number, not 'north': not taken" in told
+
+
+def test_machines_iterate_go_side_by_side_and_change_models(played: Callable[..., Run]) -> None:
+    run = played("students_2018/students.exc")
+    assert [row[0] for row in rows(run, "said", "rows")] == ["0", "1", "fast", "slow", "end"]
+    box = run.world.scene.model("box")
+    assert box.links[0].collisions[0].geometry == Box((2.0, 1.0, 3.0))
+    assert run.world.model_motion("box").pose.rpy[2] == pytest.approx(1.5)
+
+
+def test_what_students_draw_at_random_follows_from_the_seed(opened: Opened) -> None:
+    def drawn(seed: int) -> list[list[str]]:
+        run = opened("students_2018/students.exc", f"seed={seed}")
+        run.run_until(0.15)
+        return rows(run, "libraries", "rows")
+
+    assert drawn(1) == drawn(1) != drawn(2)

@@ -166,10 +166,56 @@ def test_a_robot_in_an_archive_is_found(
 def test_a_brain_that_cannot_be_loaded_leaves_the_functions_that_need_none(
     opened: Opened, corpus: Path
 ) -> None:
-    (corpus / "models" / "brain_model" / "two_cells.py").write_text("import no_such_simulator\n")
+    (corpus / "models" / "brain_model" / "two_cells.py").write_text(
+        "import no_such_simulator as sim\nsim.setup()\n"
+    )
     run = opened(EVERY[0])
     assert [function.name for function in run.loop.functions] == ["raises", "record"]
     assert any("the brain is left out" in warning for warning in run.result().warnings)
+
+
+BRAIN = "brain_model/idle_brain.py"
+IT = '<bodyModel robotId="it"'
+NO_TIME = "is a time in seconds or such as PT14M, not"
+
+
+@pytest.mark.parametrize(
+    ("exc", "bibi", "told"),
+    [
+        ("<timeout>soon</timeout>", "", f"<timeout> {NO_TIME} 'soon': not taken"),
+        ("", "<timestep>1</timestep>", ""),
+        ("", "<timestep>fast</timestep>", f"<timestep> {NO_TIME} 'fast'"),
+        ('<environmentModel src="broken.sdf"/>', "", "the room is left out, a plain floor it is"),
+        ("", "<bodyModel>broken.sdf</bodyModel>", "broken.sdf:1: this is not well-formed XML"),
+        ("", f'{IT} model="husky_model"/>', ""),
+        ("", f'{IT} customAsset="true" assetPath="no.zip">husky_model/model.sdf</bodyModel>', ""),
+        ("", "<bodyModel>Husky_Model/model.SDF</bodyModel>", ""),
+        ("", "<bodyModel>broken.zip</bodyModel>", "this is not a ZIP archive that can be read"),
+        ("", '<brainModel model="braitenberg_directnest"/>', ""),
+        ("", f'<brainModel><file>{BRAIN}</file><populations population="a" from="x"/></brainModel>',
+         "population 'a' has no neurons in idle_brain.py"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_read_is_told_and_the_rest_runs(
+    opened: Opened, corpus: Path, exc: str, bibi: str, told: str
+) -> None:
+    folder = corpus / "odd"
+    folder.mkdir()
+    (folder / "broken.sdf").write_text("<sdf><world>")
+    (folder / "broken.zip").write_text("no archive")
+    (folder / "tf.py").write_text("@nrp.Robot2Neuron()\ndef runs(t):\n    pass\n")
+    (folder / "odd.bibi").write_text(f'<bibi>{bibi}<transferFunction src="tf.py"/></bibi>')
+    (folder / "odd.exc").write_text(f'<ExD><bibiConf src="other.bibi"/>{exc}</ExD>')
+    run = opened("odd/odd.exc")
+    run.run_until(0.04)
+    result = run.result()
+    assert [function.name for function in run.loop.functions] == ["runs"]
+    assert not result.failures
+    warnings = "\n".join(result.warnings)
+    assert told in warnings
+    assert "the experiment names 'other.bibi', which is not there: odd.bibi beside it is taken" in warnings
+    assert ("it" in result.final_pose) == ("robotId" in bibi)
+    assert ("no brain" in warnings or "no robot" in warnings) == ("broken.zip" in bibi)
 
 
 def test_an_override_of_our_own_format_wins(corpus: Path) -> None:

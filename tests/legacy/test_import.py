@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from nrp_legacy.code import Source
@@ -12,11 +14,15 @@ from nrp_legacy.convert.python import piece_of
 from nrp_legacy.reader import read_exc
 
 from nrp_core.cli import app
+from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.reader import read_yaml
 from nrp_core.experiment.run import Run
+from nrp_core.findings import InvalidExperimentError
+from nrp_core.world.topics import Stamped
 
-FAITHFUL = ["husky_2017/experiment_configuration.exc", "husky_2015/ExDConf.exc", "bare/bare.exc",
-            "icub_2017/icub.exc"]  # fmt: skip
+CORPUS = Path(__file__).with_name("corpus")
+EVERY = [str(path.relative_to(CORPUS)) for path in sorted(CORPUS.rglob("*.exc"))]
+SCREENS = "husky_2017/experiment_configuration.exc"
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::DeprecationWarning"
@@ -24,28 +30,40 @@ pytestmark = pytest.mark.filterwarnings(
 
 
 def imported(corpus: Path, name: str, folder: Path) -> Report:
-    return write_folder(read_exc(corpus / name, [f"models=[{corpus / 'models'}]"]), folder)
+    return write_folder(original(corpus, name), folder)
 
 
-@pytest.mark.parametrize("name", FAITHFUL)
+def original(corpus: Path, name: str) -> Experiment:
+    return read_exc(corpus / name, [f"models=[{corpus / 'models'}]"])
+
+
+def played(experiment: Experiment) -> dict[str, Any]:
+    """Run an experiment; return all that happened in it."""
+    said: list[str] = []
+
+    def hear(topic: str, stamped: Stamped) -> None:
+        if not topic.startswith("/gazebo/set_"):  # what asks for a colour, as an event or as a service
+            said.append(re.sub(" at 0x[0-9a-f]+", "", f"{topic} {stamped.t_ns} {stamped.message!r}"))
+
+    with Run(experiment) as run:
+        run.world.add_observer(hear)
+        run.run()
+        result = run.result()
+        return {
+            "functions": [function.name for function in run.loop.functions],
+            "failures": [(failure["function"], failure["t_s"]) for failure in result.failures],
+            "trajectory": result.trajectory_digest, "spikes": result.spikes, "said": said,
+        }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", EVERY)
 def test_an_imported_experiment_behaves_as_the_original(corpus: Path, tmp_path: Path, name: str) -> None:
-    report = imported(corpus, name, tmp_path / "new")
-    assert report.left_out == []
-    results = []
-    for experiment in (
-        read_exc(corpus / name, [f"models=[{corpus / 'models'}]"]),
-        read_yaml(tmp_path / "new" / "experiment.yaml"),
-    ):
-        with Run(experiment) as run:
-            run.run()
-            results.append((run.result(), [function.name for function in run.loop.functions]))
-    (old, old_names), (new, new_names) = results
-    assert old_names == new_names
-    assert (old.trajectory_digest, old.spikes) == (new.trajectory_digest, new.spikes)
+    assert imported(corpus, name, tmp_path / "new").left_out == []
+    assert played(read_yaml(tmp_path / "new" / "experiment.yaml")) == played(original(corpus, name))
 
 
 def test_everything_that_it_needs_is_in_its_folder(corpus: Path, tmp_path: Path) -> None:
-    imported(corpus, FAITHFUL[0], tmp_path / "new")
+    imported(corpus, SCREENS, tmp_path / "new")
     written = read_yaml(tmp_path / "new" / "experiment.yaml")
     files = (written.brain.model, written.world.scene, *written.transfer_functions, *written.models)
     assert all((tmp_path / "new") in path.parents for path in files)
@@ -56,19 +74,113 @@ def test_everything_that_it_needs_is_in_its_folder(corpus: Path, tmp_path: Path)
     assert "leftovers of Python 2" in (tmp_path / "new" / "import.md").read_text()
 
 
-def test_what_has_no_counterpart_is_left_out_and_named(corpus: Path, tmp_path: Path) -> None:
+def test_what_needs_the_platform_is_kept_and_named(corpus: Path, tmp_path: Path) -> None:
     report = imported(corpus, "husky_2019/cart.exc", tmp_path / "new")
-    assert report.left_out == ["drive (drive.py): it uses rospy"]
+    assert report.kept == ["drive: imports rospy"]
     assert report.changed == ["currents: poisson has no setting 'label': left out"]
     assert any("no robot 'nowhere/model.sdf'" in note for note in report.noted)
-    names = {path.stem for path in read_yaml(tmp_path / "new" / "experiment.yaml").transfer_functions}
-    assert names == {"currents", "all_neurons_spike_monitor", "switched_off", "count_spikes"}
+    written = read_yaml(tmp_path / "new" / "experiment.yaml")
+    assert written.compatibility is not None
+    assert written.compatibility.platform == "hbp_nrp"
+    folder = tmp_path / "new" / "transfer_functions"
+    assert "import rospy" in (folder / "drive.py").read_text()
+    assert "hbp_nrp_cle" not in (folder / "currents.py").read_text()
+    assert "drive: imports rospy" in (tmp_path / "new" / "import.md").read_text()
+
+
+def test_an_experiment_that_needs_nothing_of_the_platform_does_not_name_it(
+    corpus: Path, tmp_path: Path
+) -> None:
+    assert imported(corpus, SCREENS, tmp_path / "new").kept == []
+    assert read_yaml(tmp_path / "new" / "experiment.yaml").compatibility is None
+
+
+def test_units_machines_and_brains_of_the_platform_stay(corpus: Path, tmp_path: Path) -> None:
+    imported(corpus, "directnest_2019/husky.exc", tmp_path / "nest")
+    assert "import nest" in (tmp_path / "nest" / "brain.py").read_text()
+    assert "nest_units: true" in (tmp_path / "nest" / "experiment.yaml").read_text()
+    imported(corpus, "screens_2016/ExDBraitenbergHuskyScreens.exc", tmp_path / "screens")
+    written = read_yaml(tmp_path / "screens" / "experiment.yaml")
+    assert len(written.compatibility.options["state_machines"]) == 3  # type: ignore[union-attr]
+    assert not written.maker.can_be_saved
+
+
+def test_a_function_that_only_the_platform_can_load_is_kept(corpus: Path, tmp_path: Path) -> None:
+    (corpus / "bare" / "muscles.py").write_text(
+        "from gazebo_ros_muscle_interface.msg import MuscleStates\n"
+        "from units import LENGTH\n"
+        "@nrp.MapRobotSubscriber('muscles', Topic('/muscles', MuscleStates))\n"
+        "@nrp.Neuron2Robot()\n"
+        "def stretch(t, muscles):\n"
+        "    assert LENGTH == 1\n"
+    )
+    (corpus / "bare" / "units.py").write_text("LENGTH = 1\n")
+    bibi = corpus / "bare" / "bare.bibi"
+    added = '<transferFunction xsi:type="PythonTransferFunction" src="muscles.py"/></bibi>'
+    space = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
+    text = bibi.read_text().replace("</bibi>", added)
+    bibi.write_text(text if "xmlns:xsi" in text else text.replace("<bibi ", f"<bibi {space} "))
+    report = imported(corpus, "bare/bare.exc", tmp_path / "new")
+    (kept,) = report.kept
+    assert kept.startswith("stretch: ")
+    assert "MuscleStates" in kept or "gazebo_ros_muscle_interface" in kept
+    now = played(read_yaml(tmp_path / "new" / "experiment.yaml"))
+    assert ("stretch" in now["functions"], now["failures"]) == (True, [])
+
+
+def test_modules_and_data_beside_brain_and_functions_come_along(corpus: Path, tmp_path: Path) -> None:
+    brains = corpus / "models" / "brain_model"
+    (brains / "params.py").write_text("from more import SIZE\n")
+    (brains / "more.py").write_text("import os\nSIZE = 3\n")
+    (brains / "weight.txt").write_text("0.01")
+    (brains / "small.py").write_text(
+        "import os, params, numpy as np\n"
+        "import pyNN.nest as sim\n"
+        "print 'weight', np.loadtxt(os.path.join(os.path.dirname(__file__), 'weight.txt'))\n"
+        "circuit = sim.Population(params.SIZE, sim.IF_cond_alpha())\n"
+    )
+    (corpus / "bare" / "data").mkdir()
+    (corpus / "bare" / "data" / "gain.txt").write_text("2.0")
+    (corpus / "bare" / "bare.bibi").write_text(
+        "<bibi><brainModel><file>brain_model/small.py</file></brainModel>"
+        '<transferFunction type="PythonTransferFunction">'
+        "\nimport os\nfrom os.path import dirname\n"
+        "GAIN = float(np.loadtxt(os.path.join(dirname(__file__), 'data/gain.txt')))\n"
+        "@nrp.MapSpikeSource('eye', nrp.brain.circuit, nrp.poisson, weight=0.1)\n"
+        "@nrp.Robot2Neuron()\ndef see(t, eye):\n    eye.rate = 200.0 * GAIN\n"
+        "</transferFunction></bibi>"
+    )
+    report = imported(corpus, "bare/bare.exc", tmp_path / "new")
+    assert (report.kept, report.left_out) == ([], [])
+    before = played(original(corpus, "bare/bare.exc"))
+    assert before["spikes"]["circuit"] > 0
+    for path in (brains / "small.py", corpus / "bare" / "data" / "gain.txt"):
+        path.unlink()
+    assert played(read_yaml(tmp_path / "new" / "experiment.yaml")) == before
+
+
+def test_a_platform_that_is_not_known_and_a_wrong_option_are_named(corpus: Path, tmp_path: Path) -> None:
+    imported(corpus, "husky_2019/cart.exc", tmp_path / "new")
+    file = tmp_path / "new" / "experiment.yaml"
+    with pytest.raises(
+        InvalidExperimentError, match="no platform is called 'hbp_nrq'; did you mean 'hbp_nrp'"
+    ):
+        read_yaml(file, ["compatibility.platform=hbp_nrq"])
+    with pytest.raises(InvalidExperimentError, match=r"'compatibility\.options' has no key 'nest_unit'"):
+        read_yaml(file, ["compatibility.options.nest_unit=true"])
 
 
 def test_transfer_functions_that_share_names_share_a_file(corpus: Path, tmp_path: Path) -> None:
+    brain = corpus / "models" / "brains" / "laser_brain.py"
+    brain.write_text("\n".join(line for line in brain.read_text().splitlines() if "inject" not in line))
     report = imported(corpus, "p3dx_2018/p3dx.exc", tmp_path / "new")
     assert "one file of all transfer functions, which share N_SECTORS" in report.changed
-    assert "a network: left out" in "\n".join(report.changed)
+    assert report.kept == []
+
+
+def test_methods_of_python_2_are_renamed() -> None:
+    piece = piece_of(Source("for key, value in {}.iteritems():\n    print key\n", Path("see.py")))
+    assert piece.text == "for key, value in {}.items():\n    print(key)\n"
 
 
 def test_code_keeps_all_but_its_imports_and_spellings() -> None:

@@ -6,16 +6,18 @@ import ast
 import io
 from contextlib import redirect_stderr, redirect_stdout
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_legacy.python2 import converted, divide, names
+from nrp_legacy.builtins2 import divide
+from nrp_legacy.python2 import converted, executable, names
 
 
 def printed(code: str, **values: object) -> str:
     out = io.StringIO()
     with redirect_stdout(out):
-        exec(compile(converted(code).tree, "code", "exec"), {**names(), **values})
+        exec(compile(executable(converted(code)), "code", "exec"), {**names(), **values})
     return out.getvalue()
 
 
@@ -41,6 +43,20 @@ def printed(code: str, **values: object) -> str:
         ("from __future__ import division\nprint 7 / 2", "3.5\n"),
         ("print list(xrange(2)), unicode(1), long(2), reduce(max, [1, 3])", "[0, 1] 1 2 3\n"),
         ("if 1:\n\tx = 1\n        print x", "1\n"),
+        ("print `1 + 1`, 'a `b` 1L 07 <> print'", "2 a `b` 1L 07 <> print\n"),
+        ("exec 'x = 1'\nd = {}\nexec 'y = 2' in d\nexec('z = 3')\nprint x, d['y'], z", "1 2 3\n"),
+        ("try: raise KeyError, 'k'  # no, 'x'\nexcept KeyError, e: print e", "'k'\n"),
+        ("d = {1: 2}\nk = d.keys()\nk.sort()\nprint k, d.items()[0]", "[1] (1, 2)\n"),
+        (
+            "print map(None, [1])[0], filter(str.isdigit, 'a1'), zip([1], [2])[0], range(2) + [2]",
+            "1 1 (1, 2) [0, 1, 2]\n",
+        ),
+        (
+            "l = [1, 2]\nl.sort(lambda a, b: b - a)\nprint l, sorted(l, cmp), sorted(l, cmp=cmp)",
+            "[2, 1] [1, 2] [1, 2]\n",
+        ),
+        ("print iter([5]).next(), ur'a', ord(97), cmp(1, 2), int('11', 2)", "5 a 97 -1 3\n"),
+        ("x = 7\nx /= 2\nprint x", "3\n"),
     ],
 )
 def test_a_leftover_means_what_it_meant(code: str, text: str) -> None:
@@ -64,6 +80,29 @@ def test_code_of_python_3_stays_as_it_is() -> None:
 def test_lines_keep_their_numbers() -> None:
     tree = converted('x = 1\n\nprint "a"\nprint x').tree
     assert [statement.lineno for statement in tree.body] == [1, 3, 4]
+
+
+def test_quotients_of_whole_numbers_can_be_indices_in_code_that_may_be_of_either_python() -> None:
+    code = "w = 7\nprint(w / 2, list(range(9))[w / 2 + 1], [0] * 0, 'abcdefgh'[:(w - 1) / 2])"
+    assert printed(code) == "3.5 4 [] abc\n"
+
+
+def test_numbers_in_arrays_of_one_are_numbers() -> None:
+    assert printed("print(int(a), float(a), float('2'))", a=np.array([[3]])) == "3 3.0 2.0\n"
+
+
+def test_three_results_of_contours_are_an_image_and_two() -> None:
+    code = "import cv2\nfirst, contours, _ = cv2.findContours(image, cv2.RETR_TREE, cv2.CHAIN_APPROX_NONE)\n"
+    image = np.zeros((5, 5), np.uint8)
+    image[1:3, 1:3] = 1
+    assert printed(code + "print(first is image, len(contours))", image=image) == "True 1\n"
+
+
+def test_lists_of_python_2_can_still_be_iterators() -> None:
+    assert (
+        printed("m = map(str, [1, 2])\nprint(next(m), next(m), m[0], next(zip([3], [4])))")
+        == "1 2 1 (3, 4)\n"
+    )
 
 
 def test_what_is_no_python_at_all_is_refused() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from nrp_legacy import documents
+from nrp_legacy.documents import FileNamed
 from nrp_legacy.elements import seconds_of
 from nrp_legacy.files import Library
 from nrp_legacy.poses import pose_of
@@ -67,7 +68,8 @@ def test_prefixes_marks_and_line_ends_do_not_matter(tmp_path: Path, prefix: str,
     said = f"<{p}timestep>5</{p}timestep>\r\n<{p}brainModel>b.h5</{p}brainModel>"
     text = f"<{p}bibi {declared}>\r\n{said}</{p}bibi>"
     bibi = documents.read_bibi(written(tmp_path, "some.bibi", lead + text))
-    assert bibi.timestep_ms == 5
+    assert bibi.timestep is not None
+    assert bibi.timestep.text == "5"
     assert bibi.brain is not None
     assert bibi.brain.name == "b.h5"
 
@@ -95,7 +97,7 @@ def test_a_file_is_found_in_the_experiment_and_in_libraries_of_all_layouts(
 ) -> None:
     path = written(tmp_path, place, "")
     (tmp_path / "experiment").mkdir(exist_ok=True)
-    assert Library(tmp_path / "experiment", [tmp_path / "models"]).find("part/model.sdf") == path
+    assert Library(tmp_path / "experiment", [tmp_path / "models"]).find_code("part/model.sdf") == path
 
 
 @pytest.mark.parametrize(
@@ -103,20 +105,22 @@ def test_a_file_is_found_in_the_experiment_and_in_libraries_of_all_layouts(
 )
 def test_a_file_of_the_experiment_is_found_under_every_name(tmp_path: Path, name: str) -> None:
     path = written(tmp_path, "experiment/tf.py", "")
-    assert Library(tmp_path / "experiment").find(name) == path
+    assert Library(tmp_path / "experiment").find_code(name) == path
 
 
 def test_what_stands_in_the_experiment_comes_before_the_library(tmp_path: Path) -> None:
     own = written(tmp_path, "experiment/part/model.sdf", "")
     written(tmp_path, "models/part/model.sdf", "")
-    assert Library(tmp_path / "experiment", [tmp_path / "models"]).find("part/model.sdf") == own
+    assert Library(tmp_path / "experiment", [tmp_path / "models"]).find_code("part/model.sdf") == own
 
 
 def test_a_model_may_be_named_beside_its_file(tmp_path: Path) -> None:
     path = written(tmp_path, "models/robots/cart/body.sdf", "")
     library = Library(tmp_path / "experiment", [tmp_path / "models"])
-    assert library.find("body.sdf", model="cart") == path
-    assert library.find("other.sdf", model="cart") is None
+    document = parse_xml(
+        b'<bibi><a model="cart">body.sdf</a><b model="cart">other.sdf</b></bibi>', tmp_path, ExperimentError
+    )
+    assert [library.find(FileNamed.of(child)) for child in document.children] == [path, None]
 
 
 def test_an_experiment_without_its_second_document_is_refused_at_the_line_that_names_it(

@@ -55,3 +55,14 @@ def test_a_room_without_faults_is_read_as_it_is(tmp_path: Path) -> None:
 def test_a_file_that_is_no_scene_is_an_error_all_the_same(tmp_path: Path) -> None:
     with pytest.raises(SceneError):
         read(tmp_path, "<html/>")
+
+
+def test_of_parts_on_one_line_those_that_cannot_be_used_are_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "room.sdf"
+    path.write_text(
+        '<sdf version="1.5"><world name="w"><include><uri>model://gone</uri></include>'
+        "<population name='p'><model name='m'/></population></world></sdf>"
+    )
+    scene, told = read_without(lambda without: read_scene(path, without=without))
+    assert not scene.models
+    assert "there is no 'model://gone'" in "\n".join(told)

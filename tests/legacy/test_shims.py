@@ -12,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims import transformations
+from nrp_legacy.shims.containers import Concurrence
 from nrp_legacy.shims.cv_bridge import CvBridge, CvBridgeError
-from nrp_legacy.shims.smach import CBState, Concurrence, InvalidTransitionError, Sequence, StateMachine
+from nrp_legacy.shims.smach import CBState, InvalidTransitionError, Sequence, StateMachine
 from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Duration, Time
 
@@ -185,7 +186,7 @@ import numpy, cv2
 assert hbp_nrp_cle.tf_framework.tf_lib.detect_red is nrp.tf_lib.detect_red
 assert tf.transformations.quaternion_from_euler is transformations.quaternion_from_euler
 assert JointTrajectory(points=[JointTrajectoryPoint()]).points
-assert nrp.config.brain_root is nrp.brain
+assert repr(nrp.config.brain_root.sensors) == repr(nrp.brain.sensors)
 
 @MapVariable("x", initial_value=nrange(0, 2))
 @nrp.Robot2Neuron()
@@ -286,3 +287,23 @@ def test_machines_and_functions_talk_in_simulated_time(opened: Opened, corpus: P
     last = run.loop.functions[0].adapters["rows"].rows[-1]
     # what is published at the end of a step is heard at the end of the next: 0.22 s at 0.26 s
     assert last == ["0.48", "[0.26, 100.3]"]
+
+
+GONE = """
+from hbp_nrp_excontrol.nrp_states import DestroyModel
+from smach import StateMachine
+sm = StateMachine(outcomes=["DONE"])
+with sm:
+    StateMachine.add("gone", DestroyModel("robot"), transitions={"succeeded": "DONE"})
+"""
+
+
+def test_a_robot_that_a_machine_takes_away_is_in_no_result(opened: Opened, corpus: Path) -> None:
+    folder = corpus / "gone"
+    folder.mkdir()
+    bibi = "<bibi><bodyModel>husky_model/model.sdf</bodyModel></bibi>"
+    for name, text in {"n.exd": GONE, "n.bibi": bibi, "n.exc": EXC}.items():
+        (folder / name).write_text(text)
+    run = opened("gone/n.exc")
+    run.run_until(0.1)
+    assert run.result().final_pose == {}

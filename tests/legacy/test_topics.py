@@ -6,13 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from nrp_legacy.aliases import find_alias
+from nrp_legacy.framework import topic
+from nrp_legacy.shims.tuples import as_in_ros1
 
 from nrp_core.dsl.mocks import MockWorld
 from nrp_core.experiment.run import Run
-from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.messages.sensor_msgs import Image
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.sensor_msgs import Image, LaserScan
 
 Opened = Callable[..., Run]
 
@@ -112,3 +115,25 @@ def test_functions_talk_whichever_way_a_topic_goes(run: Run) -> None:
 def test_a_device_of_another_simulator_is_refused_alone(run: Run) -> None:
     assert "injects" not in [function.name for function in run.loop.functions]
     assert any("raw_signal does not drive neurons" in warning for warning in run.result().warnings)
+
+
+def test_functions_send_arrays_of_one_number_and_what_is_no_number_as_0(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    sent = topic("/cmd_vel", Twist).process
+    message = Twist(Vector3(np.array([2.0]), np.float32(1.0), float("nan")))
+    assert sent(message).linear == Vector3(2.0, 1.0, 0.0)
+    assert np.isnan(message.linear.z)
+    assert sent(np.array([0.5])) == 0.5
+    assert sent(unchanged := Twist()) is unchanged
+    sent(message)
+    assert caplog.text.count("what a function sends on /cmd_vel holds nan: 0 is sent in its place") == 1
+
+
+def test_functions_read_tuples_and_leave_what_others_read() -> None:
+    original = LaserScan(ranges=np.array([2.0, 1.0]))
+    heard = as_in_ros1(original)
+    assert heard.ranges.index(min(heard.ranges)) == 1
+    assert isinstance(original.ranges, np.ndarray)
+    picture = Image(data=np.zeros((1, 1, 3), np.uint8))
+    assert as_in_ros1(picture) is picture

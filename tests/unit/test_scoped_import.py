@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 
 import pytest
 
@@ -138,3 +138,49 @@ def test_a_place_that_is_known_stays(tmp_path: Path) -> None:
 
 def test_an_error_from_elsewhere_has_no_place() -> None:
     assert scope().place_of(ValueError("elsewhere")) is None
+
+
+def test_modules_in_folders_are_packages_for_files_of_the_scope(tmp_path: Path) -> None:
+    package = tmp_path / "elsewhere" / "tools"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    (package / "deep.py").write_text("import plain\nvalue = plain.value + 1\n")
+    (tmp_path / "plain.py").write_text("value = 1\n")
+    path = tmp_path / "script.py"
+    path.write_text(
+        "import tools.deep\nfrom tools import deep\nfrom tools.deep import value\nfound = tools.deep is deep"
+    )
+    module = Scope([], {}.get, [tmp_path / "elsewhere"]).run(path)
+    assert (module.found, module.value) == (True, 2)
+    assert "tools" not in sys.modules
+
+
+def test_what_stands_in_for_a_missing_module_does_so_for_that_one_only(tmp_path: Path) -> None:
+    made = {name: ModuleType(name) for name in ("nowhere", "nowhere.part")}
+    made["nowhere"].part = made["nowhere.part"]  # type: ignore[attr-defined]
+    asked = []
+
+    def missing(name: str, importer: object) -> ModuleType | None:
+        asked.append(name)
+        return made.get(name)
+
+    path = tmp_path / "script.py"
+    path.write_text(
+        "import nowhere.part\nfrom nowhere import part\nfound = part is nowhere.part\nimport json"
+    )
+    assert Scope([], {}.get, missing=missing).run(path).found
+    assert set(asked) == {"nowhere", "nowhere.part"}
+    path.write_text("import elsewhere")
+    with pytest.raises(ModuleNotFoundError, match="elsewhere"):
+        Scope([], {}.get, missing=missing).run(path)
+
+
+def test_files_can_be_compiled_otherwise_and_those_they_import_too(tmp_path: Path) -> None:
+    (tmp_path / "helper.py").write_text("value = <1>\n")
+    path = tmp_path / "script.py"
+    path.write_text("import helper\nvalue = helper.value + <2>\n")
+
+    def compiled(file: Path) -> CodeType:
+        return compile(file.read_text().replace("<", "").replace(">", ""), str(file), "exec")
+
+    assert Scope([], {}.get, compiled=compiled).run(path).value == 3

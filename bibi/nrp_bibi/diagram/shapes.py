@@ -42,12 +42,12 @@ class Card:
     def texts(self) -> Iterator[tuple[float, str]]:
         """The lines, each with its base line."""
         top = self.y + PADDING + TITLE
-        return ((top + LINE * i + 8, self._fitted(text, 7.3)) for i, text in enumerate(self.lines))
+        return ((top + LINE * i + 8, self._fitted(text, 6.7)) for i, text in enumerate(self.lines))
 
     @property
     def heading(self) -> str:
         """The title, as much of it as fits."""
-        return self._fitted(self.title, 8.3)
+        return self._fitted(self.title, 7.7)
 
     def _fitted(self, text: str, character: float) -> str:
         """Return a text, its end left out where it does not fit; a character is so wide."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,18 +15,35 @@ from nrp_core.brain.network import IntArray, Network
 from nrp_core.brain.picking import CIRCUIT
 from nrp_core.errors import NrpError
 from nrp_core.experiment.networks import network_from
-from nrp_legacy.brains import NotedNetwork
+from nrp_legacy.brains import NotedNetwork, load_script
 from nrp_legacy.code import Source, as_of_old
 from nrp_legacy.convert.edits import Edits
+from nrp_legacy.convert.neighbours import copy_neighbours
+from nrp_legacy.convert.python import modern
 
 SCRIPT, NETWORK = "brain.py", "brain.nrpnet"
 _SIMULATORS = ("hbp_nrp_cle", "python_cle")
 
 
+@dataclass(frozen=True, slots=True)
+class Brain:
+    """The brain of an imported experiment.
+
+    Args:
+        section: what the experiment file says of it.
+        need: what in it only the platform has, empty for nothing.
+        changes: what is not as it was.
+    """
+
+    section: dict[str, Any]
+    need: str = ""
+    changes: tuple[str, ...] = ()
+
+
 def write_brain(
-    path: Path, network: Network, names: list[str], seed: int, folder: Path
-) -> tuple[dict[str, Any], list[str]]:
-    """Write the brain into a folder; return its section of the experiment file, and what was changed.
+    path: Path, network: Network, names: list[str], seed: int, folder: Path, beside: Sequence[Path] = ()
+) -> Brain:
+    """Write the brain into a folder.
 
     Args:
         path: the file of the brain.
@@ -34,34 +51,64 @@ def write_brain(
         names: the populations that the experiment names.
         seed: of the experiment.
         folder: where to.
+        beside: further folders whose modules it can import.
     """
-    plain = Network(network.populations, network.projections, network.views, network.timestep_ms)
-    changed = [f"{path.name}: {note}" for note in getattr(network, "notes", ())]
-    if isinstance(network, NotedNetwork) and network.injections:
-        changed.append(f"{path.name}: currents that change with time are not part of a network: left out")
-    section = _script(path, plain, names, seed, folder)
-    if section is not None:
-        return section, changed
-    (folder / SCRIPT).unlink(missing_ok=True)
-    save_network(plain, folder / NETWORK)
-    return {"model": NETWORK}, [*changed, f"{path.name} is the network {NETWORK} that it builds"]
-
-
-def _script(path: Path, network: Network, names: list[str], seed: int, folder: Path) -> dict[str, Any] | None:
-    """Return the section for the script itself; None where it does not mean the same by itself."""
-    if path.suffix != ".py":
-        return None
-    try:
-        (folder / SCRIPT).write_text(_with_our_simulator(Source.of_file(path).text), encoding="utf-8")
+    plain = _plain(network)
+    if path.suffix == ".py":
         populations = _populations(network, names)
-        with as_of_old():
-            own = network_from(folder / SCRIPT, populations=populations, seed=seed)
-    except (SyntaxError, NrpError):
-        return None
-    same_cells = replace(own, views={}).digest == replace(network, views={}).digest
-    if not same_cells or any(not _same(own.views, network.views, name) for name in network.views):
-        return None
-    return {"model": SCRIPT, **({"populations": populations} if populations else {})}
+        section = {"model": SCRIPT, **({"populations": populations} if populations else {})}
+        need = "sends currents that change with time into cells" if _flows(network) else ""
+        for write, load in _WAYS[bool(need) :]:
+            try:
+                changes = write(path, folder, (path.parent, *beside))
+                if _is_same(load(folder / SCRIPT, seed, populations), plain):
+                    return Brain(section, need and f"{path.name}: {need}", changes)
+                need = "means another network here"
+            except (SyntaxError, NrpError) as error:
+                need = getattr(error, "message", "") or str(error)
+        (folder / SCRIPT).unlink(missing_ok=True)
+    save_network(plain, folder / NETWORK)
+    lost = [f"{path.name}: currents that change with time are no part of a network: left out"]
+    written = f"{path.name} is the network {NETWORK} that it builds"
+    return Brain({"model": NETWORK}, "", (*(lost if _flows(network) else ()), written))
+
+
+def _flows(network: Network) -> bool:
+    """Whether its script sends currents that change with time."""
+    return isinstance(network, NotedNetwork) and bool(network.injections)
+
+
+def _as_ours(path: Path, folder: Path, beside: Sequence[Path]) -> tuple[str, ...]:
+    text, changes = modern(Source.of_file(path))
+    (folder / SCRIPT).write_text(_with_our_simulator(text), encoding="utf-8")
+    copy_neighbours([text], beside, folder)
+    return tuple(f"{path.name}: {change}" for change in changes)
+
+
+def _as_it_is(path: Path, folder: Path, beside: Sequence[Path]) -> tuple[str, ...]:
+    text, changes = modern(Source.of_file(path))
+    (folder / SCRIPT).write_text(text, encoding="utf-8")
+    copy_neighbours([text], beside, folder)
+    return tuple(f"{path.name}: {change}" for change in changes)
+
+
+def _load_ours(path: Path, seed: int, populations: dict[str, Any]) -> Network:
+    with as_of_old():
+        return network_from(path, populations=populations, seed=seed)
+
+
+_WAYS = ((_as_ours, _load_ours), (_as_it_is, load_script))
+"""How a script is written, and how it is read then: by itself, and where the platform is there."""
+
+
+def _is_same(own: Network, meant: Network) -> bool:
+    if replace(_plain(own), views={}).digest != replace(meant, views={}).digest:
+        return False
+    return all(_same(own.views, meant.views, name) for name in meant.views)
+
+
+def _plain(network: Network) -> Network:
+    return Network(network.populations, network.projections, network.views, network.timestep_ms)
 
 
 def _same(own: Mapping[str, IntArray], meant: Mapping[str, IntArray], name: str) -> bool:

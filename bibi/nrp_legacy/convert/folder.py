@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,22 +12,25 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from nrp_core.clock import milliseconds
-from nrp_core.dsl.function import Flow
 from nrp_core.dsl.mocks import MockWorld
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.model import BackendSection, Experiment
 from nrp_core.experiment.prepare import Examination, quietly
 from nrp_core.experiment.reader import read_yaml
 from nrp_core.world.scene.model import Scene
+from nrp_legacy.code import Source
 from nrp_legacy.convert.brain import write_brain
+from nrp_legacy.convert.functions import Functions, write_texts
 from nrp_legacy.convert.machines import events_of
 from nrp_legacy.convert.models import Models, add_controllers
-from nrp_legacy.convert.python import Piece, piece_of
-from nrp_legacy.documents import is_active, priority_of
-from nrp_legacy.functions import part_source
+from nrp_legacy.convert.neighbours import copy_neighbours
+from nrp_legacy.convert.python import modern
+from nrp_legacy.eavesdrop import plain_name
+from nrp_legacy.imported import RESOURCES
 from nrp_legacy.maker import LegacyMaker
 
-FILE, FUNCTIONS, REPORT = "experiment.yaml", "transfer_functions", "import.md"
+FILE, FUNCTIONS, MACHINES, REPORT = "experiment.yaml", "transfer_functions", "state_machines", "import.md"
+PLATFORM = "hbp_nrp"
 
 
 @dataclass
@@ -34,11 +39,13 @@ class Report:
 
     Attributes:
         changed: what is written otherwise and means the same.
+        kept: what is as it was, because it needs what only the platform has; the experiment says so.
         left_out: what has no counterpart.
         noted: what a run of the original leaves out or replaces as well.
     """
 
     changed: list[str] = field(default_factory=list)
+    kept: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     noted: list[str] = field(default_factory=list)
 
@@ -55,19 +62,56 @@ def write_folder(experiment: Experiment, folder: Path) -> Report:
     """
     maker = experiment.maker
     assert isinstance(maker, LegacyMaker)
+    examined = Examination(experiment, quietly)
+    examined.collector.raise_errors()
     folder.mkdir(parents=True, exist_ok=True)
-    return _Import(experiment, maker, folder).done()
+    kept: dict[str, str] = {}
+    while True:
+        writing = _Import(experiment, maker, examined, folder, kept)
+        missing = writing.done()
+        if not missing.keys() - kept.keys():
+            return writing.finished(missing)
+        kept |= missing
+        for written in (FUNCTIONS, MACHINES):
+            shutil.rmtree(folder / written, ignore_errors=True)
+
+
+def _chosen(section: BackendSection) -> dict[str, Any]:
+    """Return what an experiment file says of a backend."""
+    options = {key: str(value) if isinstance(value, str) else value for key, value in section.options.items()}
+    return {"backend": section.backend, **({"options": options} if options else {})}
 
 
 class _Import:
-    def __init__(self, experiment: Experiment, maker: LegacyMaker, folder: Path) -> None:
-        self._experiment, self._maker, self._folder = experiment, maker, folder
-        self._examined = Examination(experiment, quietly)
-        self._examined.collector.raise_errors()
-        self._report = Report(noted=[str(one.message) for one in self._examined.collector.findings])
+    """One try.
 
-    def done(self) -> Report:
-        exp = self._experiment
+    Args:
+        experiment: the original.
+        maker: of its parts.
+        examined: what these are.
+        folder: where to.
+        kept: functions that turned out to need the platform, with the reasons.
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        maker: LegacyMaker,
+        examined: Examination,
+        folder: Path,
+        kept: Mapping[str, str],
+    ) -> None:
+        self._experiment, self._maker, self._folder, self._examined = experiment, maker, folder, examined
+        self._report = Report(noted=[str(one.message) for one in examined.collector.findings])
+        self._functions = Functions(maker, examined.functions, kept)
+
+    def done(self) -> dict[str, str]:
+        """Write all; return the functions that the written experiment has not, with the reasons."""
+        exp, report = self._experiment, self._report
+        brain, world = self._brain(), self._world()
+        events = self._events()
+        report.kept += [*self._functions.needs, *self._conversations()]
+        on_platform = bool(report.kept)
         document: dict[str, Any] = {"name": exp.name}
         if exp.description:
             document["description"] = exp.description
@@ -75,29 +119,39 @@ class _Import:
             "timestep": f"{milliseconds(exp.timestep):g} ms",
             "duration": f"{milliseconds(exp.duration) / 1000:.10g} s",
             "seed": exp.seed,
-            "brain": {"backend": exp.brain.backend, **self._brain()},
-            "world": {"backend": exp.world.backend, **self._world()},
-            "transfer_functions": [f"{FUNCTIONS}/{name}" for name in self._functions()],
+            "brain": {**_chosen(exp.brain), **brain},
+            "world": {**_chosen(exp.world), **world},
+            "transfer_functions": self._written_functions(on_platform),
             "tf_time": exp.tf_time, "on_error": exp.on_error, "strict": False, "csv_folder": "csv",
         }  # fmt: skip
+        if on_platform:
+            document["compatibility"] = {"platform": PLATFORM, "options": self._options(events is None)}
+        elif aliases := self._aliases():
+            document["aliases"] = aliases
         if (self._folder / "models").is_dir():
             document["models"] = ["models"]
-        document |= {
-            key: value for key, value in (("aliases", self._aliases()), ("events", self._events())) if value
-        }
+        if events:
+            document["events"] = events
         with (self._folder / FILE).open("w", encoding="utf-8") as file:
             YAML().dump(document, file)
-        self._check()
+        return self._missing()
+
+    def finished(self, missing: Mapping[str, str]) -> Report:
+        """Write the report and return it."""
+        self._report.left_out += [f"{name}: {reason}" for name, reason in missing.items()]
         self._write_report()
         return self._report
+
+    # -- brain and world
 
     def _brain(self) -> dict[str, Any]:
         network = self._examined.network
         assert network is not None
         names, exp = list(self._maker.bibi.populations), self._experiment
-        section, changed = write_brain(exp.brain.model, network, names, exp.seed, self._folder)
-        self._report.changed += changed
-        return section
+        brain = write_brain(exp.brain.model, network, names, exp.seed, self._folder, self._beside)
+        self._report.changed += brain.changes
+        self._report.kept += [brain.need] if brain.need else []
+        return brain.section
 
     def _world(self) -> dict[str, Any]:
         models, world = Models(self._maker.library, self._folder), self._experiment.world
@@ -114,11 +168,11 @@ class _Import:
         """Write the controllers that only commands told of into the file of a robot."""
         model = next((one for one in self._scene.models if one.name == name), None)
         added = [one for one in model.controllers if one.gains is None] if model else []
-        if added and add_controllers(path, added):
-            joints = ", ".join(one.joint for one in added)
-            self._report.changed.append(
-                f"{path.name}: controllers of the joints that are commanded: {joints}"
-            )
+        if not added:
+            return
+        joints = ", ".join(one.joint for one in added)
+        what = f"{path.name}: controllers of the joints that are commanded: {joints}"
+        (self._report.changed if add_controllers(path, added) else self._report.kept).append(what)
 
     @property
     def _scene(self) -> Scene:
@@ -128,135 +182,103 @@ class _Import:
     def _aliases(self) -> dict[str, str]:
         return self._maker.aliases(MockWorld(scene=self._scene), self._examined.functions)
 
-    # -- transfer functions
+    # -- transfer functions and state machines
 
-    def _functions(self) -> list[str]:
-        (self._folder / FUNCTIONS).mkdir(exist_ok=True)
-        resources = self._maker.library.folder / "resources"
+    def _conversations(self) -> list[str]:
+        """Return the topics on which functions speak or hear against the direction that they have here."""
+        functions = self._examined.functions
+        topics = {topic for one in functions for topic in (*one.published, *one.subscribed)}
+        names = sorted({plain_name(topic) for topic in topics if topic.name != plain_name(topic)})
+        return [f"{name}: used against its direction or type" for name in names]
+
+    def _written_functions(self, on_platform: bool) -> list[str]:
+        folder, library = self._folder / FUNCTIONS, self._maker.library
+        functions = self._functions
+        texts = functions.texts(on_platform=on_platform)
+        write_texts(texts, folder)
+        self._report.changed += functions.changes
+        if functions.shared and not on_platform:
+            shared = ", ".join(sorted(functions.shared))
+            self._report.changed.append(f"one file of all transfer functions, which share {shared}")
+        resources = library.folder / RESOURCES
         if resources.is_dir():
-            shutil.copytree(resources, self._folder / FUNCTIONS, dirs_exist_ok=True)
-        pieces = self._pieces()
-        shared = {
-            name for stem, piece in pieces.items() for name in piece.lacks
-            if any(name in other.defines for key, other in pieces.items() if key != stem)
-        }  # fmt: skip
-        if shared:
-            self._report.changed.append(
-                f"one file of all transfer functions, which share {', '.join(sorted(shared))}"
-            )
-            texts = "\n\n".join(piece.text for piece in pieces.values())
-            defined = frozenset().union(*(piece.defines for piece in pieces.values()))
-            pieces = {"all_functions": Piece(texts, (), "", defined, frozenset())}
-        order = self._in_order(pieces)
-        for stem in order:
-            (self._folder / FUNCTIONS / f"{stem}.py").write_text(
-                pieces[stem].text + self._tail(pieces[stem], order, pieces), encoding="utf-8"
-            )
-        return [f"{stem}.py" for stem in order]
+            shutil.copytree(resources, folder / RESOURCES, dirs_exist_ok=True)
+        beside = [library.folder] if on_platform else [resources, library.folder]
+        copy_neighbours(texts.values(), beside, folder)
+        return [f"{FUNCTIONS}/{stem}.py" for stem in texts]
 
-    def _pieces(self) -> dict[str, Piece]:
-        found: dict[str, Piece] = {}
-        bibi = self._maker.bibi
-        for element in bibi.functions:
-            try:
-                sources = part_source(element, bibi.element, self._maker.library)
-                pieces = [piece_of(source) for source in sources]
-            except ExperimentError:
-                continue  # told by the examination
-            for source, piece in zip(sources, pieces, strict=True):
-                names = [one.name for one in self._examined.functions if one.name in piece.defines]
-                if bibi.nest_units:
-                    piece = Piece(
-                        piece.text,
-                        piece.changes,
-                        piece.obstacle or _in_nest_units(piece),
-                        piece.defines,
-                        piece.lacks,
-                    )
-                if piece.obstacle or not names:
-                    if names:
-                        self._report.left_out.append(
-                            f"{', '.join(names)} ({source.path.name}): {piece.obstacle}"
-                        )
-                    continue
-                self._report.changed += [f"{names[0]}: {change}" for change in piece.changes]
-                extra = "".join(
-                    f"\n{name}.priority = {priority_of(element)}" for name in names if priority_of(element)
-                )
-                extra += "".join(f"\n{name}.active = False" for name in names if not is_active(element))
-                text = piece.text + (extra + "\n" if extra else "")
-                found[names[0]] = Piece(text, piece.changes, "", piece.defines, piece.lacks)
-        return found
-
-    def _names_in(self, piece: Piece) -> list[str]:
-        return [one.name for one in self._examined.functions if one.name in piece.defines]
-
-    def _in_order(self, pieces: dict[str, Piece]) -> list[str]:
-        """Return files in the order of their first functions."""
-        place = {function.name: i for i, function in enumerate(self._examined.functions)}
-        return sorted(pieces, key=lambda stem: min(place[name] for name in self._names_in(pieces[stem])))
-
-    def _tail(self, piece: Piece, order: list[str], pieces: dict[str, Piece]) -> str:
-        """Return priorities, where the order of the files alone would not give the order of the functions."""
-        meant = [
-            one for one in self._examined.functions if any(one.name in pieces[stem].defines for stem in order)
-        ]
-        mixed = any(
-            len({one.flow for one in meant if one.name in pieces[stem].defines}) > 1 for stem in order
-        )
-        if not mixed:
-            return ""
-        lines = [
-            f"{one.name}.priority = {2 * one.priority + (one.flow is not Flow.ROBOT_TO_NEURON)}"
-            for one in meant if one.name in piece.defines
-        ]  # fmt: skip
-        return "\n" + "\n".join(lines) + "\n"
-
-    # -- state machines
-
-    def _events(self) -> dict[str, Any]:
+    def _events(self) -> dict[str, Any] | None:
+        """Return what the state machines do as events; None if they stay what they are."""
         events: dict[str, Any] = {}
+        changed, kept = list[str](), list[str]()
         for path in self._maker.machines:
             try:
                 found = events_of(path, self._maker.names)
             except ExperimentError as error:
-                self._report.left_out.append(f"the state machine {path.name}: {error}")
+                kept.append(f"the state machine {path.name}: {error.message}")
                 continue
             if found is None:
-                self._report.left_out.append(
-                    f"the state machine {path.name}: it does more than colour at times"
-                )
+                kept.append(f"the state machine {path.name}: it does more than colour at times")
             else:
-                self._report.changed.append(f"{path.name}: events")
+                changed.append(f"{path.name}: events")
                 events |= found
-        return events
+        self._report.changed += [] if kept else changed
+        self._report.kept += kept
+        return None if kept else events
+
+    def _options(self, with_machines: bool) -> dict[str, Any]:
+        """Return what the experiment says of the platform."""
+        machines = self._maker.machines if with_machines else []
+        options: dict[str, Any] = {"nest_units": True} if self._maker.bibi.nest_units else {}
+        if machines:
+            folder = self._folder / MACHINES
+            folder.mkdir()
+            texts = {path.name: self._modern(path) for path in machines}
+            for name, text in texts.items():
+                (folder / name).write_text(text, encoding="utf-8")
+            copy_neighbours(texts.values(), self._beside, folder)
+            options["state_machines"] = [f"{MACHINES}/{path.name}" for path in machines]
+        return options
+
+    def _modern(self, machine: Path) -> str:
+        """Return a state machine in Python 3; what is not Python at all stays what it is."""
+        source = Source.of_file(machine)
+        with suppress(ExperimentError):
+            text, changes = modern(source)
+            self._report.changed += [f"{machine.name}: {change}" for change in changes]
+            return text
+        return source.text
+
+    @property
+    def _beside(self) -> list[Path]:
+        folder = self._maker.library.folder
+        return [folder / RESOURCES, folder]
 
     # -- what came of it
 
-    def _check(self) -> None:
-        """Take note of every function that the written experiment has not."""
+    def _missing(self) -> dict[str, str]:
+        """Return every function that the written experiment has not, with the reason."""
         again = Examination(read_yaml(self._folder / FILE), quietly)
-        again.collector.raise_errors()
         written = {function.name for function in again.functions}
-        known = "\n".join(self._report.left_out)
-        for function in self._examined.functions:
-            if function.name not in written and function.name not in known:
-                reasons = [one.message for one in again.collector.findings if function.name in one.message]
-                self._report.left_out.append(f"{function.name}: {'; '.join(reasons) or 'it cannot be bound'}")
+        findings = [str(one) for one in again.collector.findings]
+        return {
+            one.name: "; ".join(text for text in findings if one.name in text) or "cannot be bound"
+            for one in self._examined.functions
+            if one.name not in written
+        }
 
     def _write_report(self) -> None:
         lines = [f"# Import of {self._experiment.name}", ""]
         report = self._report
         sections = (
             ("Changed", report.changed),
+            (
+                f"Kept, with `compatibility: {{platform: {PLATFORM}}}`, for what only the platform has",
+                report.kept,
+            ),
             ("Left out", report.left_out),
             ("Left out or replaced in a run of the original, too", report.noted),
         )
         for title, items in sections:
             lines += [f"## {title}", "", *(f"- {item}" for item in items or ["nothing"]), ""]
         (self._folder / REPORT).write_text("\n".join(lines), encoding="utf-8")
-
-
-def _in_nest_units(piece: Piece) -> str:
-    devices = [kind for kind in ("dc_source", "ac_source", "nc_source", "weight=") if kind in piece.text]
-    return f"it sets {', '.join(devices)} in the units of NEST" if devices else ""

@@ -54,7 +54,7 @@ class Piece:
     Args:
         text: the code.
         changes: what is not as it was.
-        obstacle: why it cannot be a file of ours, empty if it can.
+        obstacle: what it needs that only the platform has, empty for nothing; then it keeps its imports.
         defines: names at its top level.
         lacks: names that it uses and nobody gives.
     """
@@ -66,25 +66,24 @@ class Piece:
     lacks: frozenset[str]
 
 
-def piece_of(source: Source) -> Piece:
+def piece_of(source: Source, *, obstacle: str = "") -> Piece:
     """Return code as a file of ours.
+
+    Args:
+        source: the code.
+        obstacle: what is known of it that only the platform has.
 
     Raises:
         TransferFunctionError: it is not Python.
     """
-    tree = source.tree(lambda _note: None)  # told of by its own error
-    with as_of_old():
-        result = converted(source.text)
-    changes = [f"leftovers of Python 2: {', '.join(result.changes)}"] if result.changes else []
-    text = source.text.rstrip() + "\n"
-    if result.changes:
-        text = rewritten(source.text).rstrip() + "\n"
-        if any(isinstance(node, ast.Name) and node.id == DIVIDE for node in ast.walk(result.tree)):
-            text = ast.unparse(result.tree) + "\n"
+    text, changes = modern(source)
     with as_of_old():
         tree = ast.parse(text)
-    work = _Work(text)
+    work = _Work(text, obstacle)
     work.visit(tree)
+    defines = frozenset(_defined(tree))
+    if work.obstacle:
+        return Piece(text, changes, work.obstacle, defines, frozenset(_lacking(tree)))
     text = work.edits.done()
     lacks = _lacking(ast.parse(text))
     prelude = [line for name in sorted(lacks) if (line := _prelude(name))]
@@ -92,15 +91,39 @@ def piece_of(source: Source) -> Piece:
     if prelude:
         head = "\n".join(sorted(prelude, key=lambda line: not line.startswith(("import", "from"))))
         text = f"{head}\n\n\n{text.lstrip()}"
-    found = (*changes, *dict.fromkeys(work.changes))
-    return Piece(text, found, work.obstacle, frozenset(_defined(tree)), frozenset(lacks))
+    return Piece(text, (*changes, *dict.fromkeys(work.changes)), "", defines, frozenset(lacks))
+
+
+def modern(source: Source) -> tuple[str, tuple[str, ...]]:
+    """Return code as Python 3, and what was changed for that.
+
+    Raises:
+        TransferFunctionError: it is not Python.
+    """
+    source.tree(lambda _note: None)  # told of by its own error
+    with as_of_old():
+        result = converted(source.text)
+    text = source.text.rstrip() + "\n"
+    if not result.changes:
+        return text, ()
+    text = rewritten(source.text).rstrip() + "\n"
+    divides = any(isinstance(node, ast.Name) and node.id == DIVIDE for node in ast.walk(result.tree))
+    if divides or _outdated(text):
+        text = ast.unparse(result.tree) + "\n"
+    return text, (f"leftovers of Python 2: {', '.join(result.changes)}",)
+
+
+def _outdated(text: str) -> bool:
+    """Whether code calls methods that only Python 2 has."""
+    with as_of_old():
+        return bool(converted(text).changes)
 
 
 class _Work(ast.NodeVisitor):
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, obstacle: str) -> None:
         self.edits = Edits(text)
         self.changes: list[str] = []
-        self.obstacle = ""
+        self.obstacle = obstacle
 
     def visit_Import(self, node: ast.Import) -> None:
         new: list[str] = []
@@ -131,7 +154,7 @@ class _Work(ast.NodeVisitor):
 
     def visit_Name(self, node: ast.Name) -> None:
         if node.id == "rospy":
-            self.obstacle = "it uses rospy"
+            self.obstacle = self.obstacle or "uses rospy"
 
     def visit_Call(self, node: ast.Call) -> None:
         name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
@@ -168,7 +191,7 @@ class _Work(ast.NodeVisitor):
 
     def _check(self, module: str) -> None:
         if module.partition(".")[0] in _NOT_HERE:
-            self.obstacle = f"it imports {module}"
+            self.obstacle = self.obstacle or f"imports {module}"
 
 
 def _taken(alias: ast.alias, place: str) -> str:

@@ -36,6 +36,14 @@ class Synapses(tuple[Synapse, ...]):
 
     __slots__ = ()
 
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or not self or name not in _synapse_values(self[0]):
+            raise AttributeError(f"synapses have no '{name}'")
+        return self.get(name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self.set({name: value})
+
     def set(self, params: Any = None, **fields: Any) -> None:
         """Set parameters."""
         _set_synapses(self, {**(params or {}), **fields})

@@ -43,6 +43,17 @@ class Nodes(tuple[Node, ...]):  # noqa: SLOT001 - they know their kernel
     def __add__(self, other: Any) -> Nodes:
         return Nodes.of(self._kernel, (*self, *other))
 
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or not self or name not in self._kernel.node_values(self[0]):
+            raise AttributeError(f"nodes have no '{name}'")
+        return self.get(name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name.startswith("_"):
+            super().__setattr__(name, value)
+        else:
+            self.set({name: value})
+
     def tolist(self) -> list[int]:
         """Return the numbers."""
         return list(map(int, self))

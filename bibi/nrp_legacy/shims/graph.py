@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
@@ -15,6 +15,7 @@ from nrp_core.dsl.messages import message_type
 from nrp_core.experiment.run import Run
 from nrp_core.world.interface import World
 from nrp_core.world.topics import Stamped, Subscription, check_message
+from nrp_legacy.shims.tuples import as_in_ros1
 
 log = logging.getLogger("nrp_legacy")
 """What experiments log."""
@@ -49,9 +50,16 @@ class Listener:
             return
         self._seen = latest
         try:
-            self.callback(latest.message)
+            self.callback(as_in_ros1(latest.message))
         except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
             graph.warn(f"a callback of {self.topic} raised {type(error).__name__}: {error}")
+
+
+class Attendant(Protocol):
+    """What has a turn before the functions of each step."""
+
+    def deliver(self, graph: Graph) -> None:
+        """Take the turn."""
 
 
 class Graph:
@@ -59,7 +67,7 @@ class Graph:
 
     def __init__(self) -> None:
         self._run: Run | None = None
-        self._listeners: list[Listener] = []
+        self._listeners: list[Attendant] = []
         self.wanted: dict[str, type] = {}
 
     def __deepcopy__(self, memo: object) -> Graph:
@@ -127,7 +135,11 @@ class Graph:
         self._listeners.append(listener)
         return listener
 
-    def forget(self, listener: Listener) -> None:
+    def attend(self, attendant: Attendant) -> None:
+        """Let something have its turn before the functions of each step."""
+        self._listeners.append(attendant)
+
+    def forget(self, listener: Attendant) -> None:
         """Call back no more."""
         if listener in self._listeners:
             self._listeners.remove(listener)
@@ -152,4 +164,4 @@ class Graph:
         subscription = self.world.subscribe(topic)
         stamped = subscription.latest
         self.world.unsubscribe(subscription)
-        return None if stamped is None else stamped.message
+        return None if stamped is None else as_in_ros1(stamped.message)

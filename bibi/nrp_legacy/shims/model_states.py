@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -22,7 +23,9 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
+from nrp_core.world.scene.pose import multiply
 from nrp_legacy.shims.graph import Graph
+from nrp_legacy.shims.scaling import scaled
 from nrp_legacy.shims.services import ServiceException, Services
 from nrp_legacy.shims.smach import State
 
@@ -115,6 +118,49 @@ def translate(
     return _moving(graph, services, model_name, moved)
 
 
+def rotate(
+    graph: Graph, services: Services, model_name: str, x: Any = 0.0, y: float = 0.0, z: float = 0.0
+) -> ChangeState:
+    """Return a state that turns a model: by angles about the axes of the world, or by a quaternion."""
+    turn = _pose(None, x if hasattr(x, "x") else Vector3(x, y, z)).orientation
+
+    def moved(now: Pose) -> Pose:
+        before = now.orientation
+        turned = multiply((turn.x, turn.y, turn.z, turn.w), (before.x, before.y, before.z, before.w))
+        return Pose(now.position, Quaternion(*turned))
+
+    return _moving(graph, services, model_name, moved)
+
+
+def scale(graph: Graph, model_name: str, x: Any = 1.0, y: float = 1.0, z: float = 1.0) -> ChangeState:
+    """Return a state that puts a model of another size in the place of one."""
+    factors = _numbers(x) if hasattr(x, "x") else (float(x), float(y), float(z))
+
+    def change() -> None:
+        world = graph.world
+        model, now = world.scene.model(model_name), world.model_motion(model_name)
+        world.delete(model.name)
+        world.spawn(replace(scaled(model, factors), pose=now.pose))
+
+    return ChangeState(graph, change)
+
+
+def spawn_model(
+    graph: Graph, services: Services, model_name: str, model_xml: str = "", *places: Any, **more: Any
+) -> ChangeState:
+    """Return a state that adds a model of a text in SDF; a pose, or position and rotation, may follow."""
+    xml = next((more[name] for name in ("xml", "sdf", "model_sdf") if name in more), model_xml)
+    named = [more.get("initial_pose", more.get("pose", more.get("position"))), more.get("rotation")]
+    position, rotation = (*places, *named, None, None)[:2] if places else named
+
+    def change() -> None:
+        answer = services.call("/gazebo/spawn_sdf_entity", model_name, xml, "", _pose(position, rotation), "")
+        if not answer.success:
+            raise ServiceException(answer.status_message)
+
+    return ChangeState(graph, change)
+
+
 def destroy(graph: Graph, model_name: str) -> ChangeState:
     """Return a state that takes a model out."""
     return ChangeState(graph, lambda: graph.world.delete(model_name))
@@ -175,4 +221,7 @@ def model_states(graph: Graph, services: Services) -> dict[str, Callable[..., St
         "SetModelServiceState": put,
         "SetPose": put,
         "TranslateModelState": partial(translate, graph, services),
+        "RotateModelState": partial(rotate, graph, services),
+        "ScaleModelState": partial(scale, graph),
+        "ModelSpawnServiceState": partial(spawn_model, graph, services),
     }

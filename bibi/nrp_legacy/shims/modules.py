@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from types import MappingProxyType, ModuleType
 from typing import Any
 
 from nrp_core.dsl.messages import message_packages
 from nrp_core.world.messages import gazebo_srvs, std_srvs
-from nrp_core.world.messages.geometry_msgs import Pose
+from nrp_core.world.messages.gazebo_msgs import ModelState as KnownModelState
+from nrp_core.world.messages.geometry_msgs import Pose, Vector3
 
 _FURTHER_PACKAGES = (
     "actionlib_msgs", "control_msgs", "diagnostic_msgs", "dynamic_reconfigure", "gazebo_ros_muscle_interface",
@@ -27,6 +28,17 @@ def module(name: str, /, **content: Any) -> ModuleType:
     made = ModuleType(name)
     vars(made).update(content)
     return made
+
+
+def bound(base: type, *first: Any) -> type:
+    """Return a class whose first arguments are given, and which users can derive theirs from."""
+
+    class Bound(base):  # type: ignore[misc]
+        def __init__(self, *values: Any, **fields: Any) -> None:
+            super().__init__(*first, *values, **fields)
+
+    Bound.__name__ = Bound.__qualname__ = base.__name__
+    return Bound
 
 
 def open_module(name: str, make: Callable[[str], Any], content: dict[str, Any]) -> ModuleType:
@@ -96,15 +108,29 @@ class OpenMessage:
         return self.__dict__.setdefault(name, OpenMessage())
 
 
+@dataclass(slots=True)
+class ModelState(KnownModelState):
+    """Pose and velocity of a model, and the size that the platform's Gazebo took; it has no effect."""
+
+    scale: Vector3 = field(default_factory=lambda: Vector3(1.0, 1.0, 1.0))
+
+
 def message_modules() -> dict[str, ModuleType]:
     """Return ``<package>.msg`` of every package of messages; types that are not known carry anything."""
     known = {name: package.msg for name, package in message_packages().items()}
+    known["gazebo_msgs"] = module(
+        "gazebo_msgs.msg", **{**vars(known["gazebo_msgs"]), "ModelState": ModelState}
+    )
     return {
-        f"{package}.msg": open_module(
-            f"{package}.msg", partial(_open_message, types), dict(vars(types)) if types else {}
-        )
+        f"{package}.msg": open_module(f"{package}.msg", partial(_open_message, types), _types(types))
         for package, types in {**dict.fromkeys(_FURTHER_PACKAGES), **known}.items()
     }
+
+
+def _types(known: ModuleType | None) -> dict[str, Any]:
+    """Return the types that a module has, those for ``import *`` that it makes when asked for, too."""
+    public = [name for name in dir(known) if not name.startswith("_")] if known else []
+    return {**vars(known), "__all__": public} if known else {}
 
 
 def service_modules() -> dict[str, ModuleType]:
@@ -119,7 +145,10 @@ def service_modules() -> dict[str, ModuleType]:
 def _requests(known: ModuleType | None) -> dict[str, Any]:
     """Return the requests and answers that a module has."""
     ends = ("Request", "Response")
-    return {name: value for name, value in vars(known).items() if name.endswith(ends)} if known else {}
+    found = {name: value for name, value in vars(known).items() if name.endswith(ends)} if known else {}
+    services = {name.removesuffix(end) for name in found for end in ends if name.endswith(end)}
+    entities = [f"{verb}Entity{end}" for verb in ("Spawn", "Delete") for end in ("", *ends)]
+    return {**found, "__all__": sorted({*found, *services, *entities})} if found else {}
 
 
 def _open_message(known: ModuleType | None, name: str) -> type:

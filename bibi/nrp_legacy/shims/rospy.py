@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from functools import cache
 from types import ModuleType
 from typing import Any
 
 from nrp_core.clock import NS_PER_S
 from nrp_legacy.shims.graph import Graph, absolute, log
-from nrp_legacy.shims.modules import module
+from nrp_legacy.shims.modules import OpenMessage, module
 from nrp_legacy.shims.services import ServiceException, Services
 from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Duration, Time
@@ -85,6 +86,61 @@ class ServiceProxy:
         """Do nothing."""
 
 
+class TimerEvent:
+    """What a timer tells: when it should have called, and did.
+
+    Args:
+        last, current: the times, simulated.
+    """
+
+    def __init__(self, last: Time | None, current: Time) -> None:
+        self.last_expected = self.last_real = last
+        self.current_expected = self.current_real = current
+        self.last_duration = 0.0
+
+
+class Timer:
+    """Calls back in simulated time, between two steps.
+
+    Args:
+        period: between two calls.
+        callback: called with a :class:`TimerEvent`.
+        oneshot: whether it calls only once.
+    """
+
+    def __init__(
+        self, graph: Graph, period: Any, callback: Callable[[Any], Any], oneshot: bool = False, **_more: Any
+    ) -> None:
+        self._period_ns, self._callback, self._once = round(float(period) * NS_PER_S), callback, oneshot
+        self._graph, self._last_ns = graph, graph.now_ns
+        self._last: Time | None = None
+        graph.attend(self)
+
+    def deliver(self, graph: Graph) -> None:
+        """Call back as often as the time since has it."""
+        self._last_ns = min(self._last_ns, graph.now_ns)  # the run may have begun anew
+        while self._last_ns + self._period_ns <= graph.now_ns:
+            self._last_ns += self._period_ns
+            event = TimerEvent(self._last, Time(0, self._last_ns))
+            self._last = event.current_real
+            try:
+                self._callback(event)
+            except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
+                graph.warn(f"a callback of a timer raised {type(error).__name__}: {error}")
+            if self._once:
+                self.shutdown()
+                return
+
+    def shutdown(self) -> None:
+        """Call back no more."""
+        self._graph.forget(self)
+
+    def run(self) -> None:
+        """Do nothing: it runs already."""
+
+    start = join = run
+
+
 def rospy_module(graph: Graph, services: Services) -> ModuleType:
     """Return the module for one experiment."""
 
@@ -96,19 +152,24 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
     NowTime.__name__ = "Time"
     logs = {f"log{name}": _logs(level) for name, level in _LEVELS.items()}
     throttled = {f"{name}_throttle": _after_period(write) for name, write in logs.items()}
+    once = {f"{name}_once": cache(lambda text, write=write: write(text)) for name, write in logs.items()}
+    times = {"Time": NowTime, "Duration": Duration, "get_rostime": NowTime.now}
     return module(
         "rospy",
+        Timer=lambda *a, **k: Timer(graph, *a, **k),
+        rostime=module("rospy.rostime", **times),
+        names=module("rospy.names", get_name=lambda: "/experiment"),
+        myargv=lambda argv=(): list(argv),
+        AnyMsg=OpenMessage,
         Publisher=lambda *a, **k: Publisher(graph, *a, **k),
         Subscriber=lambda *a, **k: Subscriber(graph, *a, **k),
         ServiceProxy=lambda *a, **k: ServiceProxy(services, *a, **k),
         ServiceException=ServiceException,
         ROSException=ROSException,
         ROSInterruptException=ROSInterruptException,
-        Time=NowTime,
-        Duration=Duration,
+        **times,
         Rate=lambda hz: _Rate(graph, hz),
         get_time=lambda: _glanced(graph) / NS_PER_S,
-        get_rostime=NowTime.now,
         sleep=lambda duration: sleep(graph, duration),
         is_shutdown=lambda: _glanced(graph) < 0,
         init_node=_nothing, spin=_nothing, on_shutdown=_nothing, signal_shutdown=_nothing,
@@ -118,7 +179,7 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
         get_name=lambda: "/experiment", get_namespace=lambda: "/", get_caller_id=lambda: "/experiment",
         get_published_topics=lambda *_values: [[name, ""] for name in graph.topics],
         logerror=logs["logerr"], logwarning=logs["logwarn"], logfatal=logs["logerr"],
-        **logs, **throttled,
+        **logs, **throttled, **once,
     )  # fmt: skip
 
 

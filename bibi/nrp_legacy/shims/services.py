@@ -50,7 +50,10 @@ class Services:
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
         known = [field.name for field in dataclasses.fields(self._graph.world.topics[name].type)]
-        named = {_SPELLINGS.get(key, key): _message(value) for key, value in fields.items()}
+        if any(value is None for value in values):
+            fields, values = {**dict(zip(known, values, strict=False)), **fields}, ()
+        given = {key: value for key, value in fields.items() if value is not None}
+        named = {_SPELLINGS.get(key, key): _message(value) for key, value in given.items()}
         try:
             return self._graph.world.call(
                 name,

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from types import ModuleType
+from collections.abc import Iterator as Iterator_
+from contextlib import contextmanager
 from typing import Any, Self
 
 from nrp_core.errors import did_you_mean
-from nrp_legacy.shims.graph import log
-from nrp_legacy.shims.modules import module
 from nrp_legacy.shims.steps import Task
 
 GOES_ON = ("invalid", "succeeded", "valid", "done")
@@ -30,6 +29,17 @@ class UserData:
 
     def __contains__(self, key: str) -> bool:
         return key in self.__dict__
+
+
+@contextmanager
+def shared(own: UserData, given: Any) -> Iterator_[None]:
+    """Let a container within another one see its data, and leave there what it does with them."""
+    is_within = isinstance(given, UserData) and given is not own
+    if is_within:
+        vars(own).update(vars(given))
+    yield
+    if is_within:
+        vars(given).update(vars(own))
 
 
 class State:
@@ -117,27 +127,39 @@ class CBState(State):
         return self._callback(userdata, *self._values, **self._more)
 
 
-class StateMachine(State):
+class Container(State):
+    """A state of states; ``with container: add(...)`` adds to the innermost one that is open.
+
+    Args:
+        outcomes: what it can return.
+    """
+
+    _open: list[Any] = []  # noqa: RUF012 - one stack for all, as in smach; empty outside of `with`
+
+    def __init__(self, outcomes: Iterable[str] = ()) -> None:
+        super().__init__(outcomes)
+        self.userdata = UserData()
+
+    def __enter__(self) -> Self:
+        Container._open.append(self)
+        return self
+
+    def __exit__(self, *_raised: object) -> None:
+        Container._open.pop()
+
+
+class StateMachine(Container):
     """Goes from state to state until an outcome of its own.
 
     ``with machine: StateMachine.add(...)`` adds to the innermost machine that is open.
     """
 
-    _open: list[Any] = []  # noqa: RUF012 - one stack for all, as in smach; empty outside of `with`
-
     def __init__(self, outcomes: Iterable[str] = (), *keys: Iterable[str], **more: Iterable[str]) -> None:
         super().__init__(outcomes)
-        self.userdata = UserData()
         self._states: dict[str, State] = {}
         self._transitions: dict[str, dict[str, str]] = {}
         self._initial: str | None = None
-
-    def __enter__(self) -> Self:
-        StateMachine._open.append(self)
-        return self
-
-    def __exit__(self, *_raised: object) -> None:
-        StateMachine._open.pop()
+        self.has_run = False
 
     @staticmethod
     def add(
@@ -154,7 +176,7 @@ class StateMachine(State):
             state: the state.
             transitions: the next state, or an outcome of the machine, for each outcome.
         """
-        machine = StateMachine._open[-1]
+        machine = Container._open[-1]
         machine._states[label] = state
         machine._transitions[label] = dict(transitions or {})
         machine._initial = machine._initial or label
@@ -164,9 +186,26 @@ class StateMachine(State):
         """Choose where to begin; by default at the first state."""
         self._initial = next(iter(labels))
 
+    def request_preempt(self) -> None:
+        super().request_preempt()
+        for state in self._states.values():
+            state.request_preempt()
+
+    def service_preempt(self) -> None:
+        super().service_preempt()
+        for state in self._states.values():
+            state.service_preempt()
+
     def execute(self, userdata: Any = None) -> str:
+        self.has_run = True
+        with shared(self.userdata, userdata):
+            return self._executed()
+
+    def _executed(self) -> str:
         label = self._initial
         while label in self._states and label is not None:
+            if self.preempt_requested() and "preempted" in self._outcomes:
+                return "preempted"
             outcome = self._states[label].execute(self.userdata)
             label = self._next(label, outcome)
             task = Task.here()
@@ -212,63 +251,7 @@ class Sequence(StateMachine):
         **_keys: Any,
     ) -> State:
         """Add a state to the sequence that is open."""
-        machine = StateMachine._open[-1]
+        machine = Container._open[-1]
         if machine._states:
             machine._transitions[list(machine._states)[-1]].setdefault(machine._connector, label)
         return StateMachine.add(label, state, transitions)
-
-
-class Concurrence(State):
-    """States side by side. They take turns: each runs until it ends, in the order in which they were added.
-
-    Args:
-        outcomes: of the whole.
-        default_outcome: where no other is meant.
-        outcome_map: for an outcome, the outcomes of states that must all hold.
-        outcome_cb: returns the outcome from those of all states.
-    """
-
-    def __init__(
-        self,
-        outcomes: Iterable[str],
-        default_outcome: str = "",
-        outcome_map: Mapping[str, Mapping[str, str]] | None = None,
-        outcome_cb: Callable[[dict[str, str]], str] | None = None,
-        **_more: Any,
-    ) -> None:
-        super().__init__(outcomes)
-        self.userdata = UserData()
-        self._default, self._map, self._choose = default_outcome, outcome_map or {}, outcome_cb
-        self._states: dict[str, State] = {}
-        self._transitions: dict[str, dict[str, str]] = {}
-        self._initial: str | None = None
-
-    def __enter__(self) -> Self:
-        StateMachine._open.append(self)
-        return self
-
-    def __exit__(self, *_raised: object) -> None:
-        StateMachine._open.pop()
-
-    add = staticmethod(StateMachine.add)
-
-    def execute(self, userdata: Any) -> str:
-        came = {label: state.execute(self.userdata) for label, state in self._states.items()}
-        chosen = self._choose(came) if self._choose is not None else None
-        if chosen:
-            return chosen
-        for outcome, needed in self._map.items():
-            if all(came.get(label) == wanted for label, wanted in needed.items()):
-                return outcome
-        return self._default
-
-
-def smach_module() -> ModuleType:
-    """Return the module."""
-    return module(
-        "smach",
-        State=State, CBState=CBState, StateMachine=StateMachine, Concurrence=Concurrence, Sequence=Sequence,
-        UserData=UserData, InvalidTransitionError=InvalidTransitionError, cb_interface=cb_interface,
-        set_loggers=lambda *_loggers: None, loginfo=log.info, logwarn=log.warning, logerr=log.error,
-        logdebug=log.debug,
-    )  # fmt: skip

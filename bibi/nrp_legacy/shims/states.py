@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from functools import partial
 from types import ModuleType
 from typing import Any
 
@@ -13,7 +12,7 @@ from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.parts.model_states import LINK_STATES, MODEL_STATES
 from nrp_legacy.shims.graph import Graph, absolute, log
 from nrp_legacy.shims.model_states import model_states
-from nrp_legacy.shims.modules import module
+from nrp_legacy.shims.modules import bound, module
 from nrp_legacy.shims.services import ServiceException, Services
 from nrp_legacy.shims.smach import State
 from nrp_legacy.shims.steps import Task
@@ -125,6 +124,13 @@ class ModelMonitorState(PollingState):
         return not self._callback(userdata, getattr(states, self._part)[states.name.index(self._name)])
 
 
+class TwistMonitorState(ModelMonitorState):
+    """Waits while a condition holds for how a model moves."""
+
+    def __init__(self, *values: Any, **more: Any) -> None:
+        super().__init__(*values, **more, part="twist")
+
+
 class ClockMonitorState(PollingState):
     """Waits while a condition holds for the simulated time."""
 
@@ -166,6 +172,7 @@ class ServiceState(State):
         service_spec: its type.
         request: what is asked; or ``request_cb`` makes it from the user data and an empty request.
         response_cb: called with the user data and the answer; it may return an outcome.
+        request_key, response_key: where the user data have the request and take the answer.
     """
 
     def __init__(
@@ -177,19 +184,27 @@ class ServiceState(State):
         request: Any = None,
         request_cb: Callable[..., Any] | None = None,
         response_cb: Callable[..., Any] | None = None,
+        request_key: str | None = None,
+        response_key: str | None = None,
         **_keys: Any,
     ) -> None:
         super().__init__(SERVED)
+        self._keys = request_key, response_key
         self._graph, self._services, self._name = graph, services, absolute(service_name)
         self._request, self._request_cb, self._response_cb = request, request_cb, response_cb
 
     def execute(self, userdata: Any) -> str:
-        asked = self._request_cb(userdata, None) if self._request_cb is not None else self._request
+        request_key, response_key = self._keys
+        asked = self._request if request_key is None else userdata[request_key]
+        if self._request_cb is not None:
+            asked = self._request_cb(userdata, asked)
         try:
             answer = self._services.call(self._name, *([] if asked is None else [asked]))
         except ServiceException as error:
             self._graph.warn(str(error))
             return "aborted"
+        if response_key is not None:
+            userdata[response_key] = answer
         chosen = None if self._response_cb is None else self._response_cb(userdata, answer)
         return chosen or ("succeeded" if getattr(answer, "success", True) else "aborted")
 
@@ -252,31 +267,12 @@ class IntrospectionServer:
         """Show nothing."""
 
 
-class UnavailableState(State):
-    """A state that changes the scene in a way that no world of ours can; it says so and is aborted."""
-
-    def __init__(self, graph: Graph, what: str, *_values: Any, **_more: Any) -> None:
-        super().__init__(SERVED)
-        self._graph, self._what = graph, what
-
-    def execute(self, userdata: Any) -> str:
-        self._graph.warn(f"a state machine asks to {self._what}, which is not possible here")
-        return "aborted"
-
-
-_UNAVAILABLE = {
-    "RotateModelState": "turn a model",
-    "ScaleModelState": "scale one",
-    "ModelSpawnServiceState": "add a model",
-}
-
-
 def smach_ros_module(graph: Graph, services: Services) -> ModuleType:
     """Return ``smach_ros`` for one experiment."""
     return module(
         "smach_ros",
-        MonitorState=partial(MonitorState, graph),
-        ServiceState=partial(ServiceState, graph, services),
+        MonitorState=bound(MonitorState, graph),
+        ServiceState=bound(ServiceState, graph, services),
         IntrospectionServer=IntrospectionServer,
         set_preempt_handler=lambda _container: None,
     )
@@ -284,17 +280,15 @@ def smach_ros_module(graph: Graph, services: Services) -> ModuleType:
 
 def nrp_states_module(graph: Graph, services: Services) -> ModuleType:
     """Return ``hbp_nrp_excontrol.nrp_states`` for one experiment."""
-    unavailable = {name: partial(UnavailableState, graph, what) for name, what in _UNAVAILABLE.items()}
     return module(
         "nrp_states",
-        WaitToClockState=partial(WaitToClockState, graph),
-        ClockDelayState=partial(ClockDelayState, graph),
-        ClockMonitorState=partial(ClockMonitorState, graph),
-        RobotPoseMonitorState=partial(ModelMonitorState, graph),
-        LinkPoseMonitorState=partial(ModelMonitorState, graph),
-        RobotTwistMonitorState=partial(ModelMonitorState, graph, part="twist"),
-        SetMaterialColorServiceState=partial(SetMaterialColorServiceState, graph, services),
+        WaitToClockState=bound(WaitToClockState, graph),
+        ClockDelayState=bound(ClockDelayState, graph),
+        ClockMonitorState=bound(ClockMonitorState, graph),
+        RobotPoseMonitorState=bound(ModelMonitorState, graph),
+        LinkPoseMonitorState=bound(ModelMonitorState, graph),
+        RobotTwistMonitorState=bound(TwistMonitorState, graph),
+        SetMaterialColorServiceState=bound(SetMaterialColorServiceState, graph, services),
         ClientLogState=ClientLogState,
         **model_states(graph, services),
-        **unavailable,
     )

@@ -7,7 +7,7 @@ everything is that of the simulation.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 _TOO_MANY_GLANCES = 1000
 """So many looks at the clock without waiting are a loop that waits by looking."""
@@ -28,7 +28,7 @@ class Task:
     _current = threading.local()
 
     def __init__(self, work: Callable[[], object], now_ns: Callable[[], int]) -> None:
-        self._work, self._now_ns = work, now_ns
+        self._work, self.now_ns = work, now_ns
         self._go, self._waits = threading.Semaphore(0), threading.Semaphore(0)
         self._until_ns, self._glances, self._stopping = 0, 0, False
         self.error: Exception | None = None
@@ -45,7 +45,7 @@ class Task:
 
     def advance(self) -> None:
         """Let the code run until it waits, unless the time it waits for is still to come."""
-        if self.is_over or self._now_ns() < self._until_ns:
+        if self.is_over or self.now_ns() < self._until_ns:
             return
         self._go.release()
         self._waits.acquire()
@@ -90,3 +90,27 @@ class Task:
         finally:
             self.is_over = True
             self._waits.release()
+
+
+def run_together(works: Sequence[Callable[[], object]]) -> None:
+    """Run pieces of code to their ends: where one waits for simulated time, the others go on.
+
+    Outside of a task nothing can wait, and they run one after another. What one raises ends all.
+    """
+    here = Task.here()
+    if here is None:
+        for work in works:
+            work()
+        return
+    tasks = [Task(work, here.now_ns) for work in works]
+    try:
+        while not all(task.is_over for task in tasks):
+            for task in tasks:
+                task.advance()
+                if task.error is not None:
+                    raise task.error
+            if not all(task.is_over for task in tasks):
+                here.wait_until(0)
+    finally:
+        for task in tasks:
+            task.stop()

@@ -51,7 +51,7 @@ class Duration:
         return self.to_sec()
 
     def __eq__(self, other: object) -> bool:
-        return self.ns == _ns(other)
+        return isinstance(other, (int, float, Duration)) and self.ns == _ns(other)
 
     def __lt__(self, other: Any) -> bool:
         return self.ns < _ns(other)

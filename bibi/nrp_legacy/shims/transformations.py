@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -12,26 +13,31 @@ import numpy.typing as npt
 from nrp_core.world.scene.pose import Pose, multiply
 from nrp_legacy.shims.modules import module
 
+Array: TypeAlias = npt.NDArray[np.float64]
+
 _FIXED_AXES = "sxyz"
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
-def _require_fixed_axes(axes: str) -> None:
-    if axes != _FIXED_AXES:
-        raise NotImplementedError(f"angles are about the fixed axes, '{_FIXED_AXES}', not '{axes}'")
+def _sequence(axes: str) -> str:
+    """Return axes as SciPy names them: ``sxyz`` are fixed ones, ``rzyx`` turn with the body."""
+    return axes[1:] if axes.startswith("s") else axes[1:].upper()
 
 
 def quaternion_from_euler(
     ai: float, aj: float, ak: float, axes: str = _FIXED_AXES
 ) -> npt.NDArray[np.float64]:
     """Return the quaternion of roll, pitch and yaw."""
-    _require_fixed_axes(axes)
-    return np.array(Pose.from_rpy(_ORIGIN, ai, aj, ak).orientation)
+    if axes == _FIXED_AXES:
+        return np.array(Pose.from_rpy(_ORIGIN, ai, aj, ak).orientation)
+    quaternion: Array = _rotation().from_euler(_sequence(axes), [ai, aj, ak]).as_quat()
+    return quaternion
 
 
 def euler_from_quaternion(quaternion: Sequence[float], axes: str = _FIXED_AXES) -> tuple[float, ...]:
     """Return roll, pitch and yaw of a quaternion."""
-    _require_fixed_axes(axes)
+    if axes != _FIXED_AXES:
+        return tuple(_rotation().from_quat(quaternion).as_euler(_sequence(axes)).tolist())
     x, y, z, w = _unit(quaternion)
     return Pose(_ORIGIN, (x, y, z, w)).rpy
 
@@ -74,15 +80,100 @@ def translation_matrix(direction: Sequence[float]) -> npt.NDArray[np.float64]:
     return matrix
 
 
+def quaternion_about_axis(angle: float, axis: Sequence[float]) -> Array:
+    """Return the quaternion of a turn about an axis."""
+    quaternion: Array = _rotation().from_rotvec(angle * unit_vector(axis)).as_quat()
+    return quaternion
+
+
+def rotation_matrix(angle: float, direction: Sequence[float], point: Any = None) -> Array:
+    """Return the homogeneous matrix of a turn about an axis, through a point, shape ``(4, 4)``."""
+    matrix = quaternion_matrix(quaternion_about_axis(angle, direction).tolist())
+    if point is not None:
+        matrix[:3, 3] = np.asarray(point[:3]) - matrix[:3, :3] @ np.asarray(point[:3])
+    return matrix
+
+
+def quaternion_from_matrix(matrix: Any) -> Array:
+    """Return the quaternion of a homogeneous matrix."""
+    quaternion: Array = _rotation().from_matrix(np.asarray(matrix)[:3, :3]).as_quat()
+    return quaternion
+
+
+def euler_from_matrix(matrix: Any, axes: str = _FIXED_AXES) -> tuple[float, ...]:
+    """Return the angles of a homogeneous matrix."""
+    return euler_from_quaternion(quaternion_from_matrix(matrix).tolist(), axes)
+
+
+def translation_from_matrix(matrix: Any) -> Array:
+    """Return the shift in a homogeneous matrix."""
+    return np.array(matrix, dtype=float)[:3, 3]
+
+
+def concatenate_matrices(*matrices: Any) -> Array:
+    """Return the product of homogeneous matrices."""
+    product = np.eye(4)
+    for matrix in matrices:
+        product = product @ np.asarray(matrix)
+    return product
+
+
+def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: float) -> Array:
+    """Return a quaternion between two, on the shorter way."""
+    from scipy.spatial.transform import Slerp
+
+    between: Array = Slerp([0.0, 1.0], _rotation().from_quat([quat0, quat1]))(fraction).as_quat()
+    return between
+
+
 def unit_vector(data: Sequence[float]) -> npt.NDArray[np.float64]:
     """Return a vector of length 1."""
     unit: npt.NDArray[np.float64] = np.asarray(data, dtype=float) / np.linalg.norm(data)
     return unit
 
 
+def _rotation() -> Any:
+    from scipy.spatial.transform import Rotation
+
+    return Rotation
+
+
 def _unit(quaternion: Sequence[float]) -> list[float]:
     values: list[float] = unit_vector(quaternion).tolist()
     return values
+
+
+class LookupException(Exception):  # noqa: N818 - the name that users catch
+    """Nobody publishes this frame."""
+
+
+class TransformListener:
+    """Knows no frames: nobody publishes any."""
+
+    def __init__(self, *_values: Any, **_fields: Any) -> None:
+        """Take no part in anything."""
+
+    def __getattr__(self, name: str) -> Any:
+        def refuse(*_values: Any, **_fields: Any) -> None:
+            raise LookupException(f"{name}: nobody publishes frames here")
+
+        return refuse
+
+
+class TransformBroadcaster:
+    """Publishes for nobody."""
+
+    def sendTransform(self, *_values: Any, **_fields: Any) -> None:  # noqa: N802 - its name
+        """Do nothing."""
+
+
+def tf_module() -> ModuleType:
+    """Return ``tf``."""
+    errors = ("LookupException", "ConnectivityException", "ExtrapolationException", "Exception")
+    return module(
+        "tf", TransformListener=TransformListener, TransformBroadcaster=TransformBroadcaster,
+        **dict.fromkeys(errors, LookupException),
+    )  # fmt: skip
 
 
 def transformations_module() -> ModuleType:
@@ -92,6 +183,13 @@ def transformations_module() -> ModuleType:
         for function in (
             quaternion_from_euler, euler_from_quaternion, quaternion_multiply, quaternion_conjugate,
             quaternion_inverse, quaternion_matrix, euler_matrix, translation_matrix, unit_vector,
+            quaternion_about_axis, rotation_matrix, quaternion_from_matrix, euler_from_matrix,
+            translation_from_matrix, concatenate_matrices, quaternion_slerp,
         )
     }  # fmt: skip
-    return module("transformations", **functions)
+    plain = {
+        "inverse_matrix": np.linalg.inv,
+        "vector_norm": np.linalg.norm,
+        "identity_matrix": partial(np.eye, 4),
+    }
+    return module("transformations", **functions, **plain)

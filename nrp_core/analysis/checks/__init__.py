@@ -6,9 +6,11 @@ from nrp_core.analysis.checks import (
     capabilities,
     messages,
     names,
+    never,
     numbers,
     parameters,
     times,
+    values,
     writers,
 )
 
@@ -18,8 +20,10 @@ __all__ = [
     "capabilities",
     "messages",
     "names",
+    "never",
     "numbers",
     "parameters",
     "times",
+    "values",
     "writers",
 ]

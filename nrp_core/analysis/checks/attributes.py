@@ -56,7 +56,7 @@ def what_is_set_can_be_set(function: Examined) -> Iterator[Finding]:
         adapter = _adapter(event) if isinstance(event, Write) and event.exists else None
         if adapter is not None and isinstance(event, Write) and not can_set(adapter, event.name):
             level = Level.WARNING if isinstance(adapter, SubscribedTopic) else Level.ERROR
-            message = f"{_told(function, event)}: '{event.name}' can only be read"
+            message = f"{_told(function, event).rstrip(',')}: '{event.name}' can only be read"
             yield function.declared.finding(Code.NRP224, event.node, message, level)
 
 
@@ -73,7 +73,7 @@ def settings_are_in_range(function: Examined) -> Iterator[Finding]:
                 value = [item.value for item in items if isinstance(item, Known)]
             case _:
                 continue
-        if not can_set(device, name):
+        if not can_set(device, name) or isinstance(value, Adapter):
             continue
         before = getattr(device, name)
         try:

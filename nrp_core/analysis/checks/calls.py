@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
+import re
 from collections.abc import Iterator
 from types import FunctionType, MethodType
 
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.shapes import Known
+from nrp_core.analysis.shapes import Instance, Items, Known, Number, Row
 from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
+
+_SEEDED = ("random.Random", "random.seed")
+_CLOCKS = frozenset(
+    {f"time.{name}" for name in ("time", "perf_counter", "monotonic", "process_time", "time_ns")}
+    | {"datetime.datetime.now", "datetime.now", "datetime.datetime.today"}
+)
 
 
 @checks_function(Code.NRP240)
@@ -35,9 +43,60 @@ def calls_fit(function: Examined) -> Iterator[Finding]:
                     yield function.declared.finding(Code.NRP240, node, message)
 
 
+@checks_function(Code.NRP240)
+def what_is_called_is_a_function(function: Examined) -> Iterator[Finding]:
+    """Look for calls of numbers, messages and devices."""
+    for event in function.events:
+        match event:
+            case Call(node, Number() | Items() | Row()):
+                pass
+            case Call(node, Instance(cls)) if not any("__call__" in vars(kind) for kind in cls.__mro__):
+                pass
+            case Call(node, Known(value)) if not callable(value):
+                pass
+            case _:
+                continue
+        message = f"'{ast.unparse(node.func)}' is no function: it cannot be called"
+        yield function.declared.finding(Code.NRP240, node, message)
+
+
+@checks_function(Code.NRP243)
+def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
+    """Look for the wall clock, and for functions that sleep."""
+    imported = _imported(function)
+    for node in ast.walk(ast.Module(function.declared.node.body, [])):
+        if not isinstance(node, ast.Call):
+            continue
+        name = ast.unparse(node.func)
+        if not re.fullmatch(r"[\w.]+", name):
+            continue  # of a result, such as a generator with a seed of its own
+        root, _, rest = name.partition(".")
+        if isinstance(function.declared.names.get(root), Known):
+            continue  # what is found under this name is no clock: a substitute of ours
+        called = ".".join(part for part in (imported.get(root, ""), rest) if part)
+        if called == "time.sleep":
+            message = f"'{name}' stops the whole loop: simulated time stands still meanwhile"
+            yield function.declared.finding(Code.NRP243, node, message, Level.WARNING)
+        elif called in _CLOCKS or (called.startswith("random.") and called not in _SEEDED):
+            message = f"'{name}' is another one in each run"
+            yield function.declared.finding(Code.NRP243, node, message, Level.NOTE)
+
+
+def _imported(function: Examined) -> dict[str, str]:
+    """Return what the names of imported modules, and of what is in them, stand for."""
+    found: dict[str, str] = {}
+    for node in ast.walk(function.declared.source.tree):
+        match node:
+            case ast.Import(names):
+                found |= {alias.asname or alias.name: alias.name for alias in names}
+            case ast.ImportFrom(module=str(module), names=names, level=0):
+                found |= {alias.asname or alias.name: f"{module}.{alias.name}" for alias in names}
+    return found
+
+
 @checks_function(Code.NRP243)
 def nothing_depends_on_chance(function: Examined) -> Iterator[Finding]:
-    """Look for the wall clock and for generators that all share."""
+    """Look for generators that all share."""
     for event in function.events:
         if isinstance(event, Call) and isinstance(event.callee, Known):
             callee = event.callee.value

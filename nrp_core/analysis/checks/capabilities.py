@@ -1,15 +1,17 @@
-"""Sensors that the chosen world cannot simulate."""
+"""What robots, functions and events ask of the chosen world, and it cannot do."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.dsl.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.interface import WorldCapabilities
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser
+from nrp_core.world.services import PREFIX
 
 _NEEDS = {
     Camera: "renderers",
@@ -20,25 +22,94 @@ _NEEDS = {
     ForceTorque: "joint_wrenches",
 }
 """The capability of a world that a sensor rests on."""
+_SERVICES = {
+    "set_model_state": "changes", "set_link_state": "changes", "set_model_configuration": "changes",
+    "spawn_sdf_model": "changes", "spawn_urdf_model": "changes", "spawn_sdf_entity": "changes",
+    "delete_model": "changes", "apply_body_wrench": "joint_control", "apply_joint_effort": "joint_control",
+}  # fmt: skip
+"""The capability that a service rests on."""
 
 
 @checks_experiment(Code.NRP216)
 def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
-    """Look for sensors that a function reads and the world backend does not simulate."""
-    if study.world is None or study.scene is None:
+    """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
+    if study.scene is None:
         return
-    needs = dict(_needs(study.scene))
-    backend = study.experiment.world.backend
+    lacking = _lacking(study, dict(_senses(study.scene)))
     for examined in study.examined:
         for name, adapter in examined.adapters.items():
-            need = needs.get(adapter.name) if isinstance(adapter, SubscribedTopic) else None
-            if need is not None and not getattr(study.world.capabilities, need):
-                message = f"nothing comes for '{name}': the world backend '{backend}' has no {need}"
+            if isinstance(adapter, SubscribedTopic) and adapter.name in lacking:
+                message = f"nothing comes for '{name}': {lacking[adapter.name]}"
                 node = examined.declared.nodes.get(name)
                 yield examined.declared.finding(Code.NRP216, node, message, Level.WARNING)
+    experiment = study.experiment
+    for event, what in experiment.events.items():
+        if what.when is not None and what.when.topic is not None and what.when.topic.name in lacking:
+            message = f"'{event}' never happens: {lacking[what.when.topic.name]}"
+            place = experiment.place("events", event, "when", "topic", "name")
+            yield place.finding(Code.NRP216, message, Level.WARNING)
+    for criterion, asked in experiment.criteria.items():
+        if asked.topic_stays is not None and asked.topic_stays.name in lacking:
+            message = f"'{criterion}' is never met: {lacking[asked.topic_stays.name]}"
+            place = experiment.place("criteria", criterion, "topic_stays", "name")
+            yield place.finding(Code.NRP216, message, Level.WARNING)
 
 
-def _needs(scene: Scene) -> Iterator[tuple[str, str]]:
+@checks_experiment(Code.NRP216)
+def the_world_does_what_is_commanded(study: Study) -> Iterator[Finding]:
+    """Look for joints, forces and changes that a function or an event commands and the world refuses."""
+    if study.scene is None:
+        return
+    lacking = _lacking(study, dict(_commands(study.scene)))
+    for examined in study.examined:
+        declared, returned = examined.declared, examined.returns_to
+        topics = {"": returned.name} if returned is not None else {}
+        topics |= {name: one.writes.name for name, one in examined.function.mappings.items() if one.writes}
+        for name, topic in topics.items():
+            if topic in lacking:
+                message = f"nothing is done with what is sent on '{topic}': {lacking[topic]}"
+                yield declared.finding(Code.NRP216, declared.nodes.get(name), message)
+    for event, what in study.experiment.events.items():
+        for i, published in enumerate(what.publish):
+            if published.topic in lacking:
+                message = f"nothing is done with '{published.topic}': {lacking[published.topic]}"
+                place = study.experiment.place("events", event, "publish", i, "topic")
+                yield place.finding(Code.NRP216, message)
+
+
+@checks_experiment(Code.NRP216)
+def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
+    """Look for models that only forces could move, or hold, in a world without any."""
+    if study.world is None or study.scene is None:
+        return
+    has, backend = study.world.capabilities, study.experiment.world.backend
+    for model in study.scene.models:
+        held = [one.joint for one in model.controllers if one.initial is not None]
+        message = ""
+        if not (has.dynamics or model.static or model.drives):
+            message = f"'{model.name}' could not move: the world backend '{backend}' has no dynamics"
+        elif held and not has.joint_control:
+            message = f"'{model.name}' holds {held[0]}: the world backend '{backend}' has no joint_control"
+        if message:
+            is_robot = model.name in study.experiment.world.robots
+            keys = ("world", "robots", model.name) if is_robot else ("world", "scene")
+            yield study.experiment.place(*keys).finding(Code.NRP216, message)
+
+
+def _lacking(study: Study, needs: Mapping[str, str]) -> dict[str, str]:
+    """Return the topics for which the world lacks something, with what it lacks."""
+    if study.world is None:
+        return {}
+    has: WorldCapabilities = study.world.capabilities
+    backend = study.experiment.world.backend
+    return {
+        topic: f"the world backend '{backend}' has no {need}"
+        for topic, need in needs.items()
+        if not getattr(has, need)
+    }
+
+
+def _senses(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yield the topic of each sensor, wheels included, with the capability that it rests on."""
     for _, link in scene.links():
         for sensor in link.sensors:
@@ -48,3 +119,12 @@ def _needs(scene: Scene) -> Iterator[tuple[str, str]]:
         for topic in (model.joint_states_topic, *(drive.wheel_speeds_topic for drive in model.drives)):
             if topic is not None:
                 yield topic, "dynamics"
+
+
+def _commands(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield the topic of each command, with the capability that it rests on."""
+    for model in scene.models:
+        for controller in model.controllers:
+            yield controller.topic, "joint_control"
+    for service, need in _SERVICES.items():
+        yield f"{PREFIX}{service}", need

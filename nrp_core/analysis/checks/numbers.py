@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import tau
 
 from nrp_core.analysis.events import Add, Divide, Write
-from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.shapes import UNITS, Known, Number, Shape, item_of
-from nrp_core.analysis.study import Examined
+from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.devices import Device
 from nrp_core.dsl.groups import DeviceGroup
 from nrp_core.findings import Code, Finding, Level
@@ -36,9 +37,23 @@ def units_agree(function: Examined) -> Iterator[Finding]:
                         f"the factor between them is in {UNITS[name]}/{unit}"
                     )
                     yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
-            case Add(node, Number(first), Number(second)) if first != second:
+            case Add(node, Number(first), Number(second)) if first and second and first != second:
                 message = f"a quantity in {first} meets one in {second}"
                 yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
+
+
+@checks_experiment(Code.NRP249)
+def angles_have_units(study: Study) -> Iterator[Finding]:
+    """Look for angles of poses that are numbers of degrees, but written as radians."""
+    experiment = study.experiment
+    for name in experiment.world.robots:
+        for i, what in enumerate(("roll", "pitch", "yaw"), start=3):
+            keys = "world", "robots", name, "pose", i
+            written, reached = experiment.source.nearest(keys)
+            value = written.value
+            if reached == keys and isinstance(value, (int, float)) and abs(value) > tau:
+                message = f"the {what} of '{name}' is {value:g} rad, more than a turn; write '{value:g} deg'"
+                yield written.place.finding(Code.NRP249, message, Level.WARNING)
 
 
 def _unit(shape: Shape) -> str | None:

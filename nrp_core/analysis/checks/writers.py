@@ -8,13 +8,13 @@ from itertools import combinations
 import numpy as np
 
 from nrp_core.analysis.declared import Declared
-from nrp_core.analysis.registry import checks_experiment
-from nrp_core.analysis.study import Study
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.binding import Adapter
 from nrp_core.dsl.devices import Device
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.dsl.groups import DeviceGroup
-from nrp_core.dsl.mappings import MapSpikeSource
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.findings import Code, Finding, Level
 
 
@@ -67,6 +67,26 @@ def neurons_have_one_source_of_a_kind(study: Study) -> Iterator[Finding]:
             message = f"'{second}' drives neurons that {where} drives too: {other.selector!r}"
             node = declared.nodes.get(second)
             yield declared.finding(Code.NRP230, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP250)
+def sinks_tell_different_things(function: Examined) -> Iterator[Finding]:
+    """Look for sinks of one kind and setting that read the same neurons."""
+    sinks = [
+        (name, mapping, _neurons(function.adapters[name]))
+        for name, mapping in function.function.mappings.items()
+        if isinstance(mapping, MapSpikeSink) and name in function.adapters
+    ]
+    for (first, one, ids), (second, other, others) in combinations(sinks, 2):
+        if (
+            one.kind is other.kind
+            and one.options == other.options
+            and np.array_equal(ids, others)
+            and ids.size
+        ):
+            message = f"'{second}' tells the same as '{first}': both read {other.selector!r}"
+            node = function.declared.nodes.get(second)
+            yield function.declared.finding(Code.NRP250, node, message, Level.WARNING)
 
 
 def _neurons(adapter: Adapter) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

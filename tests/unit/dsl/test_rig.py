@@ -59,3 +59,25 @@ def test_a_list_for_a_group_must_fit(load: Load) -> None:
     (function,) = load(EVERYTHING)
     with pytest.raises(ValueError, match="shorter"):
         Rig(function).set(rates=[1.0])
+
+
+def test_a_monitor_is_tested_likewise(load: Load) -> None:
+    (monitor,) = load(
+        "@nrp.NeuronMonitor(nrp.brain.actors, nrp.population_rate)\n"
+        "def busy(t):\n    return True if t > 0.03 else None\n"
+    )
+    rig = Rig(monitor)
+    rig.set(device=12.0)
+    rig.run()
+    assert rig.sent("/monitor/population_rate") == []
+    rig.run()
+    assert rig.sent("/monitor/population_rate")[-1].rate == 12.0
+
+
+def test_a_text_for_a_number_is_refused_by_the_name_of_the_setting(load: Load) -> None:
+    (function,) = load(
+        "@nrp.MapSpikeSource('eye', nrp.brain.sensors, nrp.poisson, weight='0.1')\n"
+        "@nrp.Robot2Neuron()\ndef see(t, eye):\n    eye.rate = 1.0\n"
+    )
+    with pytest.raises(TransferFunctionError, match=r"weight must be a number, not '0\.1'"):
+        Rig(function)

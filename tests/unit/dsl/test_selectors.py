@@ -79,6 +79,8 @@ def test_numpy_integers_and_arrays_choose_too() -> None:
 
 def test_populations_add_up() -> None:
     assert ids(brain.other[0] + brain.sensors[1]) == [0, 4]
+    assert ids(sum([brain.other[0], brain.sensors[1], brain.sensors[0]])) == [0, 4, 3]
+    assert ids(resolve(lambda root: sum([root.other[0], root.sensors[1]]))) == [0, 4]
 
 
 def test_an_index_may_depend_on_the_brain() -> None:

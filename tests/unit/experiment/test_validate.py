@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from nrp_core.analysis.validate import validate_file
-from nrp_core.errors import BackendLoadError, ExperimentError, UnknownBackendError
+from nrp_core.errors import BackendLoadError, UnknownBackendError
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.prepare import prepare
-from nrp_core.findings import InvalidExperimentError, Level
+from nrp_core.findings import Code, InvalidExperimentError, Level
 
 pytestmark = pytest.mark.usefixtures("fakes")
 
@@ -54,7 +54,7 @@ MISTAKES = [
     ("timestep: 2 ms", "timestep: 3 ms", "3 ms", "NRP207",
      "the loop's period of 20 ms must be a positive multiple of the brain's step (any) and of the world's "
      "step (3 ms)"),
-    ('actors: "2:4"', 'actors: "2:9"', "{sensors", "NRP211", "'2:9' reaches outside the circuit"),
+    ('actors: "2:4"', 'actors: "2:9"', '"2:9"', "NRP211", "'2:9' reaches outside the circuit"),
     ("/speed: std_msgs/Float64", "/husky/cmd_vel: std_msgs/Float64", "std_msgs", "NRP212",
      "there is a topic '/husky/cmd_vel' already"),
     ("/glass: /wall/body/glass/color", "/glass: /wall/body/glas/color", "/wall/body/glas/", "NRP212",
@@ -132,9 +132,10 @@ def test_reading_errors_are_findings_too(edit: Edit) -> None:
     assert errors_of(edit("duration: 3 s", "duration: 3"))[0].endswith("[NRP202]")
 
 
-def test_what_does_not_exist_is_no_finding(tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match="no experiment"):
-        validate_file(tmp_path / "nothing.yaml")
+def test_an_experiment_that_does_not_exist_is_a_finding(tmp_path: Path) -> None:
+    (finding,) = validate_file(tmp_path / "nothing.yaml")
+    assert finding.code is Code.NRP204
+    assert finding.message.startswith("there is no experiment")
 
 
 def test_a_backend_that_cannot_tell_its_capabilities_is_named(

@@ -1,0 +1,161 @@
+"""What Python 2 had built in and Python 3 has not, or has with another meaning.
+
+Lists that ``range`` and its kin return can still be asked for their next item, as code of Python 3 does.
+"""
+
+# ruff: noqa: A001 - the names of Python 2
+
+from __future__ import annotations
+
+import builtins
+from collections.abc import Callable, Iterable, Iterator
+from functools import cmp_to_key, reduce
+from typing import Any
+
+__all__ = [
+    "basestring", "buffer", "cmp", "divide", "filter", "intern", "long", "map", "next_of", "ord", "range",
+    "raw_input", "reduce", "reload", "sort", "sorted", "unichr", "unicode", "xrange", "zip",
+]  # fmt: skip
+
+basestring = unicode = str
+long = int
+unichr, raw_input, xrange, buffer = chr, input, builtins.range, memoryview
+
+
+class Listed(list[Any]):
+    """A list that is its own iterator too."""
+
+    def __next__(self) -> Any:
+        if not hasattr(self, "_rest"):
+            self._rest: Iterator[Any] = iter(list(self))
+        return next(self._rest)
+
+
+def range(*bounds: Any) -> list[int]:
+    """Return whole numbers; bounds may be numbers that divisions gave."""
+    return Listed(builtins.range(*bounds))
+
+
+def map(function: Callable[..., Any] | None, *items: Iterable[Any]) -> list[Any]:
+    """Return what a function makes of each item; without one, the items."""
+    if function is None:
+        return Listed(builtins.zip(*items, strict=False) if len(items) > 1 else items[0])
+    return Listed(builtins.map(function, *items))
+
+
+def filter(function: Callable[[Any], Any] | None, items: Iterable[Any]) -> Any:
+    """Return the items that a function approves of; of a text, a text."""
+    chosen = Listed(builtins.filter(function, items))
+    return "".join(chosen) if isinstance(items, str) else chosen
+
+
+def zip(*items: Iterable[Any], **options: Any) -> list[Any]:
+    """Return tuples of items."""
+    return Listed(builtins.zip(*items, strict=bool(options.get("strict"))))
+
+
+def cmp(left: Any, right: Any) -> int:
+    """Return -1, 0 or 1."""
+    return int(left > right) - int(left < right)
+
+
+def sorted(
+    items: Iterable[Any], cmp: Callable[[Any, Any], int] | None = None, key: Any = None, reverse: bool = False
+) -> list[Any]:
+    """Return items in order."""
+    return builtins.sorted(items, key=_key(cmp, key), reverse=reverse)
+
+
+def sort(items: Any, *values: Any, cmp: Any = None, **options: Any) -> Any:
+    """Sort a list by a comparison, or anything else as it sorts itself."""
+    compare = values[0] if values and callable(values[0]) else cmp
+    if compare is None:
+        return items.sort(*values, **options)
+    return items.sort(key=_key(compare, options.pop("key", None)), **options)
+
+
+def _key(compare: Callable[[Any, Any], int] | None, key: Any) -> Any:
+    if compare is None:
+        return key
+    by = cmp_to_key(compare)
+    return by if key is None else lambda item: by(key(item))
+
+
+def ord(character: Any) -> int:
+    """Return the number of a character, or of a byte, which is one already."""
+    return character if isinstance(character, int) else builtins.ord(character)
+
+
+def float_of(value: Any = 0.0) -> float:
+    """Return a number as a float, that of an array of one too."""
+    return float(_only(value))
+
+
+def int_of(value: Any = 0, *base: int) -> int:
+    """Return a number as an integer, that of an array of one too."""
+    return int(_only(value), *base)
+
+
+def _only(value: Any) -> Any:
+    return value.item() if getattr(value, "ndim", 0) and value.size == 1 else value
+
+
+def reload(module: Any) -> Any:
+    """Return a module as it is."""
+    return module
+
+
+def intern(text: str) -> str:
+    """Return a text."""
+    return text
+
+
+def next_of(items: Any) -> Any:
+    """Return the next item: ``items.next()``."""
+    return items.next() if hasattr(items, "next") else next(items)
+
+
+class Quotient(float):
+    """A quotient of whole numbers, which can be an index as it could in Python 2."""
+
+    def __index__(self) -> int:
+        return int(self // 1)
+
+    def __add__(self, other: Any) -> Any:
+        return _again(float.__add__(self, other), other)
+
+    def __sub__(self, other: Any) -> Any:
+        return _again(float.__sub__(self, other), other)
+
+    def __mul__(self, other: Any) -> Any:
+        return _again(float.__mul__(self, other), other)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __rsub__(self, other: Any) -> Any:
+        return _again(float.__rsub__(self, other), other)
+
+    def __neg__(self) -> Quotient:
+        return Quotient(-float(self))
+
+
+def _again(value: Any, other: Any) -> Any:
+    """Return a number that can still be an index, if it came of such numbers."""
+    return Quotient(value) if value is not NotImplemented and isinstance(other, (int, Quotient)) else value
+
+
+def divide(left: Any, right: Any) -> Any:
+    """Divide as Python 2: of whole numbers, the quotient rounded down."""
+    return left // right if _is_whole(left) and _is_whole(right) else left / right
+
+
+def quotient(left: Any, right: Any) -> Any:
+    """Divide as Python 3, which code may yet use as Python 2 could: as an index."""
+    value = left / right
+    whole = _is_whole(left) and _is_whole(right)
+    return Quotient(value) if whole and not hasattr(value, "__len__") else value
+
+
+def _is_whole(value: Any) -> bool:
+    """Whether a number, or all numbers of an array, are integers."""
+    return isinstance(value, int) or getattr(getattr(value, "dtype", None), "kind", "") in ("i", "u")

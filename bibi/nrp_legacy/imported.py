@@ -1,0 +1,102 @@
+"""Experiments in our own format whose files still use what only the platform has: what ``nrp import`` writes.
+
+Their ``experiment.yaml`` says so: ``compatibility: {platform: hbp_nrp}``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+
+from nrp_core.brain.network import Network
+from nrp_core.dsl import listing
+from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.listing import Listing
+from nrp_core.dsl.loader import load_transfer_functions
+from nrp_core.experiment.collector import Collector
+from nrp_core.experiment.making import Build, build_here
+from nrp_core.experiment.model import Experiment
+from nrp_core.experiment.platforms import Platform
+from nrp_core.experiment.section import Section
+from nrp_core.findings import Code
+from nrp_core.paths import ExistingFile
+from nrp_core.world.scene.model import Model
+from nrp_legacy.brains import load_script
+from nrp_legacy.code import Source
+from nrp_legacy.files import Library
+from nrp_legacy.joint_topics import with_commanded_joints
+from nrp_legacy.maker import ShimmedMaker
+
+RESOURCES = "resources"
+"""The folder, beside transfer functions, whose modules they can import."""
+
+
+class Options(Section):
+    """What the files of an experiment need of the platform besides its names and modules."""
+
+    nest_units: bool = False
+    """Whether transfer functions set devices in pA, nS and pF, as where NEST is used without PyNN."""
+    state_machines: tuple[ExistingFile, ...] = ()
+    """Files with state machines, which run beside the loop."""
+
+
+class ImportedMaker(ShimmedMaker):
+    """Makes one experiment.
+
+    Args:
+        experiment: the experiment.
+        options: what it needs of the platform.
+    """
+
+    def __init__(self, experiment: Experiment, options: Options) -> None:
+        self._library = Library(experiment.place("name").folder, experiment.models)
+        files = (*experiment.transfer_functions, *options.state_machines)
+        folders = dict.fromkeys(path.parent for path in files)
+        super().__init__(
+            experiment.place("compatibility").path,
+            options.state_machines,
+            [place for folder in folders for place in (folder / RESOURCES, folder)],
+            nest_units=options.nest_units,
+        )
+
+    @property
+    def _environment(self) -> Mapping[str, str]:
+        return self._library.environment()
+
+    def network(self, experiment: Experiment, build: Build = build_here) -> Network:
+        brain = experiment.brain
+        if brain.model.suffix != ".py":
+            return super().network(experiment, build)
+        return self._known(
+            build(partial(load_script, brain.model, experiment.seed, brain.populations, self._folders))
+        )
+
+    def robot(self, experiment: Experiment, name: str) -> Model:
+        codes = (Source.of_file(path).text for path in experiment.transfer_functions)
+        return with_commanded_joints(super().robot(experiment, name), codes)
+
+    def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
+        self.names = self._begun(experiment)
+        loaded: list[TransferFunction] = []
+        for i, path in enumerate(experiment.transfer_functions):
+            with collector.during(Code.NRP210, "transfer_functions", i):
+                loaded += self._load(path)
+        yield from self._ready(loaded, collector)
+
+    def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
+        self.names = self._begun(experiment)
+        sources: list[listing.Source] = []
+        for i, path in enumerate(experiment.transfer_functions):
+            with collector.during(Code.NRP210, "transfer_functions", i):
+                tree = Source.of_file(path).tree(self._note)
+                sources.append(listing.Source(path, tree))
+        yield self._listing(sources, collector)
+
+    def _load(self, path: Path) -> list[TransferFunction]:
+        """Return the functions of a file; one that has none gives its names to the others."""
+        code = Source.of_file(path).compiled(self._note)
+        return load_transfer_functions(path, module=self.names.module, code=code, scope=self.names.scope)
+
+
+PLATFORM = Platform(Options, ImportedMaker)

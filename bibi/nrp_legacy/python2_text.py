@@ -1,0 +1,184 @@
+"""The text of Python 2 as text that Python 3 takes, by its lines and tokens; lines keep their numbers."""
+
+from __future__ import annotations
+
+import io
+import re
+import tokenize
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+
+Edit = tuple[tuple[int, int], tuple[int, int], str]
+Token = tokenize.TokenInfo
+
+
+def rewritten(code: str) -> tuple[str, list[str]]:
+    """Return code as text that Python 3 takes, and what was changed; divisions and methods stay.
+
+    Raises:
+        SyntaxError: it is not even tokens.
+    """
+    changes: list[str] = []
+    text = "\n".join(_without_tabs(line, changes) for line in code.split("\n"))
+    for what, edits in _REWRITES:
+        new = _replaced(text, list(edits(_tokens(text))))
+        if new != text:
+            changes.append(what)
+            text = new
+    return text, changes
+
+
+def _without_tabs(line: str, changes: list[str]) -> str:
+    """Return a line whose indentation has no tabs; Python 2 lets a tab lead to the next multiple of 8."""
+    body = line.lstrip(" \t")
+    indentation = line[: len(line) - len(body)]
+    if "\t" in indentation:
+        changes.append("tabs in indentation")
+    return indentation.expandtabs(8) + body
+
+
+def _tokens(code: str) -> list[Token]:
+    try:
+        return list(tokenize.generate_tokens(io.StringIO(code).readline))
+    except (tokenize.TokenError, IndentationError) as error:
+        raise SyntaxError(str(error)) from error
+
+
+def _statements(tokens: list[Token]) -> Iterator[list[Token]]:
+    """Yield the tokens of each simple statement; what introduces a block ends at its colon."""
+    statement: list[Token] = []
+    depth = 0
+    for token in tokens:
+        if token.type in (tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT):
+            continue
+        depth += _nesting(token)
+        if token.type in (tokenize.NEWLINE, tokenize.ENDMARKER) or (
+            depth == 0 and token.string in (";", ":")
+        ):
+            if statement:
+                yield statement
+            statement = []
+        else:
+            statement.append(token)
+
+
+def _nesting(token: Token) -> int:
+    return (token.string in "([{") - (token.string in ")]}") if token.type == tokenize.OP else 0
+
+
+def _outermost(tokens: list[Token], text: str) -> list[Token]:
+    """Return the tokens of a text that stand in no parentheses."""
+    depth, found = 0, []
+    for token in tokens:
+        depth += _nesting(token)
+        found += [token] if depth == 0 and token.string == text else []
+    return found
+
+
+def _replaced(code: str, edits: list[Edit]) -> str:
+    lines = code.split("\n")
+    for (first, start), (last, end), text in sorted(edits, reverse=True):
+        tail = lines[last - 1][end:]
+        lines[first - 1] = lines[first - 1][:start] + text + (tail if first == last else "")
+        if first != last:
+            lines[last - 1] = tail
+    return "\n".join(lines)
+
+
+# -- operators and literals
+
+
+def _operators(tokens: list[Token]) -> Iterator[Edit]:
+    quotes = [token for token in tokens if token.string == "`"]
+    for opening, closing in zip(quotes[::2], quotes[1::2], strict=False):
+        yield opening.start, opening.end, "repr("
+        yield closing.start, closing.end, ")"
+    for one, after in pairwise(tokens):
+        if one.end != after.start:
+            continue
+        if (one.string, after.string) == ("<", ">"):
+            yield one.start, after.end, "!="
+        elif one.type == tokenize.NUMBER and after.type == tokenize.NUMBER and re.fullmatch("0+", one.string):
+            yield one.start, after.start, "0o"
+        elif one.type == tokenize.NUMBER and after.string in ("l", "L"):
+            yield after.start, after.end, ""
+        elif one.string.lower() == "ur" and after.type == tokenize.STRING:
+            yield one.start, one.end, "r"
+
+
+# -- statements
+
+
+def _exceptions(tokens: list[Token]) -> Iterator[Edit]:
+    for statement in _statements(tokens):
+        head, last = statement[0], statement[-1]
+        commas = _outermost(statement, ",")
+        if head.type != tokenize.NAME or not commas:
+            continue
+        if head.string == "except":
+            yield commas[-1].start, commas[-1].end, " as"
+        elif head.string == "raise":
+            yield commas[0].start, commas[0].end, "("
+            yield last.end, last.end, ")"
+
+
+def _exec_statements(tokens: list[Token]) -> Iterator[Edit]:
+    for statement in _statements(tokens):
+        head, *rest = statement
+        if head.string != "exec" or not rest:
+            continue
+        places = _outermost(rest, "in")
+        if rest[0].string == "(" and not places:
+            continue
+        yield head.end, head.end, "("
+        yield rest[-1].end, rest[-1].end, ")"
+        yield from ((place.start, place.end, ",") for place in places[:1])
+
+
+def _print_statements(tokens: list[Token]) -> Iterator[Edit]:
+    for statement in _statements(tokens):
+        head = statement[0]
+        if head.string == "print" and head.type == tokenize.NAME and not _is_call(statement[1:]):
+            yield from _print_call(statement)
+
+
+def _is_call(rest: list[Token]) -> bool:
+    """Return whether what follows ``print`` is one pair of parentheses, or an assignment and the like."""
+    if not rest:
+        return False
+    if rest[0].string != "(":
+        return rest[0].string in ("=", ".", ",")
+    depth = 0
+    for i, token in enumerate(rest):
+        depth += (token.string in ("(", "[", "{")) - (token.string in (")", "]", "}"))
+        if depth == 0:
+            return i == len(rest) - 1
+    return True
+
+
+def _print_call(statement: list[Token]) -> list[Edit]:
+    head, *rest = statement
+    if not rest:
+        return [(head.end, head.end, "()")]
+    last, more = rest[-1], ""
+    begin, opening = head.end, "("
+    if rest[0].string == ">>":
+        comma = next(iter(_outermost(rest, ",")), None)
+        stream = "".join(token.string for token in rest[1 : rest.index(comma) if comma else None])
+        more, begin = f", file={stream}", comma.end if comma else last.end
+        if comma is None:
+            return [(head.end, last.end, f"(file={stream})")]
+    if last.string == ",":
+        edits = [(last.start, last.end, f", end=' '{more})")]
+    else:
+        edits = [(last.end, last.end, f"{more})")]
+    return [(head.end, begin if more else (head.end[0], rest[0].start[1]) if rest[0].start[0] == head.end[0]
+             else head.end, opening), *edits]  # fmt: skip
+
+
+_REWRITES: tuple[tuple[str, Callable[[list[Token]], Iterator[Edit]]], ...] = (
+    ("operators and literals", _operators),
+    ("except and raise", _exceptions),
+    ("exec statements", _exec_statements),
+    ("print statements", _print_statements),
+)

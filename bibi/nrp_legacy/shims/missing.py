@@ -1,0 +1,92 @@
+"""Modules that are not installed: they can be imported and named, and fail only where they are used.
+
+Packages of ROS that nobody knows here have messages that carry anything.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NoReturn
+
+from nrp_legacy.shims.modules import OpenMessage, ServiceType, open_module
+
+_MESSAGES = ("msg", "action")
+_SERVICES = "srv"
+
+
+class Missing:
+    """Something of a module that is not installed.
+
+    Args:
+        name: its dotted name.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, name: str) -> Missing:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return Missing(f"{self._name}.{name}")
+
+    def __repr__(self) -> str:
+        return f"<{self._name}, which is not installed>"
+
+    def _fail(self, *_values: object, **_fields: object) -> NoReturn:
+        root = self._name.partition(".")[0]
+        raise ImportError(f"no module named '{root}' is installed, and {self._name} is needed here")
+
+    __call__ = __iter__ = __getitem__ = __len__ = __enter__ = __mro_entries__ = __contains__ = _fail
+    __add__ = __radd__ = __sub__ = __mul__ = __rmul__ = __truediv__ = __lt__ = __gt__ = _fail
+
+
+class StandIns:
+    """What files get for modules that are not there.
+
+    Args:
+        notes: told of each, once.
+    """
+
+    def __init__(self, notes: Callable[[str], None]) -> None:
+        self._notes = notes
+        self._module = cache(self._made)
+
+    def __call__(self, name: str, importer: Mapping[str, Any]) -> ModuleType | None:
+        """Return a module, None if the import may fail: the importing file has an answer to that."""
+        if _may_fail(name.partition(".")[0], importer.get("__file__")):
+            return None
+        return self._module(name)
+
+    def _made(self, name: str) -> ModuleType:
+        root, _, rest = name.partition(".")
+        if rest in _MESSAGES:
+            self._notes(f"messages of '{root}' are not known here: they carry anything")
+            return open_module(name, lambda child: type(child, (OpenMessage,), {}), {})
+        if rest == _SERVICES:
+            return open_module(name, ServiceType, {})
+        if not rest:
+            return open_module(name, lambda child: self._part(name, child), {})
+        self._tell(name)
+        return open_module(name, lambda child: Missing(f"{name}.{child}"), {})
+
+    def _part(self, package: str, child: str) -> Any:
+        if child in (*_MESSAGES, _SERVICES):
+            return self._module(f"{package}.{child}")
+        self._tell(package)
+        return Missing(f"{package}.{child}")
+
+    def _tell(self, root: str) -> None:
+        self._notes(f"there is no module '{root}': what uses it fails")
+
+
+def _may_fail(root: str, file: object) -> bool:
+    """Whether a file imports a module within ``try``."""
+    path = Path(str(file))
+    if not path.is_file():
+        return False
+    guarded = rf"\btry\s*:[^\n]*\n(?:\s*(?:import|from)\s[^\n]*\n)*\s*(?:import|from)\s+{re.escape(root)}\b"
+    return re.search(guarded, path.read_text("utf-8", errors="replace")) is not None

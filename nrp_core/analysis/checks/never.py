@@ -1,0 +1,103 @@
+"""What never happens, and what never ends."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+from nrp_core.analysis.events import Add
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.shapes import Known, Number
+from nrp_core.analysis.study import Examined, Study
+from nrp_core.clock import seconds
+from nrp_core.experiment.happenings import Event
+from nrp_core.findings import Code, Finding, Level
+
+_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
+_LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
+
+
+@checks_experiment(Code.NRP248)
+def events_come_in_time(study: Study) -> Iterator[Finding]:
+    """Look for events after the end, and for events that wait for each other."""
+    experiment = study.experiment
+    for name, event in experiment.events.items():
+        duration_s = f"{seconds(experiment.duration):g} s"
+        if event.at is not None and event.at > experiment.duration:
+            message = f"'{name}' is at {seconds(event.at):g} s, and the run ends at {duration_s}"
+            yield experiment.place("events", name, "at").finding(Code.NRP248, message, Level.WARNING)
+        if event.when is not None and event.when.after > experiment.duration:
+            message = (
+                f"'{name}' is {seconds(event.when.after):g} s after another, and the run lasts {duration_s}"
+            )
+            yield experiment.place("events", name, "when", "after").finding(
+                Code.NRP248, message, Level.WARNING
+            )
+        circle = _circle(name, experiment.events)
+        if circle:
+            message = f"'{name}' waits for itself: {' -> '.join(circle)}"
+            place = experiment.place("events", name, "when", "event")
+            yield place.finding(Code.NRP248, message, Level.WARNING)
+
+
+def _circle(name: str, events: dict[str, Event]) -> list[str]:
+    """Return the events that lead from one back to it, none if they do not."""
+    way = [name]
+    while True:
+        when = events[way[-1]].when
+        if when is None or when.event is None or when.event not in events:
+            return []
+        way.append(when.event)
+        if when.event == name:
+            return way
+        if when.event in way[:-1]:
+            return []
+
+
+@checks_function(Code.NRP248)
+def times_are_reached(function: Examined) -> Iterator[Finding]:
+    """Look for times that ``t`` is compared with and never reaches."""
+    duration_s = seconds(function.experiment.duration)
+    for event in function.events:
+        match event:
+            case Add(
+                ast.Compare(ast.Name("t"), _, [_]) as node, Number("s"), Known(int() | float() as bound)
+            ):
+                pass
+            case Add(
+                ast.Compare(_, _, [ast.Name("t")]) as node, Known(int() | float() as bound), Number("s")
+            ):
+                pass
+            case _:
+                continue
+        if bound > duration_s:
+            message = f"'t', in seconds, never comes to {bound:g}: the run ends at {duration_s:g} s"
+            yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP251)
+def loops_end(function: Examined) -> Iterator[Finding]:
+    """Look for ``while True`` that nothing leaves."""
+    for node in ast.walk(ast.Module(function.declared.node.body, [])):
+        if isinstance(node, ast.While) and _is_true(node.test) and not _can_be_left(node):
+            message = "this loop has no way out; a transfer function runs once a step and returns"
+            yield function.declared.finding(Code.NRP251, node, message, Level.WARNING)
+
+
+def _is_true(test: ast.expr) -> bool:
+    return isinstance(test, ast.Constant) and bool(test.value)
+
+
+def _can_be_left(loop: ast.While) -> bool:
+    """Whether anything in a loop ends it; a call may raise, and is not counted."""
+    waiting: list[tuple[ast.AST, bool]] = [(statement, True) for statement in loop.body]
+    while waiting:
+        node, is_own = waiting.pop()
+        if isinstance(node, _LEAVES) or (is_own and isinstance(node, ast.Break)):
+            return True
+        if isinstance(node, (ast.For, ast.AsyncFor, ast.While)):
+            waiting += [(child, False) for child in node.body]
+            waiting += [(child, is_own) for child in node.orelse]
+        elif not isinstance(node, _SCOPES):
+            waiting += [(child, is_own) for child in ast.iter_child_nodes(node)]
+    return False
