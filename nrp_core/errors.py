@@ -164,8 +164,10 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     """Return which of the valid names is most like one that there is not, and all of them.
 
     Returns:
-        ``"the nearest is x, of a, b, x"``, or ``"there are none"``.
+        ``"the nearest is x, of a, b, x"``, ``"there is only x"``, or ``"there are none"``.
     """
     names = sorted(valid)
+    if len(names) == 1:
+        return f"there is only {names[0]}"
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.0)
     return f"the nearest is {close[0]}, of {', '.join(names)}" if close else "there are none"

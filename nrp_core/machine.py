@@ -80,7 +80,7 @@ def _processor() -> Iterator[Diagnosis]:
 
 def _display() -> Diagnosis:
     shown = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-    return Diagnosis("a display", shown, "windows can be opened" if shown else "nothing here needs one")
+    return Diagnosis("a display", shown, "windows can be opened" if shown else "none; nothing here needs one")
 
 
 def _cache() -> Diagnosis:

@@ -191,12 +191,12 @@ def test_only_declared_state_is_read(brain: EchoBrain) -> None:
 def test_only_declared_cells_and_synapses_are_opened() -> None:
     strange = Network({"a": Population("a", 1, "Strange", {})})
     with pytest.raises(
-        CapabilityError, match=r"no cells of type Strange \(population 'a'\); the nearest is Echo, of Echo"
+        CapabilityError, match=r"no cells of type Strange \(population 'a'\); there is only Echo"
     ):
         EchoBrain(strange)
     index, number = np.zeros(1, np.int32), np.ones(1)
     plastic = Projection("p", "echo", "echo", "excitatory", index, index, number, number, "stdp")
-    with pytest.raises(CapabilityError, match=r"no stdp synapses \(projection 'p'\); the nearest is static"):
+    with pytest.raises(CapabilityError, match=r"no stdp synapses \(projection 'p'\); there is only static"):
         EchoBrain(Network(network().populations, (plastic,)))
 
 
