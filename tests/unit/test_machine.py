@@ -39,7 +39,7 @@ def test_a_display_is_looked_for_in_the_environment(monkeypatch: pytest.MonkeyPa
     monkeypatch.setenv("DISPLAY", ":0")
     assert machine._display().present
     monkeypatch.delenv("DISPLAY")
-    assert machine._display() == Diagnosis("a display", False, "nothing here needs one")
+    assert machine._display() == Diagnosis("a display", False, "none; nothing here needs one")
 
 
 def test_a_cache_that_cannot_be_written_is_a_diagnosis(
