@@ -79,7 +79,7 @@ def _inspect_scene(file: Path, picture: Path | None, models: list[Path], *, as_j
     from nrp_core.world.scene.outline import outline
     from nrp_core.world.scene.sdf import read_scene
 
-    scene = read_scene(file, search_path=models)
+    scene = read_scene(file, search_path=models, lenient=True)
     if picture is not None:
         _draw(scene, picture)
     if as_json:

@@ -61,7 +61,8 @@ class Maker:
         path, models = experiment.world.scene, experiment.models
         if experiment.strict:
             return read_scene(path, search_path=models)
-        scene, left_out = read_without(lambda without: read_scene(path, search_path=models, without=without))
+        read = partial(read_scene, path, search_path=models, lenient=True)
+        scene, left_out = read_without(lambda without: read(without=without))
         return replace(scene, warnings=(*scene.warnings, *left_out))
 
     def robot(self, experiment: Experiment, name: str) -> Model:

@@ -95,11 +95,13 @@ def invalid_field(value: Any) -> str | None:
     and lists of them are looked into, arrays are not (a laser's range may be infinite).
     """
     cls: type = type(value)
-    for field, kind in _fields(cls):
+    for field, kind, nested in _fields(cls):
         item = getattr(value, field)
         if type(item) is float and kind is float:  # what most fields hold
             wrong = None if -inf < item < inf else f" is {item}"
-        elif isinstance(item, list) and not dataclasses.is_dataclass(kind):
+        elif nested and type(item) is kind:
+            wrong = _within(invalid_field(item), "")
+        elif isinstance(item, list) and not nested:
             wrong = _first(_within(invalid_field(m), f"[{i}]") for i, m in enumerate(item) if _is_message(m))
         else:
             wrong = _invalid_value(item, kind)
@@ -145,14 +147,15 @@ def _first(found: Iterable[str | None]) -> str | None:
 
 
 @lru_cache(maxsize=256)
-def _fields(cls: type) -> tuple[tuple[str, Any], ...]:
-    """Return names and declared types of the fields of a message class."""
+def _fields(cls: type) -> tuple[tuple[str, Any, bool], ...]:
+    """Return names and declared types of the fields of a message class, and whether those are messages."""
     try:
         hints = get_type_hints(cls)
     except (NameError, TypeError):  # written in a file whose names are gone: what is plain is still known
         hints = {}
     plain = {kind.__name__: kind for kind in _PLAIN}
+    names = [spec.name for spec in dataclasses.fields(cls)]
+    kinds = [hints.get(s.name) or plain.get(str(s.type), s.type) for s in dataclasses.fields(cls)]
     return tuple(
-        (spec.name, hints.get(spec.name) or plain.get(str(spec.type), spec.type))
-        for spec in dataclasses.fields(cls)
+        (name, kind, dataclasses.is_dataclass(kind)) for name, kind in zip(names, kinds, strict=True)
     )

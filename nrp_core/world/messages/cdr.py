@@ -37,6 +37,25 @@ _CODES = {
 Prepare = Callable[[Any], Any]
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class MessageField:
+    """A field as the definition of its message has it.
+
+    Args:
+        name: of the field.
+        type: of what is in it: ``float64``, ``string``, ... or ``package/msg/Type``.
+        many: whether it holds any number of them.
+        most: how many at most; 0: there is no limit.
+        length: how many it always holds; None: one, or ``many``.
+    """
+
+    name: str
+    type: str
+    many: bool = False
+    most: int = 0
+    length: int | None = None
+
+
 class Codec:
     """Encodes and decodes messages.
 
@@ -79,6 +98,10 @@ class Codec:
     def definition(self, name: str) -> str:
         """Return the text that defines a type, in the format that recordings hold (``ros2msg``)."""
         return self._store.generate_msgdef(name, ros_version=2)[0]
+
+    def fields(self, name: str) -> list[MessageField]:
+        """Return the fields of a type in their order; a message without any has one that fills it."""
+        return [_message_field(field, kind) for field, kind in self._store.fielddefs[name][1]]
 
     def hash(self, name: str) -> str:
         """Return the hash by which ROS 2 compares types (REP 2011)."""
@@ -218,6 +241,17 @@ def _packer(numbers: Sequence[tuple[str, str]]) -> Callable[[Any], bytes]:
     if len(paths) == 1:
         return lambda message: pack(_HEAD, values(message))
     return lambda message: pack(_HEAD, *values(message))
+
+
+def _message_field(name: str, kind: Any) -> MessageField:
+    node, what = kind
+    if node not in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return MessageField(name, what if node == Nodetype.NAME else what[0])
+    (inner, content), count = what
+    held = content if inner == Nodetype.NAME else content[0]
+    if node == Nodetype.ARRAY:
+        return MessageField(name, held, length=count)
+    return MessageField(name, held, many=True, most=count)
 
 
 def _inner_type(kind: Any) -> str | None:

@@ -42,10 +42,12 @@ class Look:
     Args:
         rgba: its colour, None where it does not say: then that of the shape's own file.
         opacity: 0 for invisible to 1.
+        glows: whether the colour is the same in any light.
     """
 
     rgba: Rgba | None = None
     opacity: float = 1.0
+    glows: bool = False
 
     def of(self, shape: Shape) -> Rgba:
         """Return the colour of a shape."""
@@ -90,7 +92,7 @@ def build_link(
         touched = [replace(part, shapes=spare) for part in touched[:1]]
     seen, felt = {part.name for part in shown}, {part.name for part in touched}
     visuals = [
-        Visual(unique, shape.geometry, shape.pose, part.look.of(shape))
+        Visual(unique, shape.geometry, shape.pose, part.look.of(shape), part.look.glows)
         for part in shown
         for unique, shape in _numbered(part.name, part.shapes or spare, seen)
     ]

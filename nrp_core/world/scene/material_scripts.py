@@ -22,8 +22,8 @@ _HEAD = re.compile(r"^\s*material\s+(\S+)", re.MULTILINE)
 _PROPERTY = re.compile(r"^\s*(ambient|diffuse|emissive|texture)\s+(.+?)\s*$", re.MULTILINE)
 
 
-def script_color(name: str, places: Iterable[Path]) -> Rgba | None:
-    """Return the colour of a material, None where no script has it or it has no colour.
+def script_color(name: str, places: Iterable[Path]) -> tuple[Rgba, bool] | None:
+    """Return the colour of a material and whether it glows, None where no script has it or it has no colour.
 
     Args:
         name: as the script has it.
@@ -48,20 +48,21 @@ def _scripts(places: Iterable[Path]) -> Iterator[Path]:
             yield place
 
 
-def _color(body: str, folders: Iterable[Path]) -> Rgba | None:
+def _color(body: str, folders: Iterable[Path]) -> tuple[Rgba, bool] | None:
     found: dict[str, str] = {}
     for match in _PROPERTY.finditer(body):
         found.setdefault(match[1], match[2])
     emissive = _numbers(found.get("emissive", ""))
     if emissive and any(emissive[:3]):
-        return emissive
+        return emissive, True
     if "texture" in found:
         pictures = (folder / found["texture"].split()[0] for folder in folders)
         picture = next((path for path in pictures if path.is_file()), None)
         mean = mean_color(_contents(picture, 5 * MAX_BYTES)) if picture else None
         if mean:
-            return *mean, 1.0
-    return _numbers(found.get("diffuse", "")) or _numbers(found.get("ambient", ""))
+            return (*mean, 1.0), False
+    lit = _numbers(found.get("diffuse", "")) or _numbers(found.get("ambient", ""))
+    return (lit, False) if lit else None
 
 
 def _numbers(text: str) -> Rgba | None:

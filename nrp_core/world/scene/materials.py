@@ -91,6 +91,11 @@ _BY_SHORT_NAME |= {name.replace("grey", "gray"): rgba for name, rgba in _BY_SHOR
 _BY_SHORT_NAME["torquoise"] = _BY_SHORT_NAME["turquoise"]  # as early versions of Gazebo spelled it
 
 
+def glows(name: str) -> bool:
+    """Tell whether a material of Gazebo's has its colour in any light."""
+    return "glow" in name.lower()
+
+
 def color_of(name: str) -> Rgba:
     """Return the colour of a material or a colour name.
 

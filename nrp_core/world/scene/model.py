@@ -98,12 +98,13 @@ Geometry = Box | Cylinder | Capsule | Sphere | Plane | Mesh
 
 @dataclass(frozen=True, slots=True)
 class Visual:
-    """What a camera sees of a link."""
+    """What a camera sees of a link; what ``glows`` has its colour in any light."""
 
     name: str
     geometry: Geometry
     pose: Pose = Pose()
     rgba: Rgba = DEFAULT_RGBA
+    glows: bool = False
 
 
 @dataclass(frozen=True, slots=True)

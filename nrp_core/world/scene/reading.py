@@ -37,9 +37,11 @@ class Reading:
         notes: takes warnings.
         robot: name of the whole model; relative topics in its file resolve below it.
         without: what is left out of files.
+        lenient: whether an included file that is not there is left out, with a warning, instead of refused.
     """
 
     resources: Resources
     notes: Notes
     robot: str = ""
     without: Places = field(default_factory=dict)
+    lenient: bool = False

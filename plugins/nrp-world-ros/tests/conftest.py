@@ -1,4 +1,4 @@
-"""A ROS master on loopback, and programs that know it."""
+"""Programs that meet in ROS, on loopback."""
 
 from __future__ import annotations
 
@@ -23,32 +23,20 @@ needs_ros = pytest.mark.skipif(
     bool(NEEDED), reason=f"ROS 1 is not here ({', '.join(NEEDED)}); the README says how to get it"
 )
 
+needs_ros2 = pytest.mark.skipif(
+    find_spec("cyclonedds") is None, reason="cyclonedds is not here; pip install 'nrp-world-ros[ros2]'"
+)
 
-class Ros:
-    """A master, and programs that run beside it until the test ends."""
 
-    def __init__(self, folder: Path) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
+class Programs:
+    """Programs that run side by side until the test ends."""
+
+    bridge: tuple[str, ...] = ()
+
+    def __init__(self, folder: Path, **env: str) -> None:
         self.folder = folder
-        self.env = {
-            **os.environ,
-            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
-            "ROS_IP": "127.0.0.1",
-            "ROS_LOG_DIR": str(folder / "log"),
-            "PYTHONUNBUFFERED": "1",
-        }
+        self.env = {**os.environ, "PYTHONUNBUFFERED": "1", **env}
         self.started: list[subprocess.Popen[str]] = []
-        self.master: subprocess.Popen[str] | None = None
-
-    def start_master(self) -> None:
-        self.master = self.start("rosmaster", "--core", "-p", str(self.port))
-        self.until(self._listens)
-
-    def _listens(self) -> bool:
-        with socket.socket() as probe:
-            return probe.connect_ex(("127.0.0.1", self.port)) == 0
 
     @staticmethod
     def until(done: object, timeout_s: float = 60.0) -> None:
@@ -76,7 +64,7 @@ class Ros:
         """Start the world of the main experiment with small pictures, and wait until ROS knows it."""
         process = self.nrp(
             "ros-bridge", "braitenberg_husky", "--without-brain", "-s", "world.options.image_scale=0.25",
-            *arguments,
+            *self.bridge, *arguments,
         )  # fmt: skip
         assert process.stdout is not None
         assert process.stdout.readline().startswith("in ROS")
@@ -105,6 +93,47 @@ class Ros:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.communicate()
+
+
+class Ros(Programs):
+    """A master of ROS 1, and programs that know it."""
+
+    def __init__(self, folder: Path) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = free.getsockname()[1]
+        super().__init__(
+            folder,
+            ROS_MASTER_URI=f"http://127.0.0.1:{self.port}",
+            ROS_IP="127.0.0.1",
+            ROS_LOG_DIR=str(folder / "log"),
+        )
+        self.master: subprocess.Popen[str] | None = None
+
+    def start_master(self) -> None:
+        self.master = self.start("rosmaster", "--core", "-p", str(self.port))
+        self.until(self._listens)
+
+    def _listens(self) -> bool:
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
+
+
+class Ros2(Programs):
+    """Programs in a domain of ROS 2 that no other test is in at the same time."""
+
+    bridge = ("--ros2",)
+
+    def __init__(self, folder: Path) -> None:
+        self.domain = 100 + os.getpid() % 100
+        super().__init__(folder, ROS_DOMAIN_ID=str(self.domain))
+
+
+@pytest.fixture
+def ros2(tmp_path: Path) -> Iterator[Ros2]:
+    programs = Ros2(tmp_path)
+    yield programs
+    programs.end()
 
 
 @pytest.fixture

@@ -15,10 +15,10 @@ from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.scene.model import Scene
 
 from nrp_world_ros import RosBackend, RosOptions
-from nrp_world_ros.backend import TimeSource
+from nrp_world_ros.backend import Ros, TimeSource
 from nrp_world_ros.inbox import DEPTH, Inbox, Letter
+from nrp_world_ros.ros1.wire import CODEC
 from nrp_world_ros.whereabouts import Whereabouts
-from nrp_world_ros.wire import CODEC
 
 HALF_TURN = geo.Quaternion(0, 0, 1, 0)
 
@@ -37,14 +37,24 @@ def test_a_body_that_does_not_wait_is_declared_as_real_time(time: TimeSource) ->
     assert declared.step_ns == 1_000_000
 
 
-def test_without_rospy_it_is_said_what_to_install(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_either_ros_it_is_said_what_to_install(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rospy", None)
-    (diagnosis,) = RosBackend().diagnose()
-    assert not diagnosis.present
-    assert diagnosis.needed
-    assert "apt-get install" in diagnosis.remedy
+    monkeypatch.setitem(sys.modules, "cyclonedds.domain", None)
+    one, two = RosBackend().diagnose()
+    assert (one.present, two.present) == (False, False)
+    assert (one.needed, two.needed) == (True, True)
+    assert "apt-get install" in one.remedy
+    assert "nrp-world-ros[ros2]" in two.remedy
     with pytest.raises(BackendLoadError, match="apt-get install"):
         RosBackend().open(scene, seed=1, options=RosOptions())
+    with pytest.raises(BackendLoadError, match=r"nrp-world-ros\[ros2\]"):
+        RosBackend().open(scene, seed=1, options=RosOptions(ros=Ros.TWO))
+
+
+def test_only_ros_2_has_domains() -> None:
+    with pytest.raises(ValueError, match="ros: 2"):
+        RosOptions(domain=7)
+    assert RosOptions(ros=Ros.TWO, domain=7).domain == 7
 
 
 def test_before_anything_is_told_models_are_where_the_files_have_them(scene: Scene) -> None:
@@ -78,7 +88,7 @@ def test_what_a_simulator_tells_counts_more_than_odometry(scene: Scene) -> None:
 
 def letter(topic: str, value: float, sender: str = "/a") -> Letter:
     twist = geo.Twist(geo.Vector3(value, 0, pi))
-    return Letter(topic, CODEC.name(geo.Twist), bytes(CODEC.encode(twist)), sender)
+    return Letter(topic, CODEC.name(geo.Twist), bytes(CODEC.encode(twist)), sender, CODEC)
 
 
 def test_what_waits_is_taken_once_in_its_order() -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from conftest import Ros, needs_ros
 from nrp_world_ros.calls import _EXACT
-from nrp_world_ros.wire import CODEC, wire_name
+from nrp_world_ros.ros1.wire import CODEC
 
 SUMS = {
     "ApplyBodyWrench": "585b9f9618aa0581b207e2f2d90866bc",
@@ -34,7 +34,7 @@ def test_the_check_sums_of_services_are_those_of_gazebo(service: str) -> None:
 
     for name, text in _EXACT.items():
         CODEC.define(name, text)
-    names = [wire_name(getattr(gazebo_srvs, service + part)) for part in ("Request", "Response")]
+    names = [CODEC.name(getattr(gazebo_srvs, service + part)) for part in ("Request", "Response")]
     assert CODEC.service_md5(*names) == SUMS[service]
 
 

@@ -47,6 +47,16 @@ def test_it_draws_a_picture(nrp, tmp_path):
     assert yellow.mean() > 0.05
 
 
+def test_a_room_without_one_of_its_models_is_told_without_it(nrp, tmp_path):
+    room = tmp_path / "room.world"
+    models = "".join(f"<include><uri>model://{name}</uri></include>" for name in ("gone", "ground_plane"))
+    room.write_text(f"<sdf version='1.6'><world name='w'>{models}</world></sdf>")
+    done = nrp("inspect", room)
+    assert done.code == 0
+    assert "ground_plane" in done.out
+    assert done.err == f"warning: {room}:1: there is no 'model://gone': left out\n"
+
+
 def test_an_archive_is_looked_into(nrp, tmp_path):
     with zipfile.ZipFile(tmp_path / "husky.zip", "w") as archive:
         archive.write(HUSKY, "husky/model.sdf")

@@ -63,7 +63,11 @@ def read_model(
 
 
 def read_scene(
-    path: Path | str, *, search_path: Iterable[Path | str] = (), without: Places = MappingProxyType({})
+    path: Path | str,
+    *,
+    search_path: Iterable[Path | str] = (),
+    without: Places = MappingProxyType({}),
+    lenient: bool = False,
 ) -> Scene:
     """Read a file that holds a world, or models without one.
 
@@ -71,11 +75,12 @@ def read_scene(
         path: the file.
         search_path: folders that ``model://`` and relative paths are looked for in.
         without: what is left out; see :mod:`nrp_core.world.scene.left_out`.
+        lenient: whether an included model that is not there is left out, with a warning, instead of refused.
 
     Raises:
         SceneError: the file cannot be used; file and line are named.
     """
-    reading = Reading(Resources(search_path), Notes(), without=without)
+    reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient)
     source = Source.open(Path(path), reading)
     worlds = source.root.all("world")
     if len(worlds) > 1:

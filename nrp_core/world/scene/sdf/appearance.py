@@ -5,7 +5,7 @@ from __future__ import annotations
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.bodies import Look
 from nrp_core.world.scene.material_scripts import script_color
-from nrp_core.world.scene.materials import color_of
+from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.xml_tree import Element
@@ -15,17 +15,18 @@ def read_look(visual: Element, reading: Reading) -> Look:
     """Return the look of a ``<visual>``: the colour that glows, else the one that is lit."""
     material = visual.find("material")
     transparency = visual.number("transparency", 0.0)
-    rgba = _surface(material, reading) if material else None
-    return Look(rgba, 1 - min(max(transparency, 0.0), 1.0))
+    rgba, glowing = _surface(material, reading) if material else (None, False)
+    return Look(rgba, 1 - min(max(transparency, 0.0), 1.0), glowing)
 
 
-def _surface(material: Element, reading: Reading) -> Rgba | None:
+def _surface(material: Element, reading: Reading) -> tuple[Rgba | None, bool]:
+    """Return the colour of a material, and whether it glows."""
     emissive, diffuse, ambient = (
         read_color(material, tag, reading) for tag in ("emissive", "diffuse", "ambient")
     )
     if emissive and any(emissive[:3]):
-        return emissive
-    return diffuse or _script(material, reading) or ambient
+        return emissive, True
+    return (diffuse, False) if diffuse else _script(material, reading) or (ambient, False)
 
 
 def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
@@ -44,17 +45,17 @@ def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
     return r, g, b, alpha[0] if alpha else 1.0
 
 
-def _script(material: Element, reading: Reading) -> Rgba | None:
+def _script(material: Element, reading: Reading) -> tuple[Rgba, bool] | None:
     script = material.section("script")
     name = script.find("name")
     if name is None or not name.text:
         return None
     places = [reading.resources.locate(uri) for uri in script.all("uri")]
-    rgba = script_color(name.text, [place for place in places if place])
-    if rgba is not None:
-        return rgba
+    found = script_color(name.text, [place for place in places if place])
+    if found is not None:
+        return found
     try:
-        return color_of(name.text)
+        return color_of(name.text), glows(name.text)
     except SceneError as error:
         reading.notes.warn(name, f"shown grey: {error}")
         return None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Reading
@@ -20,16 +21,20 @@ class Placed:
         source: the file that it stands in.
         user: the element that places it: itself or an ``<include>``.
         merged: whether its parts become parts of the model around it.
+        other_name: what it is called because its own name is another's.
     """
 
     element: Element
     source: Source
     user: Element
     merged: bool = False
+    other_name: str = ""
 
     @property
     def name(self) -> str:
         """Its name; an ``<include>`` may give it another one than its file."""
+        if self.other_name:
+            return self.other_name
         included = self.user is not self.element
         return (self.user.word("name") if included else "") or self.element.attribute("name")
 
@@ -71,8 +76,31 @@ def read_placed(parent: Element, source: Source, reading: Reading, *tags: str) -
     for child in parent.all("include", *tags):
         if child.tag == "include":
             included = source.include(child, reading)
+            if included is None:
+                continue
             found = included.root.all(*tags)
             placed += [Placed(element, included, child, child.is_set("merge")) for element in found]
         else:
             placed.append(Placed(child, source, child))
-    return placed
+    return _told_apart(placed, reading)
+
+
+def _told_apart(placed: list[Placed], reading: Reading) -> list[Placed]:
+    """Return things of which no include has the name of another, counted as Gazebo counts models of one name.
+
+    Those that a file names itself keep their names: two of one name are its mistake.
+    """
+    names = {(thing.element.tag, thing.name) for thing in placed}
+    seen: set[tuple[str, str]] = set()
+    result: list[Placed] = []
+    for thing in placed:
+        tag, name = thing.element.tag, thing.name
+        included = thing.user is not thing.element and not thing.user.word("name")
+        if included and not thing.merged and (tag, name) in seen:
+            free = next(f"{name}_{n}" for n in count() if (tag, f"{name}_{n}") not in names)
+            reading.notes.warn(thing.user, f"another {tag} is named '{name}': this one becomes '{free}'")
+            thing = replace(thing, other_name=free)
+            names.add((tag, free))
+        seen.add((tag, name))
+        result.append(thing)
+    return result

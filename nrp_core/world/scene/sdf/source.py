@@ -57,13 +57,17 @@ class Source:
         check_vocabulary(root, reading.notes)
         return cls(root, _version(root, reading), (*trail, path.resolve()))
 
-    def include(self, include: Element, reading: Reading) -> Source:
-        """Open the file that an ``<include>`` refers to.
+    def include(self, include: Element, reading: Reading) -> Source | None:
+        """Open the file that an ``<include>`` refers to; None where there is none, if the reading is lenient.
 
         Raises:
             SceneError: there is none, or it leads back to a file that is being read.
         """
-        path = reading.resources.model_file(include.require("uri"))
+        uri = include.require("uri")
+        if reading.lenient and uri.text and reading.resources.locate(uri) is None:
+            reading.notes.warn(include, f"there is no '{uri.text}': left out")
+            return None
+        path = reading.resources.model_file(uri)
         if path.resolve() in self.trail:
             circle = " -> ".join(file.name for file in (*self.trail, path))
             raise include.error(f"files include each other in a circle: {circle}")

@@ -77,7 +77,7 @@ def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Itera
         frames.add(frame, attached_to, attached_to=attached_to)
     read: list[tuple[Placed, Parts, Reading]] = []
     for model in placed:
-        if not model.element.all("link", "model", "include"):
+        if world.tag == "world" and not model.element.all("link", "model", "include"):
             reading.notes.warn(model.user, f"the model '{model.name}' has no <link>: left out")
             continue
         own = replace(reading, robot=model.name)

@@ -2,18 +2,33 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import Annotated, ClassVar
+from collections.abc import Callable
+from dataclasses import replace
+from enum import IntEnum, StrEnum
+from typing import Annotated, ClassVar, Self
 
 from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.diagnosis import Diagnosis
+from nrp_core.errors import BackendLoadError
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
 from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
 from nrp_core.world.scene.model import Scene
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from nrp_world_ros.rospy_import import INSTALL, why_missing
+from nrp_world_ros import ros1, ros2
+
+LAST_DOMAIN = 232
+"""DDS has no ports for more of them."""
+
+
+class Ros(IntEnum):
+    """The two that share a name."""
+
+    ONE = 1
+    """A master, TCP, rospy."""
+    TWO = 2
+    """DDS, in which everybody finds the others."""
 
 
 class TimeSource(StrEnum):
@@ -30,6 +45,11 @@ class TimeSource(StrEnum):
 class RosOptions(WorldOptions):
     """Options of the ``ros`` backend."""
 
+    ros: Annotated[Ros, Field(description="1 or 2: which ROS the body is in")] = Ros.ONE
+    domain: Annotated[
+        int | None,
+        Field(ge=0, le=LAST_DOMAIN, description="the domain of ROS 2; by default ROS_DOMAIN_ID says"),
+    ] = None
     time: Annotated[TimeSource, Field(description="clock, wall or lockstep: what says how late it is")] = (
         TimeSource.CLOCK
     )
@@ -39,6 +59,12 @@ class RosOptions(WorldOptions):
     patience: Annotated[DurationNs, Field(gt=0, description="how long to wait for anything from ROS")] = (
         10 * NS_PER_S
     )
+
+    @model_validator(mode="after")
+    def _has_domains(self) -> Self:
+        if self.domain is not None and self.ros is Ros.ONE:
+            raise ValueError("only ROS 2 has domains: say 'ros: 2', too")
+        return self
 
 
 class RosBackend(WorldBackend):
@@ -56,12 +82,23 @@ class RosBackend(WorldBackend):
         )
 
     def diagnose(self) -> list[Diagnosis]:
-        reason = why_missing()
-        meaning = "rospy is here" if reason is None else reason
-        return [Diagnosis("ROS 1", reason is None, meaning, INSTALL, needed=True)]
+        found = [
+            _look("ROS 1", "rospy", ros1.load_rospy, ros1.INSTALL),
+            _look("ROS 2", "Cyclone DDS", ros2.load_dds, ros2.INSTALL),
+        ]
+        none = not any(each.present for each in found)  # one of the two is enough
+        return [replace(each, needed=none) for each in found]
 
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
         from nrp_world_ros.world import RosWorld
 
         assert isinstance(options, RosOptions)
         return RosWorld(scene, seed, self.capabilities(options), options)
+
+
+def _look(ros: str, library: str, load: Callable[[], object], remedy: str) -> Diagnosis:
+    try:
+        load()
+    except BackendLoadError as error:
+        return Diagnosis(ros, False, f"{library} cannot be loaded: {error.__cause__}", remedy)
+    return Diagnosis(ros, True, f"{library} is here", remedy)

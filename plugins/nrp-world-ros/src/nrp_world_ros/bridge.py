@@ -16,9 +16,8 @@ from nrp_core.world.topics import Direction, Stamped, Subscription, TopicInfo
 
 from nrp_world_ros.calls import Calls
 from nrp_world_ros.frames import TF, Frames
-from nrp_world_ros.node import Node, Publisher
+from nrp_world_ros.node import Node, Publisher, ros_type
 from nrp_world_ros.times import CLOCK
-from nrp_world_ros.wire import ros_type
 
 _DEPTH = 256
 """How many messages of a topic may come in one step of the loop."""

@@ -17,7 +17,6 @@ from nrp_core.world.services import PREFIX, response_of
 from nrp_core.world.topics import Direction
 
 from nrp_world_ros.node import Node
-from nrp_world_ros.wire import CODEC, wire_name
 
 PATIENCE_S = 30.0
 """How long a caller waits for the world."""
@@ -54,14 +53,18 @@ class Calls:
     """
 
     def __init__(self, world: World, node: Node) -> None:
-        for name, text in _EXACT.items():
-            CODEC.define(name, text)
-        self._world = world
+        self._world, self._codec = world, node.codec
         self._waiting: SimpleQueue[_Call] = SimpleQueue()
         self.services: list[str] = []
-        for info in world.topics.values():
+        if node.has_services:
+            self._offer(node)
+
+    def _offer(self, node: Node) -> None:
+        for name, text in _EXACT.items():
+            self._codec.define(name, text)
+        for info in self._world.topics.values():
             if info.name.startswith(PREFIX) and info.direction is Direction.IN:
-                request, response = wire_name(info.type), wire_name(response_of(info.type))
+                request, response = map(self._codec.name, (info.type, response_of(info.type)))
                 node.serve(info.name, request, response, partial(self._ask, info.name, request))
                 self.services.append(info.name)
 
@@ -78,12 +81,12 @@ class Calls:
         """Answer all that wait."""
         while (call := self._next()) is not None:
             try:
-                call.answer.set_result(CODEC.encode(self._do(call)))
+                call.answer.set_result(self._codec.encode(self._do(call)))
             except NrpError as error:
                 call.answer.set_exception(error)
 
     def _do(self, call: _Call) -> Any:
-        return self._world.call(call.service, CODEC.decode(call.request, call.kind))
+        return self._world.call(call.service, self._codec.decode(call.request, call.kind))
 
     def _next(self) -> _Call | None:
         try:

@@ -10,6 +10,8 @@ from nrp_core.cli.failure import INTERRUPTED, complain
 from nrp_core.cli.options import BrainName, ExperimentName, Overrides, Seed, WorldName, overrides_of
 from nrp_core.quantities import time_ns
 
+from nrp_world_ros.backend import LAST_DOMAIN, Ros
+
 if TYPE_CHECKING:
     from nrp_core.experiment.model import Experiment
 
@@ -30,6 +32,13 @@ def ros_bridge(
         bool,
         typer.Option("--lockstep", help="Without a brain: wait for a loop whose world is 'ros'."),
     ] = False,
+    ros2: Annotated[bool, typer.Option("--ros2", help="ROS 2 instead of ROS 1.")] = False,
+    domain: Annotated[
+        int | None,
+        typer.Option(
+            min=0, max=LAST_DOMAIN, help="The domain of ROS 2; by default ROS_DOMAIN_ID says, else 0."
+        ),
+    ] = None,
     brain: BrainName = None,
     world: WorldName = None,
     overrides: Overrides = None,
@@ -44,16 +53,19 @@ def ros_bridge(
     """Let ROS see an experiment and command its robots: rviz, rosbag, your nodes."""
     from nrp_core.experiment.find import load_experiment
 
-    from nrp_world_ros.node import Node
+    from nrp_world_ros.node import join
 
     if lockstep and not without_brain:
         raise typer.BadParameter("a brain here waits for no other loop", param_hint="--lockstep")
+    if domain is not None and not ros2:
+        raise typer.BadParameter("only ROS 2 has domains: say --ros2, too", param_hint="--domain")
     settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace)
     loaded = load_experiment(experiment, settings)
     until_ns = None if until is None else time_ns(until)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # what ends it leaves ROS in order
     try:
-        with Node("nrp_body", queue=0 if lockstep else _QUEUE) as node:
+        ros = Ros.TWO if ros2 else Ros.ONE
+        with join(ros, "nrp_body", queue=0 if lockstep else _QUEUE, domain=domain) as node:
             if without_brain:
                 _body(loaded, node, until_ns, lockstep=lockstep)
             else:

@@ -11,8 +11,7 @@ from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.parts.poses import pose_message
 
-from nrp_world_ros.node import Node
-from nrp_world_ros.wire import ros_type
+from nrp_world_ros.node import Node, ros_type
 
 TF = "/tf"
 WORLD = "world"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from nrp_world_ros.wire import CODEC
+from nrp_core.world.messages.cdr import Codec
 
 DEPTH = 256
 """How many messages of a topic may wait; of more the oldest are lost."""
@@ -17,12 +17,13 @@ DEPTH = 256
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """A message as it came: its topic, its type, its bytes and the node that sent it."""
+    """A message as it came: its topic, its type, its bytes, the node that sent it, and what reads it."""
 
     topic: str
     kind: str
     data: bytes
     sender: str
+    codec: Codec
 
     @property
     def message(self) -> Any:
@@ -31,7 +32,7 @@ class Letter:
         Raises:
             TopicError: the bytes are no such message.
         """
-        return CODEC.decode(self.data, self.kind)
+        return self.codec.decode(self.data, self.kind)
 
 
 class Inbox:

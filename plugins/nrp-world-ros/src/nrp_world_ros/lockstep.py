@@ -2,7 +2,9 @@
 
 The loop says on ``/nrp/go`` up to what time the body may go; the body says on ``/nrp/done`` what time it has
 reached. ROS keeps the order of messages on one topic but not across topics. So either tells how many messages
-it has sent on each of the others, and neither goes on before it has them: no run depends on the network.
+it has sent on each of the others, and neither goes on before it has them. In ROS 2 one side may have found
+the other on a topic, but not yet been found; so either tells where it has, and neither goes on before it has,
+too. No run depends on the network.
 """
 
 from __future__ import annotations
@@ -29,16 +31,18 @@ class Turn:
         time: up to which the other may go, or that was reached.
         topics: on which something was sent.
         counts: how many messages on each.
+        met: the topics on which there is somebody.
     """
 
     time: Time = field(default_factory=Time)
     topics: list[str] = field(default_factory=list)
     counts: list[int] = field(default_factory=list)
+    met: list[str] = field(default_factory=list)
 
     @classmethod
-    def ended(cls, t_ns: int, sent: Counter[str]) -> Turn:
+    def ended(cls, t_ns: int, sent: Counter[str], met: list[str]) -> Turn:
         """Return what one says at the end of a turn, and count anew."""
-        turn = cls(Time.from_ns(t_ns), list(sent), list(sent.values()))
+        turn = cls(Time.from_ns(t_ns), list(sent), list(sent.values()), met)
         sent.clear()
         return turn
 
@@ -59,7 +63,7 @@ class Turns:
 
     def end(self, t_ns: int, sent: Counter[str]) -> None:
         """Say that it is the other's turn."""
-        self._say.publish(Turn.ended(t_ns, sent))
+        self._say.publish(Turn.ended(t_ns, sent, self._node.met()))
 
     def wait(
         self,
@@ -91,6 +95,8 @@ class Turns:
             sent = dict(zip(turn.topics, turn.counts, strict=True))
             due = {topic: n for topic, n in sent.items() if heard is None or topic in heard}
             if turn.time.to_ns() < after_ns or not self._node.inbox.has(letter.sender, due):
+                return False
+            if not all(self._node.sees(topic, letter.sender) for topic in turn.met):
                 return False
             said.append(turn.time.to_ns())
             return True

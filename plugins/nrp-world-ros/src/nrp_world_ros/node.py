@@ -1,95 +1,74 @@
-"""This process as a node of ROS. rospy allows one node to a process, and starts it once."""
+"""A process in ROS, of either kind: what it publishes and hears. The rest of the plugin knows no more."""
 
 from __future__ import annotations
 
-import os
-import socket
-import time
+from abc import abstractmethod
 from collections.abc import Callable
-from functools import cache
-from typing import Any
-from urllib.parse import urlsplit
+from typing import Any, ClassVar, Protocol
 
 from nrp_core.closing import Closing
-from nrp_core.errors import BackendLoadError, SimulationError
+from nrp_core.world.messages.cdr import Codec
+from nrp_core.world.messages.generated import made
 
-from nrp_world_ros.inbox import Inbox, Letter
-from nrp_world_ros.rospy_import import load_rospy
-from nrp_world_ros.wire import CODEC, wire_name, wire_service, wire_type
+from nrp_world_ros.backend import Ros
+from nrp_world_ros.inbox import Inbox
 
-_LOOPBACK = ("localhost", "127.", "[::1]")
-_CHECK_S = 1.0
-_NOT_HERE = (OSError, ValueError)
+
+class Publisher(Protocol):
+    """Publishes on one topic."""
+
+    def peers(self) -> int:
+        """Return how many listen."""
+        ...
+
+    def publish(self, message: Any) -> None:
+        """Send a message to all who listen.
+
+        Raises:
+            TopicError: a field holds what its type cannot.
+        """
+        ...
 
 
 class Node(Closing):
     """Publishes and hears topics of ROS, and offers services.
 
     Args:
-        name: what the node is called, if nothing else in this process has started it before.
-        queue: how many messages wait for a listener that is slow, before the oldest are lost; 0: all.
+        codec: what this ROS makes of messages.
 
     Attributes:
         inbox: where messages arrive.
-
-    Raises:
-        BackendLoadError: rospy is not there, or no master is.
     """
 
-    def __init__(self, name: str, *, queue: int = 0) -> None:
-        self._rospy = rospy = load_rospy()
-        import rosgraph
+    tool: ClassVar[str]
+    """The program by which users see topics."""
 
-        self._uri: str = rosgraph.get_master_uri()
-        try:
-            self._look_for_master()
-        except _NOT_HERE as error:
-            message = f"no ROS master is at {self._uri} ({error}); start one: roscore, or set ROS_MASTER_URI"
-            raise BackendLoadError(message) from error
-        if not rospy.core.is_initialized():
-            rospy.init_node(name, anonymous=True, disable_signals=True, disable_rosout=True)
-        self._master = rosgraph.Master(rospy.get_name())
-        self._queue = queue
-        self._publishers: dict[str, Publisher] = {}
-        self._listeners: dict[str, Any] = {}
-        self._services: list[Any] = []
-        self._checked_s = time.monotonic()
+    has_services: ClassVar[bool]
+    """Whether :meth:`serve` can be called."""
+
+    def __init__(self, codec: Codec) -> None:
+        self.codec = codec
         self.inbox = Inbox()
 
+    @abstractmethod
     def publisher(self, topic: str, cls: type) -> Publisher:
         """Return what publishes on a topic; asked again, the same.
 
         Raises:
-            TopicError: ROS 1 cannot carry such messages.
-            SimulationError: the master is gone.
+            TopicError: this ROS cannot carry such messages.
+            SimulationError: ROS is gone.
         """
-        if topic not in self._publishers:
-            kind = wire_type(wire_name(cls))
-            self._require_master()
-            self._publishers[topic] = Publisher(
-                self._rospy.Publisher(topic, kind, queue_size=self._queue), kind
-            )
-        return self._publishers[topic]
 
+    @abstractmethod
     def listen(self, topic: str, cls: type) -> None:
         """Let what others publish on a topic arrive in the inbox.
 
         Raises:
-            TopicError: ROS 1 cannot carry such messages.
-            SimulationError: the master is gone.
+            TopicError: this ROS cannot carry such messages.
+            SimulationError: ROS is gone.
         """
-        if topic in self._listeners:
-            return
-        name, me = wire_name(cls), self._rospy.get_name()
-        self._require_master()
 
-        def arrived(message: Any) -> None:
-            sender = message._connection_header["callerid"]
-            if sender != me:
-                self.inbox.add(Letter(topic, name, bytes(message.data), sender))
-
-        self._listeners[topic] = self._rospy.Subscriber(topic, wire_type(name), arrived, tcp_nodelay=True)
-
+    @abstractmethod
     def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
         """Offer a service.
 
@@ -100,144 +79,64 @@ class Node(Closing):
             answer: is given a request and returns the response, in a thread of its own.
 
         Raises:
-            SimulationError: the master is gone.
+            SimulationError: ROS is gone.
         """
-        kind = wire_service(request, response)
-        self._require_master()
 
-        def handle(message: Any) -> Any:
-            return kind._response_class(answer(bytes(message.data)))
-
-        self._services.append(self._rospy.Service(service, kind, handle, error_handler=_unmoved))
-
+    @abstractmethod
     def peers(self, topic: str) -> int:
         """Return how many are on the other side of a topic of ours."""
-        return int(self._ends()[topic]())
 
-    def _ends(self) -> dict[str, Callable[[], int]]:
-        """Return what counts the connections of each topic."""
-        listeners = {topic: listener.get_num_connections for topic, listener in self._listeners.items()}
-        return listeners | {topic: publisher.peers for topic, publisher in self._publishers.items()}
+    @abstractmethod
+    def met(self) -> list[str]:
+        """Return the topics of ours with anybody on the other side."""
 
+    @abstractmethod
+    def sees(self, topic: str, other: str) -> bool:
+        """Whether a node is on the other side of a topic of ours; true where the topic is not ours."""
+
+    @abstractmethod
     def settle(self, timeout_s: float) -> set[str]:
-        """Wait until everybody whom the master knows on our topics is connected.
+        """Wait until everybody who is known on our topics is connected.
 
         Returns:
             the topics with nobody on the other side.
 
         Raises:
-            SimulationError: the master is gone.
+            SimulationError: ROS is gone.
         """
-        end_s = time.monotonic() + timeout_s
-        ends, answers = self._ends(), cache(self._answers)
-        while True:
-            known = self._known(answers)
-            waiting = [topic for topic, peers in ends.items() if peers() < known.get(topic, 0)]
-            if not waiting or time.monotonic() > end_s:
-                return {topic for topic, peers in ends.items() if not peers()}
-            time.sleep(0.01)
 
-    def _known(self, answers: Callable[[str], bool]) -> dict[str, int]:
-        """Return how many others there are on the other side of each of our topics."""
-        try:
-            publishing, listening, _ = self._master.getSystemState()
-        except Exception as error:
-            raise self._gone(error) from error
-        me = self._rospy.get_name()
-        sides = ((publishing, self._listeners), (listening, self._publishers))
-        return {
-            topic: sum(node != me and answers(node) for node in nodes)
-            for others, ours in sides
-            for topic, nodes in others
-            if topic in ours
-        }
-
-    def _answers(self, node: str) -> bool:
-        """Whether a node is there; the master goes on listing those that have died."""
-        try:
-            _reach(self._master.lookupNode(node))
-        except Exception:  # noqa: BLE001  the master says in one way of its own that there is none
-            return False
-        return True
-
+    @abstractmethod
     def check(self) -> None:
-        """Look once a second whether ROS is still there; calling it more often costs nothing.
+        """Look whether ROS is still there; calling it often costs nothing.
 
         Raises:
             SimulationError: it is not.
         """
-        if time.monotonic() < self._checked_s + _CHECK_S:
-            return
-        if self._rospy.is_shutdown():
-            raise SimulationError("ROS has shut this node down, as rosnode kill does")
-        self._require_master()
-        self._checked_s = time.monotonic()
-
-    def _require_master(self) -> None:
-        """Look for the master; without one, rospy would wait for it for ever where it joins a topic."""
-        try:
-            self._look_for_master()
-        except _NOT_HERE as error:
-            raise self._gone(error) from error
-
-    def _gone(self, error: Exception) -> SimulationError:
-        return SimulationError(f"the ROS master at {self._uri} is gone ({error})")
-
-    def _look_for_master(self) -> None:
-        on_loopback = urlsplit(self._uri).netloc.startswith(_LOOPBACK)
-        if on_loopback and not {"ROS_IP", "ROS_HOSTNAME"} & os.environ.keys():
-            os.environ["ROS_IP"] = "127.0.0.1"  # else rospy would listen on every network of the machine
-        _reach(self._uri)
-
-    def close(self) -> None:
-        """Leave all topics; the node itself stays until the process ends."""
-        try:
-            self._look_for_master()
-        except _NOT_HERE:
-            return  # there is nobody to tell, and rospy would complain once for each topic
-        for end in (*self._publishers.values(), *self._listeners.values()):
-            end.unregister()
-        for service in self._services:
-            service.shutdown()
-        self._publishers.clear()
-        self._listeners.clear()
-        self._services.clear()
 
 
-def _unmoved(*_error: object) -> None:
-    """Leave an error to the caller, whom rospy tells it; it is no fault of this process."""
+def join(ros: Ros, name: str, *, queue: int = 0, domain: int | None = None) -> Node:
+    """Become a node of ROS.
 
-
-def _reach(uri: str) -> None:
-    """Look whether somebody listens at ``http://host:port``.
+    Args:
+        ros: which of the two.
+        name: what the node is called, if nothing else in this process has started it before.
+        queue: how many messages wait for a listener that is slow, before the oldest are lost; 0: all.
+        domain: of ROS 2; by default ``ROS_DOMAIN_ID`` says, else 0.
 
     Raises:
-        OSError, ValueError: nobody does.
+        BackendLoadError: what it needs is not there.
     """
-    parts = urlsplit(uri)
-    if parts.hostname is None or parts.port is None:
-        raise ValueError("that is no http://host:port")
-    socket.create_connection((parts.hostname, parts.port), timeout=2.0).close()
+    if ros is Ros.ONE:
+        from nrp_world_ros.ros1.node import Ros1Node
+
+        return Ros1Node(name, queue=queue)
+    from nrp_world_ros.ros2.node import Ros2Node
+
+    return Ros2Node(name, queue=queue, domain=domain)
 
 
-class Publisher:
-    """Publishes on one topic."""
-
-    def __init__(self, publisher: Any, kind: type[Any]) -> None:
-        self._publisher, self._kind = publisher, kind
-
-    def peers(self) -> int:
-        """Return how many listen."""
-        return int(self._publisher.get_num_connections())
-
-    def publish(self, message: Any) -> None:
-        """Send a message to all who listen.
-
-        Raises:
-            TopicError: a field holds what its type cannot.
-        """
-        self._publisher.publish(self._kind(CODEC.encode(message)))
-
-    def unregister(self) -> None:
-        """Leave the topic."""
-        self._publisher.unregister()
+def ros_type(name: str) -> Any:
+    """Return the message class of a type that ROS has."""
+    cls = made(name)
+    assert cls is not None
+    return cls

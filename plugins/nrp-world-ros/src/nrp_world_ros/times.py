@@ -12,10 +12,12 @@ from nrp_core.errors import SimulationError
 
 from nrp_world_ros.backend import RosOptions, TimeSource
 from nrp_world_ros.lockstep import DONE, GO, Turns
-from nrp_world_ros.node import Node
-from nrp_world_ros.wire import ros_type
+from nrp_world_ros.node import Node, ros_type
 
 CLOCK = "/clock"
+
+_ASK_S = 1.0
+"""How often a body is asked what time it is, until it answers."""
 
 
 class Timekeeper(ABC):
@@ -114,22 +116,25 @@ class Lockstep(Timekeeper):
         bodies = self._node.peers(GO)
         if bodies > 1:
             raise SimulationError(f"{bodies} bodies wait on {GO}; a loop steps one: end the others")
-        self._origin_ns = self._go(0, sent, ())
+        end_s = time.monotonic() + self._patience_s
+        while (origin_ns := self._go(0, sent, (), min(_ASK_S, self._patience_s))) is None:
+            if time.monotonic() > end_s:  # a body that has only just come may not hear it the first time
+                raise self._silent()
+        self._origin_ns = origin_ns
 
     def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
-        self._go(self._origin_ns + t_ns, sent, heard)
+        if self._go(self._origin_ns + t_ns, sent, heard, self._patience_s) is None:
+            raise self._silent()
 
-    def _go(self, target_ns: int, sent: Counter[str], heard: Collection[str]) -> int:
+    def _go(self, target_ns: int, sent: Counter[str], heard: Collection[str], wait_s: float) -> int | None:
         self._turns.end(target_ns, sent)
-        reached_ns = self._turns.wait(
-            self._patience_s, after_ns=target_ns, heard=heard, meanwhile=self._node.check
+        return self._turns.wait(wait_s, after_ns=target_ns, heard=heard, meanwhile=self._node.check)
+
+    def _silent(self) -> SimulationError:
+        return SimulationError(
+            f"the body has not answered on {DONE}, or not sent what it says there, for "
+            f"{self._patience_s:g} s; is 'nrp ros-bridge --lockstep' running?"
         )
-        if reached_ns is None:
-            raise SimulationError(
-                f"the body has not answered on {DONE}, or not sent what it says there, for "
-                f"{self._patience_s:g} s; is 'nrp ros-bridge --lockstep' running?"
-            )
-        return reached_ns
 
 
 _KINDS: dict[TimeSource, type[Timekeeper]] = {

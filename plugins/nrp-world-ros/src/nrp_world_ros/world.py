@@ -16,8 +16,9 @@ from nrp_core.world.scene.model import Rgba, Scene
 from nrp_core.world.topics import Direction, Stamped
 
 from nrp_world_ros.backend import RosOptions, TimeSource
+from nrp_world_ros.inbox import DEPTH
 from nrp_world_ros.lockstep import GO
-from nrp_world_ros.node import Node
+from nrp_world_ros.node import join
 from nrp_world_ros.times import timekeeper
 from nrp_world_ros.whereabouts import Whereabouts
 
@@ -26,7 +27,7 @@ _MUCH_NS = 500 * NS_PER_MS
 """What is made up for soon, such as a first step that compiles code, is not worth a warning."""
 
 _HANDED_OVER_S = 0.1
-"""How long rospy may take to hand the last messages to the network."""
+"""How long ROS may take to hand the last messages to the network."""
 
 
 class RosWorld(World):
@@ -35,13 +36,14 @@ class RosWorld(World):
     Where models are is told by ``/gazebo/model_states``, or else by the odometry of their drives.
 
     Raises:
-        BackendLoadError: rospy is not there, or no master is.
+        BackendLoadError: this ROS is not there, or no master is.
     """
 
     def __init__(self, scene: Scene, seed: int, capabilities: WorldCapabilities, options: RosOptions) -> None:
         super().__init__(scene, seed=seed, capabilities=capabilities, identity="ros")
         self._options = options
-        self._node = Node("nrp_loop")
+        queue = 0 if options.time is TimeSource.LOCKSTEP else DEPTH
+        self._node = join(options.ros, "nrp_loop", queue=queue, domain=options.domain)
         self._time = timekeeper(options, self._node)
         self._where = Whereabouts(scene)
         self._ours = {name for name, info in self._topics.items() if self._stays_here(name, info.direction)}
@@ -113,6 +115,9 @@ class RosWorld(World):
             self._node.listen(name, self._topics[name].type)
         if self._options.time is TimeSource.LOCKSTEP:
             wanted.add(GO)
+        for name, info in self._topics.items():
+            if info.direction is Direction.IN and name not in self._ours:
+                self._node.publisher(name, info.type)  # so that no command comes before its connection
         self._meet(wanted)
 
     def _meet(self, wanted: set[str]) -> None:
@@ -123,7 +128,7 @@ class RosWorld(World):
                 names = ", ".join(sorted(missing))
                 raise SimulationError(
                     f"nobody in ROS is on the other side of {names} ({patience_s:g} s waited); "
-                    "rostopic list shows what there is"
+                    f"{self._node.tool} list shows what there is"
                 )
             self._node.check()
             time.sleep(0.05)

@@ -139,6 +139,20 @@ def test_the_colour_is_what_glows_else_what_is_lit(
     assert link(visual(material)).visuals[0].rgba == pytest.approx(rgba)
 
 
+@pytest.mark.parametrize(
+    ("material", "glows"),
+    [
+        ("<diffuse>1 0 0 1</diffuse><emissive>1 0 0 1</emissive>", True),
+        ("<diffuse>1 0 0 1</diffuse><emissive>0 0 0 1</emissive>", False),
+        ("<script><name>Gazebo/BlueGlow</name></script>", True),
+        ("<script><name>Gazebo/Blue</name></script>", False),
+        ("", False),
+    ],
+)
+def test_what_glows_is_told_from_what_is_lit(link: LinkReader, material: str, glows: bool) -> None:
+    assert link(visual(f"<material>{material}</material>")).visuals[0].glows is glows
+
+
 def test_an_unknown_material_is_grey_with_a_warning(model: ModelReader) -> None:
     script = "<material><script><name>Gazebo/Rad</name></script></material>"
     read = model(f'<link name="base">{UNIT_MASS}{visual(script)}</link>')

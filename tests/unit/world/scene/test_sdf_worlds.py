@@ -164,6 +164,40 @@ def test_a_model_that_is_not_there_is_named_with_where_it_was_looked_for(
     assert str(tmp_path) in str(refusal.value)
 
 
+def test_a_lenient_reader_leaves_models_out_that_are_not_there_and_names_each_once(
+    world: WorldReader, write: Writer
+) -> None:
+    write(f'<model name="box">{LINK}</model>', name="box.sdf")
+    gone = "<include><uri>model://gone</uri><name>{}</name></include>"
+    room = f"{gone.format('a')}\n<include><uri>box.sdf</uri></include>\n{gone.format('b')}"
+    scene = world(room, lenient=True)
+    assert [model.name for model in scene.models] == ["box"]
+    (warning,) = scene.warnings
+    assert "room.sdf:4: there is no 'model://gone': left out (and 1 more)" in warning
+    with pytest.raises(SceneError, match="there is no 'model://gone'"):
+        world(room)
+
+
+def test_includes_of_one_model_without_names_are_counted_as_gazebo_does(
+    world: WorldReader, write: Writer
+) -> None:
+    write(f'<model name="box">{LINK}</model>', name="box.sdf")
+    include = "<include><uri>box.sdf</uri></include>"
+    scene = world(f'{include * 2}<model name="box_1">{LINK}</model>{include}')
+    assert [model.name for model in scene.models] == ["box", "box_0", "box_1", "box_2"]
+    assert [warning.partition(": ")[2] for warning in scene.warnings] == [
+        "another model is named 'box': this one becomes 'box_0'",
+        "another model is named 'box': this one becomes 'box_2'",
+    ]
+
+
+def test_two_models_to_which_a_file_gives_one_name_are_its_mistake(world: WorldReader, write: Writer) -> None:
+    write(f'<model name="box">{LINK}</model>', name="box.sdf")
+    named = "<include><uri>box.sdf</uri><name>mine</name></include>"
+    with pytest.raises(SceneError, match="mine"):
+        world(named * 2)
+
+
 def test_nothing_is_fetched_from_the_network(world: WorldReader) -> None:
     with pytest.raises(SceneError, match="only files of this machine are read"):
         world("<include><uri>https://fuel.gazebosim.org/1.0/models/sun</uri></include>")

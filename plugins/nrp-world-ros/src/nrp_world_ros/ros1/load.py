@@ -27,12 +27,3 @@ def load_rospy() -> ModuleType:
         raise BackendLoadError(f"ROS 1 is not in this Python ({error}); try: {INSTALL}") from error
     module: ModuleType = rospy
     return module
-
-
-def why_missing() -> str | None:
-    """Return why rospy cannot be loaded, None if it can."""
-    try:
-        load_rospy()
-    except BackendLoadError as error:
-        return f"rospy cannot be loaded: {error.__cause__}"
-    return None

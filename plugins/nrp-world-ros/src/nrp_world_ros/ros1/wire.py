@@ -9,7 +9,6 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from nrp_core.world.messages.generated import made
 from nrp_core.world.messages.ros1 import Ros1Codec
 
 CODEC = Ros1Codec()
@@ -62,19 +61,3 @@ def wire_service(request: str, response: str) -> type[Any]:
         "_response_class": wire_type(response),
     }
     return type("WireService", (), content)
-
-
-def ros_type(name: str) -> Any:
-    """Return the message class of a type that ROS has."""
-    cls = made(name)
-    assert cls is not None
-    return cls
-
-
-def wire_name(cls: type) -> str:
-    """Return the full type name of a message class.
-
-    Raises:
-        TopicError: ROS 1 cannot carry it.
-    """
-    return CODEC.name(cls)

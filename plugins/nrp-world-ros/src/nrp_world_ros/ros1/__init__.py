@@ -1,0 +1,5 @@
+"""ROS 1, by way of rospy."""
+
+from nrp_world_ros.ros1.load import INSTALL, load_rospy
+
+__all__ = ["INSTALL", "load_rospy"]

@@ -1,0 +1,206 @@
+"""This process as a node of ROS. rospy allows one node to a process, and starts it once."""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+from urllib.parse import urlsplit
+
+from nrp_core.errors import BackendLoadError, SimulationError
+
+from nrp_world_ros.inbox import Letter
+from nrp_world_ros.node import Node, Publisher
+from nrp_world_ros.ros1.load import load_rospy
+from nrp_world_ros.ros1.wire import CODEC, wire_service, wire_type
+
+_LOOPBACK = ("localhost", "127.", "[::1]")
+_CHECK_S = 1.0
+_NOT_HERE = (OSError, ValueError)
+
+
+class Ros1Node(Node):
+    """See :class:`~nrp_world_ros.node.Node`.
+
+    Args:
+        name: what the node is called, if nothing else in this process has started it before.
+        queue: how many messages wait for a listener that is slow, before the oldest are lost; 0: all.
+
+    Raises:
+        BackendLoadError: rospy is not there, or no master is.
+    """
+
+    tool = "rostopic"
+    has_services = True
+
+    def __init__(self, name: str, *, queue: int = 0) -> None:
+        super().__init__(CODEC)
+        self._rospy = rospy = load_rospy()
+        import rosgraph
+
+        self._uri: str = rosgraph.get_master_uri()
+        try:
+            self._look_for_master()
+        except _NOT_HERE as error:
+            message = f"no ROS master is at {self._uri} ({error}); start one: roscore, or set ROS_MASTER_URI"
+            raise BackendLoadError(message) from error
+        if not rospy.core.is_initialized():
+            rospy.init_node(name, anonymous=True, disable_signals=True, disable_rosout=True)
+        self._master = rosgraph.Master(rospy.get_name())
+        self._queue = queue
+        self._publishers: dict[str, _Ros1Publisher] = {}
+        self._listeners: dict[str, Any] = {}
+        self._services: list[Any] = []
+        self._checked_s = time.monotonic()
+
+    def publisher(self, topic: str, cls: type) -> Publisher:
+        if topic not in self._publishers:
+            kind = wire_type(self.codec.name(cls))
+            self._require_master()
+            self._publishers[topic] = _Ros1Publisher(
+                self._rospy.Publisher(topic, kind, queue_size=self._queue), kind
+            )
+        return self._publishers[topic]
+
+    def listen(self, topic: str, cls: type) -> None:
+        if topic in self._listeners:
+            return
+        name, me = self.codec.name(cls), self._rospy.get_name()
+        self._require_master()
+
+        def arrived(message: Any) -> None:
+            sender = message._connection_header["callerid"]
+            if sender != me:
+                self.inbox.add(Letter(topic, name, bytes(message.data), sender, self.codec))
+
+        self._listeners[topic] = self._rospy.Subscriber(topic, wire_type(name), arrived, tcp_nodelay=True)
+
+    def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
+        kind = wire_service(request, response)
+        self._require_master()
+
+        def handle(message: Any) -> Any:
+            return kind._response_class(answer(bytes(message.data)))
+
+        self._services.append(self._rospy.Service(service, kind, handle, error_handler=_unmoved))
+
+    def peers(self, topic: str) -> int:
+        return int(self._ends()[topic]())
+
+    def met(self) -> list[str]:
+        return [topic for topic, peers in self._ends().items() if peers()]
+
+    def sees(self, topic: str, other: str) -> bool:
+        return True  # both sides of a connection of TCP know of it
+
+    def _ends(self) -> dict[str, Callable[[], int]]:
+        """Return what counts the connections of each topic."""
+        listeners = {topic: listener.get_num_connections for topic, listener in self._listeners.items()}
+        return listeners | {topic: publisher.peers for topic, publisher in self._publishers.items()}
+
+    def settle(self, timeout_s: float) -> set[str]:
+        end_s = time.monotonic() + timeout_s
+        ends, answers = self._ends(), cache(self._answers)
+        while True:
+            known = self._known(answers)
+            waiting = [topic for topic, peers in ends.items() if peers() < known.get(topic, 0)]
+            if not waiting or time.monotonic() > end_s:
+                return {topic for topic, peers in ends.items() if not peers()}
+            time.sleep(0.01)
+
+    def _known(self, answers: Callable[[str], bool]) -> dict[str, int]:
+        """Return how many others there are on the other side of each of our topics."""
+        try:
+            publishing, listening, _ = self._master.getSystemState()
+        except Exception as error:
+            raise self._gone(error) from error
+        me = self._rospy.get_name()
+        sides = ((publishing, self._listeners), (listening, self._publishers))
+        return {
+            topic: sum(node != me and answers(node) for node in nodes)
+            for others, ours in sides
+            for topic, nodes in others
+            if topic in ours
+        }
+
+    def _answers(self, node: str) -> bool:
+        """Whether a node is there; the master goes on listing those that have died."""
+        try:
+            _reach(self._master.lookupNode(node))
+        except Exception:  # noqa: BLE001  the master says in one way of its own that there is none
+            return False
+        return True
+
+    def check(self) -> None:
+        if time.monotonic() < self._checked_s + _CHECK_S:
+            return
+        if self._rospy.is_shutdown():
+            raise SimulationError("ROS has shut this node down, as rosnode kill does")
+        self._require_master()
+        self._checked_s = time.monotonic()
+
+    def _require_master(self) -> None:
+        """Look for the master; without one, rospy would wait for it for ever where it joins a topic."""
+        try:
+            self._look_for_master()
+        except _NOT_HERE as error:
+            raise self._gone(error) from error
+
+    def _gone(self, error: Exception) -> SimulationError:
+        return SimulationError(f"the ROS master at {self._uri} is gone ({error})")
+
+    def _look_for_master(self) -> None:
+        on_loopback = urlsplit(self._uri).netloc.startswith(_LOOPBACK)
+        if on_loopback and not {"ROS_IP", "ROS_HOSTNAME"} & os.environ.keys():
+            os.environ["ROS_IP"] = "127.0.0.1"  # else rospy would listen on every network of the machine
+        _reach(self._uri)
+
+    def close(self) -> None:
+        """Leave all topics; the node itself stays until the process ends."""
+        try:
+            self._look_for_master()
+        except _NOT_HERE:
+            return  # there is nobody to tell, and rospy would complain once for each topic
+        for end in (*self._publishers.values(), *self._listeners.values()):
+            end.unregister()
+        for service in self._services:
+            service.shutdown()
+        self._publishers.clear()
+        self._listeners.clear()
+        self._services.clear()
+
+
+def _unmoved(*_error: object) -> None:
+    """Leave an error to the caller, whom rospy tells it; it is no fault of this process."""
+
+
+def _reach(uri: str) -> None:
+    """Look whether somebody listens at ``http://host:port``.
+
+    Raises:
+        OSError, ValueError: nobody does.
+    """
+    parts = urlsplit(uri)
+    if parts.hostname is None or parts.port is None:
+        raise ValueError("that is no http://host:port")
+    socket.create_connection((parts.hostname, parts.port), timeout=2.0).close()
+
+
+class _Ros1Publisher:
+    """Publishes on one topic."""
+
+    def __init__(self, publisher: Any, kind: type[Any]) -> None:
+        self._publisher, self._kind = publisher, kind
+
+    def peers(self) -> int:
+        return int(self._publisher.get_num_connections())
+
+    def publish(self, message: Any) -> None:
+        self._publisher.publish(self._kind(CODEC.encode(message)))
+
+    def unregister(self) -> None:
+        """Leave the topic."""
+        self._publisher.unregister()

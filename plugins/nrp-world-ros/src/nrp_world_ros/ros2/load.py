@@ -1,0 +1,23 @@
+"""Load Cyclone DDS, or say how to get it."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+from nrp_core.errors import BackendLoadError
+
+INSTALL = "pip install 'nrp-world-ros[ros2]'"
+
+
+def load_dds() -> ModuleType:
+    """Return Cyclone DDS.
+
+    Raises:
+        BackendLoadError: it is not there.
+    """
+    try:
+        import cyclonedds.domain
+    except ImportError as error:
+        raise BackendLoadError(f"ROS 2 is not in this Python ({error}); try: {INSTALL}") from error
+    module: ModuleType = cyclonedds
+    return module

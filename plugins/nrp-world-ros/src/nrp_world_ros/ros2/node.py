@@ -1,0 +1,186 @@
+"""This process as a node of ROS 2: a participant of DDS, with ROS 2's names for topics and types.
+
+Nobody keeps a list of who is there; everybody finds the others, which takes a moment.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from nrp_core.clock import NS_PER_S
+from nrp_core.closing import Closing
+from nrp_core.errors import SimulationError, TopicError
+from nrp_core.world.messages.cdr import Codec
+
+from nrp_world_ros.node import Node, Publisher
+from nrp_world_ros.ros2.load import load_dds
+from nrp_world_ros.ros2.mail import Mail, participants
+from nrp_world_ros.ros2.network import domain_number, participate
+from nrp_world_ros.ros2.presence import announce
+from nrp_world_ros.ros2.types import DdsTypes, dds_topic
+
+_DISCOVERY_S = 1.0
+"""How long the others may take to find a new node, and it them; on loopback it is a tenth of that."""
+
+_MUTUAL_S = 0.2
+"""How long one that was just found may need to find us, too."""
+
+_HELD_UP_S = 10.0
+"""How long a listener may hold us up if it is to get every message."""
+
+_HARDLY_S = 0.01
+"""How long it may if it is not: then messages are lost instead."""
+
+
+class Ros2Node(Node):
+    """See :class:`~nrp_world_ros.node.Node`.
+
+    Args:
+        name: what the node is called.
+        queue: how many messages wait for a listener that is slow, before the oldest are lost; 0: all.
+        domain: its number; None: ``ROS_DOMAIN_ID`` says, else it is 0.
+
+    Raises:
+        BackendLoadError: Cyclone DDS is not there, or cannot use the network.
+    """
+
+    tool = "ros2 topic"
+    has_services = False
+
+    def __init__(self, name: str, *, queue: int = 0, domain: int | None = None) -> None:
+        load_dds()
+        super().__init__(Codec())
+        self._queue = queue
+        self._types = DdsTypes(self.codec)
+        self._domain, self._participant = participate(domain_number(domain))
+        self._mail = Mail(self._participant, self.inbox, self.codec)
+        self._writers: dict[str, _Ros2Publisher] = {}
+        self._matched: tuple[dict[str, int], float] = ({}, time.monotonic())
+        self._joined_s = time.monotonic()
+        self._presence = announce(name, self._participant, self.codec, self._types)
+
+    # -- topics
+
+    def publisher(self, topic: str, cls: type) -> Publisher:
+        if topic not in self._writers:
+            from cyclonedds.pub import DataWriter
+
+            name = self._type_name(cls)
+            writer = DataWriter(self._participant, self._topic(topic, name), qos=self._qos(name, self._queue))
+            self._writers[topic] = _Ros2Publisher(topic, writer, self.codec, lossy=self._queue > 0)
+        return self._writers[topic]
+
+    def listen(self, topic: str, cls: type) -> None:
+        if topic in self._mail:
+            return
+        name = self._type_name(cls)
+        self._mail.open(topic, name, self._topic(topic, name), self._qos(name, 0))
+
+    def _type_name(self, cls: type) -> str:
+        self._require_open()
+        return self.codec.name(cls)
+
+    def _topic(self, topic: str, name: str) -> Any:
+        from cyclonedds.core import DDSException
+        from cyclonedds.topic import Topic
+
+        try:
+            return Topic(self._participant, dds_topic(topic), self._types.type(name))
+        except DDSException as error:
+            raise TopicError(f"{topic} cannot be a topic of ROS 2: {error}") from error
+
+    def _qos(self, name: str, queue: int) -> Any:
+        """Return ROS 2's default: what is sent arrives, but not at those who come later."""
+        from cyclonedds.core import Policy, Qos
+
+        return Qos(
+            Policy.Reliability.Reliable(int((_HARDLY_S if queue else _HELD_UP_S) * NS_PER_S)),
+            Policy.Durability.Volatile,
+            Policy.History.KeepLast(queue) if queue else Policy.History.KeepAll,
+            Policy.IgnoreLocal.Participant,
+            Policy.DataRepresentation(use_cdrv0_representation=True),
+            Policy.Userdata(f"typehash={self.codec.hash(name)};".encode()),
+        )
+
+    def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
+        raise NotImplementedError("the transports of ROS 2 do not agree on how a call is carried")
+
+    # -- who is there
+
+    def _ends(self) -> dict[str, Callable[[], int]]:
+        """Return what counts the others on each of our topics."""
+        writers = {topic: writer.peers for topic, writer in self._writers.items()}
+        return self._mail.ends() | writers
+
+    def peers(self, topic: str) -> int:
+        return self._ends()[topic]()
+
+    def met(self) -> list[str]:
+        return [topic for topic, peers in self._ends().items() if peers()]
+
+    def sees(self, topic: str, other: str) -> bool:
+        if topic in self._writers:
+            return other in self._writers[topic].listeners()
+        return topic not in self._mail or other in self._mail.senders(topic)
+
+    def settle(self, timeout_s: float) -> set[str]:
+        self._require_open()
+        end_s = time.monotonic() + timeout_s
+        while True:
+            self._mail.adapt()
+            counts, now_s = {topic: peers() for topic, peers in self._ends().items()}, time.monotonic()
+            if counts != self._matched[0]:
+                self._matched = (counts, now_s)
+            alone = {topic for topic, count in counts.items() if not count}
+            searched = not alone or now_s > self._joined_s + _DISCOVERY_S
+            if now_s > end_s or (searched and now_s > self._matched[1] + _MUTUAL_S):
+                return alone
+            time.sleep(0.01)
+
+    def check(self) -> None:
+        self._require_open()
+        self._mail.check()
+
+    def _require_open(self) -> None:
+        if self._participant is None:
+            raise SimulationError("this node has left ROS 2")
+
+    def close(self) -> None:
+        if self._participant is not None:
+            self._mail.close()
+            for writer in self._writers.values():
+                writer.close()
+            self._writers.clear()
+            self._participant = self._domain = self._presence = None
+
+
+class _Ros2Publisher(Closing):
+    """Publishes on one topic; if that is lossy, what a listener does not take is lost to all."""
+
+    def __init__(self, topic: str, writer: Any, codec: Codec, *, lossy: bool) -> None:
+        self._topic, self._writer, self._codec, self._lossy = topic, writer, codec, lossy
+        self._known: dict[int, str] = {}
+
+    def listeners(self) -> set[str]:
+        """Return the participants that listen."""
+        handles = self._writer.get_matched_subscriptions()
+        return participants(handles, self._known, self._writer.get_matched_subscription_data)
+
+    def peers(self) -> int:
+        return int(self._writer.get_publication_matched_status().current_count)
+
+    def publish(self, message: Any) -> None:
+        from cyclonedds.core import DDSException
+
+        data = self._codec.encode(message)
+        try:
+            self._writer.write(self._writer.data_type(data))
+        except DDSException as error:
+            if not (self._lossy and error.code == DDSException.DDS_RETCODE_TIMEOUT):
+                raise SimulationError(f"what is sent on {self._topic} is not taken: {error}") from error
+
+    def close(self) -> None:
+        """Leave the topic."""
+        self._writer = None

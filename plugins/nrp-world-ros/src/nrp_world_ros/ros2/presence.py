@@ -1,0 +1,48 @@
+"""The names of nodes: ROS 2 shows a participant as a node when it says on one topic which nodes it holds.
+
+The topic, its type and its promises are those of ROS 2's package ``rmw_dds_common`` as of Jazzy.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nrp_core.clock import NS_PER_S
+from nrp_core.world.messages.cdr import Codec
+
+from nrp_world_ros.node import ros_type
+from nrp_world_ros.ros2.types import DdsTypes
+
+_TOPIC = "ros_discovery_info"
+_TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
+
+
+def announce(name: str, participant: Any, codec: Codec, types: DdsTypes) -> Any:
+    """Let ``ros2 node list`` show this process.
+
+    Args:
+        name: of the node.
+        participant: of DDS.
+        codec: of ROS 2.
+        types: of DDS.
+
+    Returns:
+        what has to be kept for as long as it shall be shown.
+    """
+    from cyclonedds.core import Policy, Qos
+    from cyclonedds.pub import DataWriter
+    from cyclonedds.topic import Topic
+
+    subject = Topic(participant, _TOPIC, types.type(_TYPE))
+    promises = Qos(
+        Policy.Reliability.Reliable(NS_PER_S),
+        Policy.Durability.TransientLocal,
+        Policy.History.KeepLast(1),
+        Policy.DataRepresentation(use_cdrv0_representation=True),
+        Policy.Userdata(f"typehash={codec.hash(_TYPE)};".encode()),
+    )
+    writer = DataWriter(participant, subject, qos=promises)
+    gid = ros_type("rmw_dds_common/msg/Gid")(list(participant.guid.bytes))
+    node = ros_type("rmw_dds_common/msg/NodeEntitiesInfo")("/", name)
+    writer.write(writer.data_type(codec.encode(ros_type(_TYPE)(gid, [node]))))
+    return writer
