@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from traceback import extract_tb
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -12,7 +13,7 @@ from nrp_core.conformance import SUITES
 from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.report import Report, Result
 from nrp_core.conformance.run import run_tests
-from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.machine import describe
 from nrp_core.plain import plain
 from nrp_core.registry import Registry, brains, worlds
@@ -44,7 +45,7 @@ class Proof:
         """Return what came of it.
 
         Raises:
-            BackendError: there is no such backend, or it does not load.
+            BackendError: there is no such backend, or it does not load or cannot say what it has.
             ExperimentError: an option does not exist or has a wrong value.
         """
         registry: Registry[Any] = brains() if self.kind == "brain" else worlds()
@@ -54,9 +55,17 @@ class Proof:
         except ValidationError as error:
             wrong = _wrong_option(error, backend.options)
             raise ExperimentError(f"{self.kind} '{self.name}': {wrong}") from None
+        try:
+            declared = backend.capabilities(chosen)
+        except Exception as error:
+            place = extract_tb(error.__traceback__)[-1]
+            raise BackendError(
+                f"{self.kind} '{self.name}' cannot say what it has: {type(error).__name__}: {error} "
+                f"({place.filename}:{place.lineno})"
+            ) from error
         return Report(
             self.kind, self.name, plain(registry.provider(self.name)), self.options, self.level,
-            plain(backend.capabilities(chosen)), describe(), results,
+            plain(declared), describe(), results,
         )  # fmt: skip
 
     def run(self) -> Report:

@@ -12,8 +12,8 @@ from typing import Any
 LEVELS = ("contract", "capability", "accuracy", "sequences", "statistical", "cross", "speed")
 """The questions that tests answer, in the order of asking."""
 
-_CAUSE = re.compile(r"^E +(.+)$", re.MULTILINE)
-"""The first error of what pytest tells of a failure."""
+_CAUSE = re.compile(r"\AE +(?! |assert|AssertionError)(.+)$")
+"""What pytest tells of an error that is not an assertion: two of those with one text are one fault."""
 
 
 class Outcome(StrEnum):
@@ -94,11 +94,13 @@ class Report:
 def lines(report: Mapping[str, Any]) -> Iterator[str]:
     """Return a report, as :meth:`Report.to_dict` gives it, as text for people."""
     results = [Result(**{**result, "outcome": Outcome(result["outcome"])}) for result in report["results"]]
+    seen: set[str] = set()
     for level in LEVELS:
         chosen = [result for result in results if result.level == level]
         yield from [level] if chosen else []
         for result in chosen:
-            yield from _about(result)
+            yield from _about(result, again=_cause(result) in seen)
+            seen |= {_cause(result)} - {""}
     yield from _shared_causes(results)
     told = ", ".join(f"{count} {outcome}" for outcome, count in report["counts"].items())
     verdict = "conforms" if report["conforms"] else "does not conform"
@@ -108,20 +110,26 @@ def lines(report: Mapping[str, Any]) -> Iterator[str]:
 
 def _shared_causes(results: Sequence[Result]) -> Iterator[str]:
     """Tell what made several tests fail; whoever has just begun sees what to do next."""
-    errors = [result.reason for result in results if result.outcome is Outcome.FAILED]
-    causes = Counter(found[1] for error in errors if (found := _CAUSE.search(error)))
+    causes = Counter(filter(None, map(_cause, results)))
     for cause, count in causes.most_common():
         if count > 1:
             yield f"{count} failed by the same: {cause}"
 
 
-def _about(result: Result) -> Iterator[str]:
+def _cause(result: Result) -> str:
+    """Return the first error of a failure, or nothing if it is an assertion's."""
+    errors = [line for line in result.reason.splitlines() if line.startswith("E ")]
+    found = _CAUSE.match(errors[0]) if errors and result.outcome is Outcome.FAILED else None
+    return found[1] if found else ""
+
+
+def _about(result: Result, *, again: bool) -> Iterator[str]:
     marks = {Outcome.PASSED: "✓", Outcome.FAILED: "✗", Outcome.SKIPPED: "-"}
     measured = ", ".join(f"{name} {value:.3g}" for name, value in result.measured.items())
     told = measured if result.outcome is Outcome.PASSED else result.reason.partition("\n")[0]
     failed = result.outcome is Outcome.FAILED
-    yield f"  {marks.get(result.outcome, '~')} {result.sentence}" + (
-        f"  ({told})" if told and not failed else ""
-    )
     if failed:
+        told = "by the same as above" if again else ""
+    yield f"  {marks.get(result.outcome, '~')} {result.sentence}" + (f"  ({told})" if told else "")
+    if failed and not again:
         yield from (f"      {line}" for line in result.reason.splitlines())

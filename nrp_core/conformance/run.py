@@ -14,7 +14,7 @@ from nrp_core.conformance.report import Outcome, Result
 
 ALONE = (
     "-c", os.devnull, "--rootdir", str(Path(__file__).parent), "-p", "no:cacheprovider",
-    "-q", "--tb=short", "--pyargs", "nrp_core.conformance.suite",
+    "-q", "--tb=short", "--no-summary", "--pyargs", "nrp_core.conformance.suite",
 )  # fmt: skip
 """Arguments for a pytest that runs the suite and nothing of where it was started."""
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections import Counter
 from math import exp, log
-from types import FunctionType
+from types import FunctionType, SimpleNamespace
 
 import pytest
 
-from nrp_core.conformance import SUITES, BrainBackendTests, WorldBackendTests
+from nrp_core.brain.interface import BrainBackend, BrainCapabilities
+from nrp_core.conformance import SUITES, BrainBackendTests, WorldBackendTests, proof
 from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.brain.reference import Arrival, simulate
 from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.conformance.report import LEVELS, Outcome, Report, Result, lines
 from nrp_core.conformance.run import run_tests
 from nrp_core.conformance.statistics import of_chi_square, of_normal, require_likely
+from nrp_core.errors import BackendError
 
 NAME = "test_time_does_not_run_back"
 
@@ -146,6 +148,44 @@ def test_a_report_tells_skips_failures_and_what_was_measured():
         "  ✓ a cell fires [HH]  (error_ms 0.25)",
         "brain mine does not conform: 1 passed, 1 failed, 1 skipped in 0 s",
     ]
+
+
+def test_an_error_of_several_tests_is_told_once_and_an_assertion_each_time():
+    unwritten = "brain.py:20: in _build\n    raise NotImplementedError\nE   NotImplementedError: _build"
+    report = _report(
+        Result("test_a", "contract", Outcome.FAILED, unwritten),
+        Result("test_b", "contract", Outcome.FAILED, "E   assert []\nE    +  where [] = train()"),
+        Result("test_c", "accuracy", Outcome.FAILED, unwritten),
+        Result("test_d", "accuracy", Outcome.FAILED, "E   assert []"),
+    )
+    assert list(lines(report.to_dict())) == [
+        "contract",
+        "  ✗ a",
+        *(f"      {line}" for line in unwritten.splitlines()),
+        "  ✗ b",
+        "      E   assert []",
+        "      E    +  where [] = train()",
+        "accuracy",
+        "  ✗ c  (by the same as above)",
+        "  ✗ d",
+        "      E   assert []",
+        "2 failed by the same: NotImplementedError: _build",
+        "brain mine does not conform: 4 failed in 0 s",
+    ]
+
+
+def test_a_backend_that_cannot_say_what_it_has_is_told_with_the_place(monkeypatch):
+    class Misspelt(BrainBackend):
+        def capabilities(self, options):
+            return BrainCapabilities(cell=frozenset())
+
+        def open(self, network, *, seed, options):
+            raise NotImplementedError
+
+    monkeypatch.setattr(proof, "brains", lambda: SimpleNamespace(load=lambda name: Misspelt()))
+    wrong = r"brain 'mine' cannot say what it has: TypeError: .*'cell' \(.*test_kit\.py:\d+\)"
+    with pytest.raises(BackendError, match=wrong):
+        proof.Proof("brain", "mine", {}, "core").run()
 
 
 def test_a_run_without_tests_proves_nothing():

@@ -30,6 +30,8 @@ GRID_PRECISION = 0.01
 """How exact the numbers of a brain on a grid must be, of the largest change that an input makes."""
 AMPLITUDE, TAU_MS = 0.2, 20.0
 """Of both halves of the STDP window."""
+STDP_PRECISION = 1e-3
+"""How exact the potential of a changed weight must be."""
 PAIRED_MS, PROBE_MS, DELAY_MS = 40.0, 240.0, 1.0
 
 
@@ -51,14 +53,15 @@ class AccuracyTests(BrainKit):
         self.run(brain, 80)
         found = times(heard, 0)
         expected = simulate(sample, until_ms=80 + self.tolerance_ms, i_offset=sample.current_na).spikes
-        assert abs(len(found) - len(expected)) <= 1
-        assert len(found) >= 1
+        told = f"under {sample.current_na} nA it fires at {found}, by its equations at {expected} ms"
+        assert abs(len(found) - len(expected)) <= 1, told
+        assert len(found) >= 1, told
         errors = [abs(a - b) for a, b in zip(found, expected, strict=False)]
         self.note("spike_time_error_ms", max(errors))
         if cell_type in self.capabilities.approximate:
             undeclared(f"exact spike times of {cell_type}")
         for n, error in enumerate(errors):
-            assert error <= (n + 1) * self.tolerance_ms + EXACT_MS, (found, expected)
+            assert error <= (n + 1) * self.tolerance_ms + EXACT_MS, told
 
     @CELLS
     @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
@@ -130,12 +133,13 @@ class AccuracyTests(BrainKit):
             for off in (-d, d)
         ]  # fmt: skip
         # the potential of a weight, not the weight, is what a synapse that does not change can be compared by
-        low, high = (self._height_of(share * self.sample.weak) for share in sorted(left))
-        self.note("stdp_change", paired / self._height_of(self.sample.weak) - 1)
-        assert low <= paired <= high
+        low, high = (self._height_of(share * self.sample.weak, [PAIRED_MS + gap]) for share in sorted(left))
+        self.note("stdp_change", paired / self._height_of(self.sample.weak, [PAIRED_MS + gap]) - 1)
+        # the other weight of the first potential moves the forced spike a little
+        assert low * (1 - STDP_PRECISION) <= paired <= high * (1 + STDP_PRECISION)
 
-    def _height_of(self, weight: float) -> float:
-        return self._probed(connect("pre", "n", weight, DELAY_MS), [])[0]
+    def _height_of(self, weight: float, forced: list[float]) -> float:
+        return self._probed(connect("pre", "n", weight, DELAY_MS), forced)[0]
 
     def _probed(self, synapse: Projection, forced: list[float]) -> tuple[float, list[float]]:
         """Return the height (mV) of a late excitatory potential, and when the cell was made to fire."""
@@ -182,15 +186,19 @@ class DeviceAccuracyTests(BrainKit):
         assert area == pytest.approx(2.0, rel=0.01)  # the sum of steps of a smooth function
 
     def test_a_fixed_frequency_source_sends_equidistant_spikes(self) -> None:
-        sample = self.sample
-        brain = self.open(self.cells("n"))
+        """They do to a cell what a train of those spikes does."""
+        weight, due = self.sample.strong, [50.0 * k for k in range(1, 7)]
+        train = connect("s", "n", weight, 1.0, pairs=[(0, 1)])
+        brain = self.open(self.cells("n", 2), spikes("s", due), train)
         heard = record(brain)
-        spec = FixedFrequencySource(rate=20.0, weight=sample.strong, delay=1.0)
+        spec = FixedFrequencySource(rate=20.0, weight=weight, delay=1.0)
         brain.add_source(spec, [0], name="source")
         self.run(brain, 320)
-        _, first, *others = _firsts(times(heard, 0), apart_ms=20.0)  # the very first one starts from rest
+        # the very first one starts from rest, and some cells fire once more by themselves
+        _, first, *others = _firsts(times(heard, 0), apart_ms=25.0)
+        _, second, *later = _firsts(times(heard, 1), apart_ms=25.0)
         assert len(others) == 4
-        expected = [first + 50.0 * k for k in range(1, 5)]
+        expected = [first + time - second for time in later]
         assert others == pytest.approx(expected, abs=self.tolerance_ms + EXACT_MS)
 
     def test_a_refractory_cell_fires_no_faster_than_it_may(self) -> None:

@@ -129,7 +129,7 @@ class CapabilityTests(BrainKit):
         heard = record(brain)
         self.run(brain, 50)
         steps = heard.spikes().times_ms / milliseconds(step_ns)
-        assert len(steps)
+        assert len(steps), "no cell fired"
         assert steps == pytest.approx(steps.round(), abs=1e-6)
 
     def test_runs_repeat_as_declared(self) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -31,7 +33,7 @@ class ChangeTests(BrainKit):
         since_ms = milliseconds(driven.now_ns)
         if PARAMETERS not in self.capabilities.changes:
             with pytest.raises(CapabilityError):
-                driven.set_parameters([1], {"tau_m": 12.0})
+                driven.set_parameters([1], {"i_offset": self.sample.current_na})
             return
         driven.set_parameters([1], {"i_offset": self.sample.current_na})
         self.run(driven, 80)
@@ -55,7 +57,7 @@ class ChangeTests(BrainKit):
         driven = times(heard, 0)
         brain.reset()
         self.run(brain, 70)
-        assert driven
+        assert driven, "the changed parameter had no effect"
         assert not times(heard, 0)
         if snapshot is not None:
             brain.restore(snapshot)
@@ -147,7 +149,13 @@ class ChangeTests(BrainKit):
 
     def test_changes_that_cannot_be_are_refused(self) -> None:
         brain = self._with_synapse([10.0])
-        for values in ({"no_such_parameter": 1.0}, {"tau_m": -1.0}, {"tau_m": np.nan}, {"tau_m": [1.0, 2.0]}):
+        wrong: list[dict[str, Any]] = [
+            {"no_such_parameter": 1.0},
+            {"i_offset": np.nan},
+            {"i_offset": [1.0, 2.0]},
+        ]
+        wrong += [{name: -1.0} for name in ("tau_m", "cm") if name in self.sample.all_parameters]
+        for values in wrong:
             with pytest.raises(NetworkError):
                 brain.set_parameters([1], values)
         for label, weights in (

@@ -7,6 +7,7 @@ import pytest
 from nrp_core.brain.sources import DCSource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.conformance.brain.kit import BrainKit, record
+from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.errors import LifecycleError
 from nrp_core.simulation import INTERFACE_VERSION
 
@@ -18,6 +19,11 @@ class LifeTests(BrainKit):
         brain = self.open(self.cells("n", 3), seed=12)
         assert (brain.now_ns, brain.seed, brain.network.size) == (0, 12, 3)
         assert self.backend.interface_version == INTERFACE_VERSION
+
+    def test_some_declared_cell_is_a_standard_one(self) -> None:
+        """Without one nearly all tests have nothing to work with."""
+        declared = self.capabilities.cells
+        assert declared & SAMPLES.keys(), f"declared: {sorted(declared)}; standard: {sorted(SAMPLES)}"
 
     def test_time_does_not_run_back(self) -> None:
         brain = self.open(self.cells("n"))

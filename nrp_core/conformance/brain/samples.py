@@ -18,6 +18,7 @@ class Sample:
         current_na: a current under which it fires regularly.
         strong: a weight with which one excitatory spike makes it fire once.
         weak: a weight that stays far below the threshold.
+        rest_mv: where its membrane rests, if neither at ``v_rest`` nor at PyNN's initial value.
     """
 
     cell_type: str
@@ -25,6 +26,7 @@ class Sample:
     current_na: float = 0.8
     strong: float = 5.0
     weak: float = 0.1
+    rest_mv: float | None = None
 
     @property
     def all_parameters(self) -> dict[str, float]:
@@ -35,8 +37,9 @@ class Sample:
     def initial_values(self) -> dict[str, float]:
         """The membrane at rest."""
         initial = dict(getattr(standard, self.cell_type).default_initial_values)
-        if "v_rest" in self.parameters:
-            initial["v"] = self.parameters["v_rest"]
+        rest_mv = self.parameters.get("v_rest", self.rest_mv)
+        if rest_mv is not None:
+            initial["v"] = rest_mv
         return {name: value for name, value in initial.items() if name in ("v", "u", "w")}
 
     @property
@@ -62,6 +65,6 @@ SAMPLES = {
         Sample("EIF_cond_alpha_isfa_ista", {"tau_refrac": 10.0, "tau_syn_E": 2.0}, 1.0, 0.1, 0.001),
         Sample("EIF_cond_exp_isfa_ista", {"tau_refrac": 10.0, "tau_syn_E": 2.0}, 1.0, 0.2, 0.002),
         Sample("Izhikevich", {"d": 8.0}, 0.01, 60.0, 1.0),
-        Sample("HH_cond_exp", {"tau_syn_E": 2.0}, 0.5, 0.1, 0.001),
+        Sample("HH_cond_exp", {"tau_syn_E": 2.0}, 0.5, 0.1, 0.001, rest_mv=-64.76462926),
     )
 }

@@ -107,24 +107,27 @@ class StateTests(BrainKit):
         driven = self.cells("n", i_offset=3 * self.sample.current_na)
         heard = record(first := self.open(driven))
         self.run(first, 40)
-        self._continued((driven,), times(heard, 0)[0] + 1.5, 60.0)
+        fired = times(heard, 0)
+        assert fired, "a cell under a current did not fire"
+        assert fired[0] <= 40, f"in 40 ms a cell fired at {fired[0]:g} ms"
+        self._continued((driven,), fired[0] + 1.5, 60.0)
 
     def test_a_snapshot_keeps_the_membrane_and_its_synapses(self) -> None:
         """Taken between an input and the spike that it leads to."""
         driven = self.cells("n", i_offset=0.8 * self.sample.current_na)
         parts = (spikes("s", [3.0]), driven, connect("s", "n", self.sample.weak, 1.0))
-        assert self._continued(parts, 5.0, 60.0)
+        assert self._continued(parts, 5.0, 60.0), "no cell fired"
 
     def test_a_snapshot_keeps_a_current(self) -> None:
         def drive(brain: Brain) -> None:
             brain.add_source(DCSource(amplitude=1.5 * self.sample.current_na), [0], name="dc")
 
-        assert self._continued((self.cells("n"),), 3.0, 60.0, drive)
+        assert self._continued((self.cells("n"),), 3.0, 60.0, drive), "the current had no effect"
 
     def test_a_snapshot_keeps_everything_that_happens_at_once(self) -> None:
         self.require_repeatable()
         for stop in (7.0, 18.0, 41.0):
-            assert self._continued(self.busy(), stop, 80.0, self._drive)
+            assert self._continued(self.busy(), stop, 80.0, self._drive), "no cell fired"
 
     def test_a_snapshot_keeps_what_devices_show(self) -> None:
         self.require_snapshot()

@@ -59,7 +59,7 @@ class WiringTests(BrainKit):
         brain = self.open(spikes("s", [4.0]), self.cells("once"), self.cells("twice"), once, twice)
         heard = record(brain)
         self.run(brain, 30)
-        assert times(heard, 1)
+        assert times(heard, 1), "no cell fired"
         assert times(heard, 2) == pytest.approx(times(heard, 1), abs=self.tolerance_ms)
 
     def test_a_source_acts_on_the_chosen_neurons_alone(self) -> None:
@@ -85,7 +85,7 @@ class WiringTests(BrainKit):
         for name in ("one", "two"):
             brain.add_source(half, [0], name=name)
         self.run(brain, 60)
-        assert times(heard, 1)
+        assert times(heard, 1), "no cell fired"
         assert times(heard, 0) == pytest.approx(times(heard, 1), abs=self.tolerance_ms)
 
     def test_a_sink_hears_the_chosen_neurons_alone(self) -> None:

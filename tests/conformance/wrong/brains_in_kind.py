@@ -268,6 +268,14 @@ class LeaksTooFast(SmallBrain):
 
 
 @found_by(
+    "some_declared_cell_is_a_standard_one",
+)
+class MisspellsItsCells(SmallBackend):
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        return dataclasses.replace(super().capabilities(options), cells=frozenset({"IF_cur_exp"}))
+
+
+@found_by(
     "cells_that_are_not_declared_are_refused",
 )
 class TakesUnknownCellsForItsOwn(SmallBackend):

@@ -1,0 +1,30 @@
+"""A brain of one kind of cell can conform, whichever that is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from nrp_brain_event import EventBackend
+
+from nrp_core.brain.interface import BrainCapabilities, BrainOptions
+from nrp_core.conformance import BrainBackendTests
+from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.conformance.report import Outcome
+from nrp_core.conformance.run import run_tests
+
+
+@pytest.mark.parametrize("cell", SAMPLES)
+def test_a_brain_with_one_kind_of_cell_passes_what_a_brain_with_all_passes(cell: str):
+    class OneCell(EventBackend):
+        def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+            return replace(super().capabilities(options), cells=frozenset({cell}))
+
+    class Tests(BrainBackendTests):
+        @classmethod
+        def make_backend(cls) -> OneCell:
+            return OneCell()
+
+    results = run_tests(Tests)
+    assert len(results) > 80
+    assert {r.test: r.reason for r in results if r.outcome is Outcome.FAILED} == {}
