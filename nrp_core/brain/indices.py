@@ -121,6 +121,14 @@ def indices_of(owner: object, name: str) -> Indices:
     return kept
 
 
+def ends_of(projection: object, synapse: int) -> tuple[int, int]:
+    """Return ``pre_index`` and ``post_index`` of one synapse of something that has them :func:`folded`."""
+    pre, post = (
+        indices_of(projection, name).part(synapse, synapse + 1) for name in ("pre_index", "post_index")
+    )
+    return int(pre[0]), int(post[0])
+
+
 class _Folded:
     def __init__(self, name: str) -> None:
         self._name = name

@@ -10,10 +10,11 @@ import numpy.typing as npt
 from nrp_core.errors import NetworkError
 
 _POSITIVE = frozenset({"cm", "tau_m", "tau_syn_E", "tau_syn_I", "tau_w", "tau_rec", "tau_plus", "tau_minus"})
-_NOT_NEGATIVE = frozenset(
-    {"tau_refrac", "delta_T", "g_leak", "gbar_Na", "gbar_K", "rate", "duration", "tau_facil"}
-)
+_NOT_NEGATIVE = frozenset({"tau_refrac", "delta_T", "g_leak", "gbar_Na", "gbar_K", "duration", "tau_facil"})
 _FRACTIONS = frozenset({"U", "dendritic_delay_fraction"})
+MAX_RATE_HZ = 1e7
+"""Spikes a second into one neuron: a hundred thousand afferents at 100 Hz. What is beyond is a mistake, and
+would have the machine draw spikes for ever."""
 
 Values = npt.NDArray[np.float64]
 
@@ -108,6 +109,8 @@ def _allowed(name: str, array: Values) -> tuple[npt.NDArray[np.bool_], str]:
         return array >= 0, "0 or more"
     if name in _FRACTIONS:
         return (array >= 0) & (array <= 1), "between 0 and 1"
+    if name == "rate":
+        return (array >= 0) & (array <= MAX_RATE_HZ), f"from 0 to {MAX_RATE_HZ:g} Hz"
     if name == "delay":
         return (array >= 0) & (array < np.inf), "0 ms or more, and finite"
     if name == "weight":

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.brain.indices import IndexArray as IndexArray
-from nrp_core.brain.indices import folded, indices_of
+from nrp_core.brain.indices import ends_of, folded, indices_of
 from nrp_core.brain.limits import check_spike_times, check_synapses, check_values
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
@@ -153,10 +153,7 @@ class Projection:
 
     def ends(self, synapse: int) -> tuple[int, int]:
         """Return the indices of the two cells that a synapse connects."""
-        pre, post = (
-            indices_of(self, name).part(synapse, synapse + 1) for name in ("pre_index", "post_index")
-        )
-        return int(pre[0]), int(post[0])
+        return ends_of(self, synapse)
 
 
 @dataclass(frozen=True)

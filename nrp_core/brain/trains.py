@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from nrp_core.brain.limits import MAX_RATE_HZ
 from nrp_core.brain.network import FloatArray, IntArray, Network
 from nrp_core.brain.ports import NO_EVENTS, Setting, SourcePort, SourceSpec, Value, check_synapse
 from nrp_core.brain.spikes import SynapticEvents
@@ -26,9 +27,6 @@ if TYPE_CHECKING:
 
 _BLOCK: Final = 256
 """Arrivals drawn at a time."""
-MAX_RATE_HZ: Final = 1e7
-"""Spikes a second into one neuron: a hundred thousand afferents at 100 Hz. What is beyond is a mistake, and
-would have the machine draw spikes for ever."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from pyNN import recording
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network import FloatArray, IntArray
 from nrp_core.brain.sinks import SpikeRecorder, SpikeRecorderPort
-from nrp_core.clock import from_milliseconds
+from nrp_core.clock import from_milliseconds, milliseconds
+from nrp_core.errors import NetworkError
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
@@ -30,14 +32,15 @@ class Recorder(recording.Recorder):
         super().__init__(population, file)
         self._ports: list[SpikeRecorderPort] = []
         self._rows: dict[str, list[tuple[IntArray, FloatArray]]] = {}
+        self._begin_ns = 0
 
     # -- what the running simulation calls
 
     @property
-    def interval_ns(self) -> int | None:
-        """How often to sample, or None where nothing is sampled."""
+    def rhythm_ns(self) -> tuple[int, int] | None:
+        """When the first sample is due and how often one is; None where nothing is sampled."""
         sampled = self.recorded.keys() - {SPIKES}
-        return from_milliseconds(self.sampling_interval) if sampled else None
+        return (self._begin_ns, from_milliseconds(self.sampling_interval)) if sampled else None
 
     def start(self, brain: Brain) -> None:
         """Listen to a brain that has just been opened."""
@@ -52,11 +55,29 @@ class Recorder(recording.Recorder):
 
     def restart(self) -> None:
         """Forget what was recorded: the simulation is back at time 0."""
-        self._rows = {}
+        self._rows, self._begin_ns = {}, 0
         if self._simulator.state.brain is None:
             self._ports = []
 
+    def get(self, *arguments: Any, **options: Any) -> Any:
+        """Return the recorded data as a block of Neo.
+
+        Raises:
+            NetworkError: there are none before a run.
+        """
+        if not self._simulator.state.running and not list(self.cache):
+            raise NetworkError(f"population '{self.population.label}' has no data yet; run first")
+        return super().get(*arguments, **options)
+
     # -- what PyNN's recorder calls
+
+    def _check_sampling_interval(self, sampling_interval: float | None) -> None:
+        if sampling_interval is not None and not milliseconds(1) <= sampling_interval < inf:
+            raise NetworkError(
+                f"population '{self.population.label}': sampling_interval is {sampling_interval} ms; it must "
+                "be at least 1 ns, and finite"
+            )
+        super()._check_sampling_interval(sampling_interval)
 
     def _record(self, variable: Any, new_ids: Iterable[Any], sampling_interval: float | None = None) -> None:
         if sampling_interval is not None:
@@ -93,8 +114,8 @@ class Recorder(recording.Recorder):
     ) -> tuple[FloatArray, None]:
         wanted = np.array(list(ids), dtype=np.int64)
         rows = self._rows.get(variable.name, [])
-        start_ms = float(self._recording_start_time.magnitude)
-        expected = round((self._simulator.state.t - start_ms) / self.sampling_interval) + 1
+        lasted_ns = from_milliseconds(self._simulator.state.t) - self._begin_ns
+        expected = lasted_ns // from_milliseconds(self.sampling_interval) + 1
         signals = np.full((max(expected, len(rows)), len(wanted)), np.nan)
         for row, (sampled, values) in zip(signals[-len(rows) :], rows, strict=bool(rows)):
             known = np.isin(wanted, sampled)
@@ -104,8 +125,10 @@ class Recorder(recording.Recorder):
     def _clear_simulator(self) -> None:
         self._stop_listening()
         self._listen(self.recorded.get(SPIKES, ()))
-        # the state now is the first sample of what follows
-        self._rows = {name: rows[-1:] for name, rows in self._rows.items()}
+        state = self._simulator.state
+        self._rows, self._begin_ns = {}, from_milliseconds(state.t)
+        if state.running and state.brain is not None:  # PyNN lets what follows begin now
+            self.sample(state.brain)
 
     def _reset(self) -> None:
         self._stop_listening()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -14,13 +16,14 @@ from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
-from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError
 from nrp_core.pynn.currents import Current, Waveform
 from nrp_core.pynn.shares import shares_of
 from nrp_core.registry import brains
 from nrp_core.seeds import Seeds
 
 DEFAULT_BACKEND = "event"
+_logger = logging.getLogger(__name__)
 
 
 class RunningState(State):
@@ -50,6 +53,7 @@ class RunningState(State):
             seed: all random numbers that the script does not seed itself follow from it.
         """
         self._backend, self._options, self._seed = backend, dict(options), seed
+        self._told: set[str] = set()
         self._seeds = Seeds(seed).child("network")
         self._unnamed_streams = 0
 
@@ -99,7 +103,8 @@ class RunningState(State):
             brain.set_weights(label, values["weight"][chosen])
 
     def weights_of(self, projection: Any) -> FloatArray:
-        if self.brain is None or projection.synapse_type.kind != STDP:
+        plastic = projection.synapse_type.kind == STDP
+        if self.brain is None or not plastic or projection not in self._shares:
             return super().weights_of(projection)
         weights = np.empty(len(projection))
         for label, chosen in self._shares[projection]:
@@ -139,6 +144,10 @@ class RunningState(State):
 
     def run_until(self, t_ms: float) -> None:
         """Run the network to ``t_ms``, sampling what is recorded and setting currents on the way."""
+        if not isfinite(t_ms):
+            raise NetworkError(f"run: the time must be finite, not {t_ms:g} ms")
+        if self.brain is None and self.t > 0:
+            raise LifecycleError("run: end() has let go of the network; setup() begins anew")
         brain = self.brain or self._open()
         until_ns = from_milliseconds(t_ms)
         self._arrive(brain, sampling=not self.running)
@@ -156,6 +165,10 @@ class RunningState(State):
             wrong = [f"{'.'.join(map(str, found['loc']))}: {found['msg']}" for found in error.errors()]
             raise ExperimentError(f"options of brain backend '{self._backend}': {'; '.join(wrong)}") from None
         self.brain = backend.open(network_of(self), seed=self._seed, options=options)
+        for warning in self.brain.warnings:
+            if warning not in self._told:  # a reset may open the brain again
+                self._told.add(warning)
+                _logger.warning("%s: %s", self._backend, warning)
         self._changed = False
         self._shares = shares_of(self, self.brain.network)
         for device in (*self.recorders, *self._currents):
@@ -165,16 +178,16 @@ class RunningState(State):
     def _stops(self, since_ns: int, until_ns: int) -> IntArray:
         """Return the times at which there is something to do, the last of them ``until_ns``."""
         stops = [current.waveform.changes_ns(since_ns, until_ns) for current in self._currents]
-        for interval_ns in {recorder.interval_ns for recorder in self.recorders} - {None}:
-            first = since_ns // interval_ns + 1
-            stops.append(np.arange(first * interval_ns, until_ns + 1, interval_ns))
+        for begin_ns, interval_ns in {recorder.rhythm_ns for recorder in self.recorders} - {None}:
+            first_ns = since_ns + interval_ns - (since_ns - begin_ns) % interval_ns
+            stops.append(np.arange(first_ns, until_ns + 1, interval_ns))
         last = [until_ns] if until_ns > since_ns else []
         return np.unique(np.concatenate([np.array(last, dtype=np.int64), *stops]))
 
     def _arrive(self, brain: Brain, sampling: bool) -> None:
         for recorder in self.recorders:
-            interval_ns = recorder.interval_ns
-            if sampling and interval_ns and brain.now_ns % interval_ns == 0:
+            begin_ns, interval_ns = recorder.rhythm_ns or (0, 0)
+            if sampling and interval_ns and (brain.now_ns - begin_ns) % interval_ns == 0:
                 recorder.sample(brain)
         for current in self._currents:
             current.update(brain.now_ns)

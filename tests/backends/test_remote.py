@@ -158,6 +158,12 @@ def test_a_process_that_hangs_is_one_clear_error(remote, ask):
         ask(brain)
     with pytest.raises(ProcessLookupError):
         os.kill(brain._process.pid, 0)
+    with pytest.raises(SimulationError, match="was ended by SIGKILL"):
+        brain.reset()
+
+
+def test_a_limit_may_be_a_little_less_than_whole_seconds(remote):
+    remote(LimitedBackend(), cells(), time_limit="3999999999 ns")
 
 
 def test_a_process_that_hangs_while_it_opens_is_one_clear_error(tmp_path):

@@ -8,9 +8,16 @@ from typing import Any
 import neo
 import numpy as np
 import pytest
+from pyNN.space import Line
 
 import nrp_core.pynn
-from nrp_core.errors import CapabilityError, ExperimentError, UnknownBackendError
+from nrp_core.errors import (
+    CapabilityError,
+    ExperimentError,
+    LifecycleError,
+    NetworkError,
+    UnknownBackendError,
+)
 from nrp_core.pynn import new_simulator
 
 
@@ -57,6 +64,133 @@ def test_state_is_sampled_from_the_start_to_the_end(sim: ModuleType) -> None:
     assert signal.magnitude[:, 0] == pytest.approx(
         -65.0 + 10.0 * (1 - np.exp(-signal.times.magnitude / 20.0))
     )
+
+
+def test_samples_are_where_their_times_say_however_long_the_runs_are(sim: ModuleType) -> None:
+    cells = sim.Population(1, sim.IF_curr_exp(i_offset=0.5))
+    cells.record("v", sampling_interval=2.0)
+    begins = []
+    for duration, clear in ((3.0, False), (20.5, True), (2.0, True), (1.5, True), (0.0, True)):
+        sim.run(duration)
+        times = (signal := voltage(cells)).times.magnitude
+        assert signal.magnitude[:, 0] == pytest.approx(-65.0 + 10.0 * (1 - np.exp(-times / 20.0)))
+        assert sim.get_current_time() - 2.0 < times[-1] <= sim.get_current_time()
+        begins.append(times[0])
+        cells.get_data(clear=clear)
+    assert begins == [0.0, 0.0, 23.5, 25.5, 27.0]
+
+
+@pytest.mark.parametrize("interval", [0.0, -1.0, 1e-9, float("nan"), float("inf")])
+def test_an_impossible_sampling_interval_is_refused(sim: ModuleType, interval: float) -> None:
+    cells = driven(sim)
+    with pytest.raises(NetworkError, match=r"'cells': sampling_interval is .* ms; it must be at least 1 ns"):
+        cells.record("v", sampling_interval=interval)
+    sim.run(1.0)
+    assert voltage(cells).shape == (11, 1)
+
+
+def test_a_run_has_an_end_and_does_not_go_on_after_it(sim: ModuleType) -> None:
+    cells = driven(sim)
+    with pytest.raises(NetworkError, match="the time must be finite, not inf ms"):
+        sim.run(float("inf"))
+    sim.run(50.0)
+    sim.end()
+    with pytest.raises(LifecycleError, match=r"setup\(\) begins anew"):
+        sim.run(50.0)
+    assert len(trains(cells)[0]) == 1
+    assert len(voltage(cells)) == 501
+    cells.get_data(clear=True)
+
+
+def test_there_are_no_data_before_a_run(sim: ModuleType) -> None:
+    cells = driven(sim, 1, 1.0)
+    with pytest.raises(NetworkError, match=r"population 'cells' has no data yet; run first"):
+        cells.get_data()
+
+
+def test_what_was_built_before_the_last_setup_reaches_no_cell_of_the_new_network(sim: ModuleType) -> None:
+    def network() -> Any:
+        cells = driven(sim, 2, 0.0)
+        stdp = sim.STDPMechanism(sim.SpikePairRule(), sim.AdditiveWeightDependence(), weight=0.01, delay=1.0)
+        return cells, sim.Projection(cells, cells, sim.AllToAllConnector(), stdp)
+
+    old, wires = network()
+    sim.setup(timestep=0.1)
+    new, _ = network()
+    forgotten = r"'cells' was built before the last setup\(\), which forgets everything"
+    for _ in range(2):
+        old.set(i_offset=5.0)
+        wires.set(weight=9.0)
+        with pytest.raises(NetworkError, match=forgotten):
+            sim.DCSource(amplitude=5.0).inject_into(old[1:])
+        with pytest.raises(NetworkError, match=forgotten):
+            sim.Projection(new, old, sim.AllToAllConnector())
+        sim.run(50.0)
+    assert wires.get("weight", "list", with_address=False) == [9.0] * 4
+    assert new.get_spike_counts() == {0: 0, 1: 0}
+
+
+BACKENDS = {
+    "exact": {"backend": "event"},
+    "grid": {"backend": "event", "options": {"resolution": "1 ms"}},
+    "spinnaker": {"backend": "spinnaker"},
+}
+
+
+@pytest.mark.parametrize("setup", BACKENDS.values(), ids=BACKENDS)
+def test_some_cells_of_a_population_that_has_places_change(setup: dict[str, Any]) -> None:
+    sim = new_simulator()
+    sim.setup(timestep=1.0, **setup)
+    cells = sim.Population(3, sim.IF_curr_exp(), structure=Line())
+    cells.record("spikes")
+    sim.run(10.0)
+    cells[1:].set(i_offset=2.0)
+    sim.run(90.0)
+    counts = cells.get_spike_counts()
+    assert counts[0] == 0
+    assert counts[1] == counts[2] > 3
+
+
+def test_what_a_backend_does_otherwise_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    sim = new_simulator()
+    sim.setup(timestep=1.0, backend="spinnaker")
+    cells = sim.Population(1, sim.IF_curr_exp())
+    for weight in (1e-9, 20.0):
+        sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight, delay=1.0))
+    sim.run(1.0)
+    sim.reset()
+    cells.set(i_offset=0.1)
+    sim.run(1.0)
+    (told,) = (record.getMessage() for record in caplog.records if record.name == "nrp_core.pynn.running")
+    assert told.startswith("spinnaker: projection 'population0→population0': 1 of 1 weights become 0")
+
+
+def test_a_rate_that_cannot_be_breaks_nothing(sim: ModuleType) -> None:
+    source = sim.Population(1, sim.SpikeSourcePoisson(rate=100.0), label="source")
+    source.record("spikes")
+    sim.run(50.0)
+    with pytest.raises(
+        NetworkError, match=r"'source': rate of cell 0 is 1e\+09; it must be from 0 to 1e\+07"
+    ):
+        source.set(rate=1e9)
+    sim.run(50.0)
+    assert source.mean_spike_count() > 0
+
+
+def test_a_parameter_that_synapses_do_not_have_is_named(sim: ModuleType) -> None:
+    cells = driven(sim, 2)
+    wires = sim.Projection(cells, cells, sim.AllToAllConnector())
+    with pytest.raises(NetworkError, match="StaticSynapse has no parameter 'wieght'; did you mean 'weight'"):
+        wires.get(["delay", "wieght"], format="array")
+
+
+def test_as_many_weights_as_synapses_are_set(sim: ModuleType) -> None:
+    cells = driven(sim, 2)
+    wires = sim.Projection(cells, cells, sim.AllToAllConnector(), label="wires")
+    with pytest.raises(NetworkError, match="projection 'wires': weight has 3 values for 4 synapses"):
+        wires.set(weight=[1.0, 2.0, 3.0])
+    wires.set(weight=[1.0, 2.0, 3.0, 4.0])
+    assert wires.get("weight", format="array").tolist() == [[1.0, 2.0], [3.0, 4.0]]
 
 
 @pytest.mark.parametrize("backend", ["event", "spinnaker"])

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 Indices = npt.NDArray[np.integer[Any]]
 
+_ALONE = "a cell that may not connect to itself has no other to connect to"
 _RULES = "probabilities and numbers of synapses are 0 or more, flags are True or False"
 
 
@@ -95,39 +96,57 @@ class Connector(connectors.Connector):
         name_streams(space, self._simulator, f"projection/{projection.label}")
         return space
 
-    def _rng_uniform_int_exclude(self, n: int, size: int, exclude: int) -> Indices:
-        drawn: Indices = self.rng.next(n, "uniform_int", {"low": 0, "high": size}, mask=None)
-        _avoid(self.rng, drawn, exclude, size)
-        return drawn
-
     def _get_connection_map_no_self_connections(self, projection: Any) -> LazyArray:
         pre, post = ids_of(projection.pre), ids_of(projection.post)
         return LazyArray(lambda i, j: pre[i] != post[j], shape=projection.shape)
 
 
-class FixedNumberPostConnector(Connector, connectors.FixedNumberPostConnector):
+class _FixedNumberConnector(Connector):
+    """Draws the partners of one cell after the other."""
+
+    def _partners(self, n: int, size: int, itself: int) -> Indices:
+        """Return ``n`` of ``size`` cells, but never the cell ``itself`` (-1: all may be)."""
+        if self.with_replacement:
+            drawn = self.rng.next(n, "uniform_int", {"low": 0, "high": size}, mask=None)
+            _avoid(self.rng, drawn, itself, size)
+            return np.asarray(drawn, dtype=np.int32)
+        cells = np.arange(size, dtype=np.int32)
+        cells = cells[cells != itself]
+        if n and not cells.size:
+            raise NetworkError(_ALONE)
+        full_sets, rest = divmod(n, max(cells.size, 1))
+        drawn = self.rng.permutation(cells)[:rest] if rest else cells[:0]
+        return np.concatenate([*[cells] * full_sets, drawn])
+
+    def _forbidden(self, cells: Any, among: Any) -> Indices:
+        """Return to which cell of a group each one of another may not connect, or -1."""
+        return np.full(cells.size, -1) if self.allow_self_connections else _places(cells, among)
+
+
+class FixedNumberPreConnector(_FixedNumberConnector, connectors.FixedNumberPreConnector):
+    """``n`` cells drawn at random connect to each postsynaptic cell."""
+
+    def _connect(self, projection: Any) -> None:
+        pre, post = projection.pre, projection.post
+
+        def sources(_: Any = None) -> Iterator[Indices]:
+            for n, itself in zip(self._get_num_pre(post.size), self._forbidden(post, pre), strict=True):
+                yield self._partners(int(n), pre.size, itself)
+
+        self._standard_connect(projection, sources)
+
+
+class FixedNumberPostConnector(_FixedNumberConnector, connectors.FixedNumberPostConnector):
     """Each presynaptic cell connects to ``n`` cells drawn at random."""
 
     def _connect(self, projection: Any) -> None:
-        targets = [self._targets(projection, source) for source in range(projection.pre.size)]
-        sources = np.arange(projection.pre.size, dtype=np.int32)
-        pre = np.repeat(sources, [len(part) for part in targets])
-        self._connect_pairs(projection, pre, np.concatenate(targets))
-
-    def _targets(self, projection: Any, source: int) -> Indices:
-        n, n_post = int(self._get_num_post()), projection.post.size
-        any_cell = self.allow_self_connections or projection.pre != projection.post
-        if self.with_replacement:
-            if any_cell:
-                drawn = self.rng.next(n, "uniform_int", {"low": 0, "high": n_post}, mask=None)
-            else:
-                drawn = self._rng_uniform_int_exclude(n, n_post, source)
-            return np.asarray(drawn, dtype=np.int32)
-        cells = np.arange(n_post, dtype=np.int32)
-        cells = cells if any_cell else cells[cells != source]
-        full_sets, rest = divmod(n, cells.size)
-        drawn = self.rng.permutation(cells)[:rest] if rest else cells[:0]
-        return np.concatenate([*[cells] * full_sets, drawn])
+        pre, post = projection.pre, projection.post
+        targets = [
+            self._partners(int(self._get_num_post()), post.size, itself)
+            for itself in self._forbidden(pre, post)
+        ]
+        sources = np.repeat(np.arange(pre.size, dtype=np.int32), [len(part) for part in targets])
+        self._connect_pairs(projection, sources, np.concatenate(targets))
 
 
 class FixedTotalNumberConnector(Connector, connectors.FixedTotalNumberConnector):
@@ -141,7 +160,7 @@ class FixedTotalNumberConnector(Connector, connectors.FixedTotalNumberConnector)
         n = int(self.rng.next(1, "binomial", {"n": total, "p": 1.0})[0])
         pre, post = random_pairs(self.rng, projection.pre.size, projection.post.size, n)
         if not self.allow_self_connections:
-            _avoid(self.rng, post, _itself(projection, pre), projection.post.size)
+            _avoid(self.rng, post, _places(projection.pre, projection.post)[pre], projection.post.size)
         self._connect_pairs(projection, pre, post)
 
 
@@ -187,7 +206,7 @@ class SmallWorldConnector(Connector, connectors.SmallWorldConnector, connectors.
         everywhere = {"low": 0, "high": projection.post.size}
         post[rewired] = self.rng.next(len(rewired), "uniform_int", everywhere)
         if not self.allow_self_connections:
-            _avoid(self.rng, post, _itself(projection, pre), projection.post.size)
+            _avoid(self.rng, post, _places(projection.pre, projection.post)[pre], projection.post.size)
         if self.n_connections is not None:
             kept = _some_of_each(self.rng, pre, self.n_connections)
             pre, post = pre[kept], post[kept]
@@ -272,8 +291,8 @@ class CSAConnector(TableConnector, connectors.CSAConnector):
 
 
 REPLACED = (
-    FixedNumberPostConnector, FixedTotalNumberConnector, CloneConnector, SmallWorldConnector,
-    FromListConnector, FromFileConnector, CSAConnector,
+    FixedNumberPreConnector, FixedNumberPostConnector, FixedTotalNumberConnector, CloneConnector,
+    SmallWorldConnector, FromListConnector, FromFileConnector, CSAConnector,
 )  # fmt: skip
 
 
@@ -288,11 +307,11 @@ def connector_types() -> list[type]:
     return [*own, *REPLACED]
 
 
-def _itself(projection: Any, pre: Indices) -> Indices:
-    """Return which postsynaptic cell each presynaptic one is, or -1."""
-    places = np.full(projection.pre._simulator.state.n_cells, -1)
-    places[ids_of(projection.post)] = np.arange(projection.post.size)
-    return places[ids_of(projection.pre)[pre]]
+def _places(cells: Any, among: Any) -> Indices:
+    """Return which cell of a group each one of another is, or -1."""
+    places = np.full(cells._simulator.state.n_cells, -1)
+    places[ids_of(among)] = np.arange(among.size)
+    return places[ids_of(cells)]
 
 
 def _avoid(rng: Any, drawn: Indices, forbidden: Any, high: int) -> None:
@@ -302,7 +321,7 @@ def _avoid(rng: Any, drawn: Indices, forbidden: Any, high: int) -> None:
         NetworkError: there is no other.
     """
     if high == 1 and (drawn == forbidden).any():
-        raise NetworkError("a cell that may not connect to itself has no other to connect to")
+        raise NetworkError(_ALONE)
     while len(wrong := np.flatnonzero(drawn == forbidden)):
         drawn[wrong] = rng.next(len(wrong), "uniform_int", {"low": 0, "high": high}, mask=None)
 

@@ -15,6 +15,7 @@ from nrp_core.brain.network import FloatArray
 from nrp_core.brain.pynn.arguments import require_names, require_values
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import untranslated
+from nrp_core.brain.pynn.populations import require_existing
 from nrp_core.errors import CapabilityError
 
 if TYPE_CHECKING:
@@ -53,6 +54,8 @@ class CurrentSource(StandardCurrentSource):
         targets = list(cells)
         if not all(cell.celltype.injectable for cell in targets):
             raise TypeError("Can't inject current into a spike source.")
+        for population in {cell.parent for cell in targets}:
+            require_existing(population.label, population, self._simulator.state)
         self._simulator.state.inject(self, np.array(targets, dtype=np.int64))
 
     def record(self) -> None:

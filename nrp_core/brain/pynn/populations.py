@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 from pyNN import common
-from pyNN.parameters import LazyArray, ParameterSpace, simplify
+from pyNN.parameters import LazyArray, ParameterSpace, Sequence, simplify
 
 from nrp_core.brain.limits import check_spike_times, check_values
 from nrp_core.brain.memory import require_memory
@@ -21,7 +21,7 @@ from nrp_core.brain.pynn.rng import name_streams, named
 from nrp_core.errors import NetworkError, did_you_mean
 
 if TYPE_CHECKING:
-    from nrp_core.brain.pynn.simulator import Simulator
+    from nrp_core.brain.pynn.simulator import Simulator, State
 
 SPIKE_TIMES = "spike_times"
 BYTES_PER_CELL = 350
@@ -166,7 +166,7 @@ class Population(_Cells, common.Population):
             if SPIKE_TIMES not in changed:
                 check_values(owner, changed)
             else:
-                check_spike_times(owner, [np.asarray(train.value, float) for train in changed[SPIKE_TIMES]])
+                check_spike_times(owner, [_times(owner, train) for train in changed[SPIKE_TIMES]])
         if self in self._simulator.state.populations:
             cells = np.arange(self.size)[where]
             new = {name: array[where] for name, array in changed.items()}
@@ -255,6 +255,22 @@ class Assembly(common.Assembly):
         """Return an assembly of ``n`` cells drawn at random."""
         sampled: Assembly = super().sample(n, rng or self._simulator.types["NumpyRNG"]())
         return sampled
+
+
+def _times(owner: str, train: Any) -> FloatArray:
+    if not isinstance(train, Sequence):
+        raise NetworkError(f"{owner}: {SPIKE_TIMES} given as a function must be a Sequence for each index")
+    return np.asarray(train.value, float)
+
+
+def require_existing(name: str, cells: Any, state: State) -> None:
+    """Check that a population, view or assembly is part of the network.
+
+    Raises:
+        NetworkError: it was, before the last ``setup``.
+    """
+    if not all(part._owner() in state.populations for part in parts_of(cells)):
+        raise NetworkError(f"'{name}' was built before the last setup(), which forgets everything")
 
 
 def parts_of(cells: Any) -> list[Any]:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,11 +12,12 @@ from pyNN import common
 from pyNN.parameters import ParameterSpace
 from pyNN.space import Space
 
-from nrp_core.brain.indices import IndexArray, folded, indices_of
+from nrp_core.brain.indices import IndexArray, ends_of, folded, indices_of
 from nrp_core.brain.limits import check_synapses
 from nrp_core.brain.network import RECEPTORS, FloatArray
 from nrp_core.brain.pynn.arguments import require_names
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, raising
+from nrp_core.brain.pynn.populations import require_existing
 from nrp_core.brain.pynn.synapse_columns import SynapseColumns, evaluated
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
@@ -60,6 +61,8 @@ class Projection(common.Projection):
             presynaptic_population, postsynaptic_population, connector, synapse_type, source,
             receptor_type, space or Space(), label,
         )  # fmt: skip
+        for cells in (self.pre, self.post):
+            require_existing(cells.label, cells, self._simulator.state)
         self._simulator.state.before_change()
         self.values: dict[str, FloatArray] = {}
         self._columns = SynapseColumns(self.pre.size)
@@ -95,10 +98,7 @@ class Projection(common.Projection):
 
     def ends(self, synapse: int) -> tuple[int, int]:
         """Return the indices of the two cells that a synapse connects."""
-        pre, post = (
-            indices_of(self, name).part(synapse, synapse + 1) for name in ("pre_index", "post_index")
-        )
-        return int(pre[0]), int(post[0])
+        return ends_of(self, synapse)
 
     # -- what connectors call
 
@@ -115,6 +115,15 @@ class Projection(common.Projection):
 
     # -- reading and changing synapses
 
+    def get(self, attribute_names: Any, *arguments: Any, **options: Any) -> Any:
+        """Return parameters of all synapses, see PyNN.
+
+        Raises:
+            UnknownParameterError: they have no such parameter.
+        """
+        self._require([attribute_names] if isinstance(attribute_names, str) else attribute_names)
+        return super().get(attribute_names, *arguments, **options)
+
     def set(self, **attributes: Any) -> None:
         """Set parameters of all synapses.
 
@@ -122,10 +131,13 @@ class Projection(common.Projection):
             attributes: a number, distribution, function of the distance, matrix, or one number a
                 synapse (in the order of a matrix, row by row).
         """
-        known = self.synapse_type.get_parameter_names()
-        require_names(f"{self._name}: {type(self.synapse_type).__name__}", attributes, known)
+        self._require(attributes)
         self._change({name: self._evaluated(name, value) for name, value in attributes.items()})
         self.given.update(attributes)
+
+    def _require(self, names: Iterable[str]) -> None:
+        known = self.synapse_type.get_parameter_names()
+        require_names(f"{self._name}: {type(self.synapse_type).__name__}", names, known)
 
     def set_one(self, name: str, synapse: int, value: float) -> None:
         """Set a parameter of the synapse at an index."""
@@ -136,7 +148,8 @@ class Projection(common.Projection):
 
     def _change(self, values: Mapping[str, FloatArray]) -> None:
         self._check(values)
-        self._simulator.state.before_synapses(self, values)
+        if self in self._simulator.state.projections:
+            self._simulator.state.before_synapses(self, values)
         self.values.update(values)
 
     def initialize(self, **initial_values: Any) -> None:
@@ -146,6 +159,10 @@ class Projection(common.Projection):
 
     def _evaluated(self, name: str, value: Any) -> FloatArray:
         if isinstance(value, (list, np.ndarray)) and np.ndim(value) == 1:
+            if len(value) not in (1, len(self)):
+                raise InvalidSynapseError(
+                    f"{self._name}: {name} has {len(value)} values for {len(self)} synapses"
+                )
             values = np.empty(len(self))
             values[np.lexsort((self.post_index, self.pre_index))] = value
             return values

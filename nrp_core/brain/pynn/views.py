@@ -11,7 +11,7 @@ from pyNN.common import Assembly, BasePopulation
 
 from nrp_core.brain.network import IntArray
 from nrp_core.brain.picking import CIRCUIT, Selection, picked
-from nrp_core.brain.pynn.populations import ids_of, parts_of
+from nrp_core.brain.pynn.populations import ids_of, require_existing
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.errors import NetworkError
 
@@ -48,6 +48,5 @@ def _is_cells(value: object) -> bool:
 
 
 def _existing_ids(name: str, cells: Any, state: State) -> IntArray:
-    if not all(part._owner() in state.populations for part in parts_of(cells)):
-        raise NetworkError(f"'{name}' was built before the last setup(), which forgets everything")
+    require_existing(name, cells, state)
     return ids_of(cells)

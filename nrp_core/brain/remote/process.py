@@ -67,8 +67,8 @@ class BrainProcess:
             SimulationError: it ended later, or hangs.
             NrpError: what was raised there.
         """
-        self._begin()
         try:
+            self._begin()
             self._channel.send((request, arguments))
             return self._answer()[0]
         except (EOFError, OSError):
@@ -80,8 +80,8 @@ class BrainProcess:
         Raises:
             SimulationError, NrpError: see :meth:`call`.
         """
-        self._begin()
         try:
+            self._begin()
             self._channel.send_step(*numbers)
             return self._answer()[1]
         except (EOFError, OSError):
@@ -139,7 +139,6 @@ class BrainProcess:
 
 def _time_out(connection: socket.socket, after_s: float) -> None:
     """Let sending and receiving stop by ``BlockingIOError`` after a time, which costs no call of its own."""
-    whole_s = int(after_s)
-    value = struct.pack("ll", whole_s, max(1, round((after_s - whole_s) * _MICROSECONDS)))
+    value = struct.pack("ll", *divmod(max(1, round(after_s * _MICROSECONDS)), _MICROSECONDS))
     for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
         connection.setsockopt(socket.SOL_SOCKET, option, value)

@@ -55,12 +55,24 @@ def read_sonata(
         views = _views(network, nodes)
         ids = {name: views[name] for name in nodes}
         for path_of_sets in config.node_sets:
-            views |= read_node_sets(path_of_sets, nodes, ids)
+            _add_sets(views, path_of_sets, read_node_sets(path_of_sets, nodes, ids))
         network = Network(cells, network.projections, views)
         return with_views(network, populations or {})
     except ExperimentError as error:
         error.path = error.path or path
         raise
+
+
+def _add_sets(views: dict[str, IntArray], path: Path, sets: Mapping[str, IntArray]) -> None:
+    """Add node sets to what has a name already; one may say again what a population is.
+
+    Raises:
+        NetworkError: a set has the name of other nodes.
+    """
+    for name, chosen in sets.items():
+        if name in views and not np.array_equal(views[name], chosen):
+            raise NetworkError(f"the node set '{name}' has the name of other nodes", path=path)
+        views[name] = chosen
 
 
 def _nodes(config: Config) -> dict[str, Nodes]:

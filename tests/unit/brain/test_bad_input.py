@@ -57,6 +57,8 @@ CASES = {
     "sim.Population(2, sim.SpikeSourcePoisson(rate=-3), label='a')": "population 'a': rate of cell 0 is -3",
     "sim.Population(1, sim.SpikeSourceArray(spike_times=[-1, 3]), label='a')":
         "population 'a': the spike times",
+    "sim.Population(2, sim.SpikeSourceArray(spike_times=lambda i: 3.0 * i), label='a')":
+        "population 'a': spike_times given as a function must be a Sequence",
     "sim.Population(0, sim.IF_cond_exp(), label='a')": "population 'a' has no cells",
     "sim.Population(2, 'IF_cond_exp', label='a')":
         "population 'a': its cells are a model such as sim.IF_cond_exp()",

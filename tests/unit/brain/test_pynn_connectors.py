@@ -141,9 +141,35 @@ def test_no_cell_connects_to_itself_if_it_may_not(connector: Make) -> None:
     assert not (wiring.pre_index == wiring.post_index).any()
 
 
-def test_a_single_cell_cannot_avoid_itself() -> None:
+FIXED_NUMBERS = ["FixedNumberPreConnector", "FixedNumberPostConnector"]
+
+
+@pytest.mark.parametrize("name", [*FIXED_NUMBERS, "FixedTotalNumberConnector", "AllToAllConnector"])
+def test_no_cell_connects_to_itself_in_another_view(name: str) -> None:
+    sim = builder()
+    cells = sim.Population(6, sim.IF_cond_exp())
+    number = [] if name == "AllToAllConnector" else [3]
+    connector = getattr(sim, name)(*number, allow_self_connections=False)
+    projection = sim.Projection(cells[1:5], cells[2:6], connector, sim.StaticSynapse(weight=0.1))
+    assert len(projection) > 2
+    assert not (projection.pre_index == projection.post_index + 1).any()
+
+
+@pytest.mark.parametrize("name", [*FIXED_NUMBERS, "FixedTotalNumberConnector"])
+def test_a_single_cell_cannot_avoid_itself(name: str) -> None:
     with pytest.raises(NetworkError, match="has no other to connect to"):
-        network_of(lambda sim, rng: sim.FixedTotalNumberConnector(1, allow_self_connections=False), n=1)
+        network_of(lambda sim, rng: getattr(sim, name)(1, allow_self_connections=False), n=1)
+
+
+@pytest.mark.parametrize("name", FIXED_NUMBERS)
+def test_a_cell_may_have_no_partner(name: str) -> None:
+    (wiring,) = network_of(lambda sim, rng: getattr(sim, name)(0)).projections
+    assert wiring.size == 0
+    (wiring,) = network_of(
+        lambda sim, rng: getattr(sim, name)(sim.RandomDistribution("uniform_int", (0, 3)))
+    ).projections
+    ends = wiring.post_index if "Pre" in name else wiring.pre_index
+    assert sorted(set(np.bincount(ends, minlength=20))) == [0, 1, 2]
 
 
 def test_an_assembly_knows_its_cells_in_another_assembly() -> None:

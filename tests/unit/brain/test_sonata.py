@@ -272,6 +272,7 @@ def test_another_reader_finds_the_same_nodes_in_node_sets(tmp_path: Path) -> Non
         ('{"a": ["b"], "bb": {}}', "node set 'a' names no set 'b'; did you mean 'bb'"),
         ('{"a": ["b"], "b": ["a"]}', "node set 'a' contains itself: a > b > a"),
         ('{"a": 3}', "node set 'a' is no JSON object and no list"),
+        ('{"lgn": {"population": "v1"}}', "the node set 'lgn' has the name of other nodes"),
         ('{"a": {"x": {"$gr": 3}}}', r"node set 'a': x cannot be compared by '\$gr': 3; did you mean '\$gt"),
     ],
 )
