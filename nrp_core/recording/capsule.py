@@ -31,6 +31,7 @@ from nrp_core.recording.read import DIGEST, Recording, digest_of
 from nrp_core.recording.recorder import Recorder
 from nrp_core.recording.self_contained import write_experiment
 from nrp_core.recording.used_files import FilesRead
+from nrp_core.world.messages.nrp_msgs import Called
 from nrp_core.world.scene.model import Mesh, Scene
 
 FORMAT = 3
@@ -51,6 +52,7 @@ class Capsule:
             names, and the meshes of its scene.
         snapshots_ns: simulated time between two snapshots; None: there are none.
         origin: the recording that the run goes on from, and where the chain of hashes was there.
+        calls: what was done to its transfer functions until then, which the experiment does not say.
 
     Raises:
         ExperimentError: the folder holds something, or cannot be made.
@@ -66,6 +68,7 @@ class Capsule:
         files: FilesRead | None = None,
         snapshots_ns: int | None = SNAPSHOTS_NS,
         origin: Origin | None = None,
+        calls: Iterable[Called] = (),
     ) -> None:
         self._run, self._folder, self._files = run, folder, files
         self._snapshots_ns, self._warnings = snapshots_ns, list[str]()
@@ -79,6 +82,7 @@ class Capsule:
         self._recorder = Recorder(
             run.brain, run.world, folder, period_ns=run.experiment.timestep, pictures=pictures,
             chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
+            calls=calls,
         )  # fmt: skip
         if run.loop.now_ns:
             self._snapshot()

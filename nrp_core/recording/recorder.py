@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Lock
@@ -40,6 +40,7 @@ class Recorder:
         pictures: how camera pictures are kept.
         chain: what the chain of hashes goes on from; by default it begins.
         steps: how many steps there were already.
+        calls: what was done to the transfer functions before.
     """
 
     def __init__(
@@ -52,14 +53,17 @@ class Recorder:
         pictures: Pictures = Pictures.EXACT,
         chain: Chain | None = None,
         steps: int = 0,
+        calls: Iterable[nrp_msgs.Called] = (),
     ) -> None:
         self._world, self._failed = world, False
-        self._lock, self._unreported = Lock(), list[SimulationError]()
+        self._lock, self._unreported = Lock(), list[Exception]()
         self.chain = chain or Chain.begin(brain, world)
         self.steps = self._written = steps
         with self._writing():
             self._file = McapFile(directory / MCAP_NAME)
         self.observer = Observer(brain, world, period_ns=period_ns, pictures=pictures, codec=self._file.codec)
+        for call in calls:
+            self.observer.note_call(call.name, bytes(call.data))
         self._hasher = Hasher()
         self._announce(STEPS, nrp_msgs.StepHash, about_run())
         self._steps: deque[Step | Entry] = deque([self.observer.step(steps)])
@@ -103,7 +107,8 @@ class Recorder:
         if self._steps and not self._failed and self._file.is_due(LATE_S):
             try:
                 self.flush()
-            except SimulationError as error:
+            except Exception as error:  # noqa: BLE001  nobody else would tell, and a step is missing
+                self._failed = True
                 self._unreported.append(error)
 
     def _report(self) -> None:

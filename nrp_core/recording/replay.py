@@ -12,12 +12,13 @@ from typing import Literal
 
 from nrp_core.clock import seconds
 from nrp_core.closing import Closing
-from nrp_core.errors import ExperimentError, SimulationError, did_you_mean
+from nrp_core.errors import ExperimentError, SimulationError, SnapshotError, did_you_mean
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.prepare import Plan, Say, quietly
 from nrp_core.experiment.run import Run
-from nrp_core.recording.calls import changes_functions, repeat
-from nrp_core.recording.capsule import FORMAT, Capsule, Origin, changed_files
+from nrp_core.recording.calls import LOST, changes_functions, repeat
+from nrp_core.recording.capsule import Capsule, Origin
+from nrp_core.recording.explanations import explanations, other_surroundings
 from nrp_core.recording.hashes import GROUPS, Hasher
 from nrp_core.recording.layout import SNAPSHOTS, Pictures
 from nrp_core.recording.observer import Observer
@@ -27,6 +28,7 @@ from nrp_core.recording.recorded_world import with_recorded_world
 from nrp_core.recording.self_contained import recorded_experiment
 from nrp_core.recording.steps import Comparison, Difference, RecordedStep, steps_of
 from nrp_core.recording.used_files import FilesRead
+from nrp_core.world.messages.nrp_msgs import Called
 
 Recorded = Literal["brain", "world"]
 
@@ -109,14 +111,12 @@ class Replay(Closing):
         self.run.loop.hooks.from_outside.append(self._observer.note_from_outside)
         self.run.on_step.append(self._after_step)
         self._awaited: RecordedStep | None = None
+        self._changes: list[Called] = []
+        self._lost: list[str] = []
         groups = [name for name in GROUPS if name not in request.recorded]
         self._comparison, self._hasher = Comparison(groups), Hasher()
         self._chain = ""
-        self.warnings = [f"{name} is not what was recorded" for name in changed_files(recording)]
-        if recording.run.get("format", FORMAT) != FORMAT:
-            self.warnings.append("it was made by another version, whose hashes are not those of this one")
-        if not recording.complete:
-            self.warnings.append("the recording was cut or damaged: only its beginning is there")
+        self.warnings = explanations(recording)
 
     def close(self) -> None:
         """Release the engines."""
@@ -154,6 +154,8 @@ class Replay(Closing):
             error = str(raised)
             self._comparison.ended(self._awaited or next(recorded, None), error)
         comparison = self._comparison
+        if comparison.difference is not None:
+            self.warnings += other_surroundings(self._recording)
         return Outcome(
             comparison.steps, comparison.difference, begin_ns, self.run.loop.now_ns, error, self.warnings
         )
@@ -171,7 +173,7 @@ class Replay(Closing):
             return first.t_ns
         at_ns, data = snapshot
         passed = self._pass(first, recorded, at_ns)
-        self.run.restore(data)
+        self._restore(data)
         if passed is first:
             self._compare(first)
             return at_ns
@@ -182,11 +184,31 @@ class Replay(Closing):
     def _pass(self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int) -> RecordedStep:
         """Pass over the steps up to a time, changing functions as they were changed; return the last one."""
         step = first
-        while step.t_ns < at_ns:
+        while True:
+            for call in step.calls:
+                if call.name == LOST or changes_functions(call):
+                    self._repeat(call)
+            if step.t_ns >= at_ns:
+                return step
             step = next(recorded)
-            for call in filter(changes_functions, step.calls):
-                repeat(self.run, call, self._scratch)
-        return step
+
+    def _restore(self, snapshot: bytes) -> None:
+        try:
+            self.run.restore(snapshot)
+        except SnapshotError as error:
+            if self._lost:
+                raise SnapshotError(f"{error}; {'; '.join(self._lost)}") from error
+            raise
+
+    def _repeat(self, call: Called) -> None:
+        """Do again what was done from outside, or say that it cannot be."""
+        if call.name == LOST:
+            self._lost.append(f"a replay does without {bytes(call.data).decode()}")
+            self.warnings.append(self._lost[-1])
+            return
+        repeat(self.run, call, self._scratch)
+        if changes_functions(call):
+            self._changes.append(call)
 
     def _snapshot(self, first: RecordedStep) -> tuple[int, bytes] | None:
         """Return the last snapshot that was taken in time, or None where time 0 will do."""
@@ -210,7 +232,7 @@ class Replay(Closing):
             return
         for step in recorded:
             for call in step.calls:
-                repeat(self.run, call, self._scratch)
+                self._repeat(call)
             for topic, message in step.from_outside:
                 self.run.loop.publish(topic, message)
             self._awaited = step
@@ -235,20 +257,31 @@ class Replay(Closing):
         """Take up the edited transfer functions, and begin to record."""
         wanted_ns, now_ns = self._request.from_ns, self.run.loop.now_ns
         if wanted_ns is not None and now_ns != wanted_ns:
+            there = "the recording goes to" if now_ns < wanted_ns else "the next is at"
             raise ExperimentError(
-                f"there is no step at {seconds(wanted_ns):g} s; the recording goes to {seconds(now_ns):g} s",
+                f"there is no step at {seconds(wanted_ns):g} s; {there} {seconds(now_ns):g} s",
                 path=self._recording.folder,
             )
         if self._edited is not None:
-            self.run.continue_as(self._edited)
+            self._take_up(self._edited)
         if self._request.record is not None:
             origin = Origin(str(self._recording.folder.name), now_ns, self._chain) if now_ns else None
             capsule = Capsule(
                 self.run, self._request.record, pictures=_pictures(self._recording), files=self._files,
-                origin=origin,
+                origin=origin, calls=self._changes,
             )  # fmt: skip
             stack.callback(lambda: self.warnings.extend(capsule.warnings))
             stack.push(lambda kind, *_: capsule.close("failed" if kind else "finished"))
+
+    def _take_up(self, edited: Experiment) -> None:
+        """Go on with the functions of the files, those that were edited among them."""
+        self.run.continue_as(edited)
+        if self._changes:
+            self.warnings.append(
+                f"from {self.run.now_s:g} s on the transfer functions are those of the files; how they were "
+                "changed while the run went on is left out"
+            )
+            self._changes.clear()
 
     def _run_on(self) -> None:
         """Go on beyond what was recorded where that is wanted, and decide the criteria."""

@@ -41,7 +41,10 @@ class Case:
     source: Path = SHIPPED
 
 
-OLD = {"source": CORPUS, "overrides": ("models=[{folder}/models]",)}
+MODELS = ("models=[{folder}/models]",)
+CORPUS_AS_DRAWN = (*MODELS, "world.options.image_scale=1")
+"""Its transfer functions look at the size of pictures."""
+OLD = {"source": CORPUS, "overrides": MODELS}
 CASES = {
     "experiment": Case("experiment.yaml"),
     "SDF robot": Case("husky.sdf"),
@@ -55,7 +58,7 @@ CASES = {
     "brain script": Case("brain.py"),
     "exc": Case("husky_2017/experiment_configuration.exc", "husky_2017/experiment_configuration.exc", **OLD),
     "old BIBI": Case("husky_2015/blocks.bibi", "husky_2015/ExDConf.exc", **OLD),
-    "old transfer functions": Case("husky_2019/drive.py", "husky_2019/cart.exc", **OLD),
+    "old transfer functions": Case("husky_2019/drive.py", "husky_2019/cart.exc", CORPUS_AS_DRAWN, CORPUS),
 }  # fmt: skip
 
 

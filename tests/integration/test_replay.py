@@ -3,6 +3,7 @@
 import json
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -15,6 +16,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
+from nrp_core.brain.sinks import LeakyIntegratorAlpha
+from nrp_core.dsl import Neuron2Robot, Topic
 from nrp_core.errors import ExperimentError, SnapshotError
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.run import Run
@@ -25,6 +28,7 @@ from nrp_core.recording.recover import recover
 from nrp_core.recording.replay import Outcome, Replay, Request
 from nrp_core.recording.steps import steps_of
 from nrp_core.recording.used_files import FilesRead
+from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.parts.base import ModelMotion
 from nrp_core.world.parts.model_states import MODEL_STATES
 from nrp_core.world.scene.pose import Pose
@@ -122,6 +126,15 @@ def test_a_recorded_body_senses_as_late_as_it_did(delay_ms: int, tmp_path: Path)
         assert (outcome.difference, outcome.error) == (None, None)
 
 
+def test_a_recorded_laser_measures_to_the_last_bit_what_it_measured(tmp_path: Path) -> None:
+    with FilesRead() as files, Run(load_experiment("slalom_pioneer", ["duration=2 s"])) as run:
+        capsule = Capsule(run, tmp_path / "slalom", files=files)
+        run.run()
+        capsule.close("finished")
+    outcome = Made(tmp_path / "slalom", {}).replay(Request(recorded=frozenset({"world"})))
+    assert (outcome.difference, outcome.steps) == (None, 100)
+
+
 def test_a_transfer_function_is_tested_against_a_recorded_body(made: Made, tmp_path: Path) -> None:
     edited = made.edited(tmp_path, "100 * (", "99 * (")
     outcome = made.replay(Request(recorded=frozenset({"world"}), functions=[edited]))
@@ -168,7 +181,14 @@ def test_another_seed_is_another_run(made: Made, tmp_path: Path) -> None:
     subprocess.run(["cp", "-r", made.folder, copy], check=True)
     own = copy / "experiment.yaml"
     own.write_text(own.read_text().replace("seed: 11", "seed: 12"))
+    told = json.loads((copy / RUN_NAME).read_text())
+    told["distributions"] |= {"numpy": "1.26.4", "antique": "0.1"}
+    told["machine"]["cpu_features"] = ["sse4_2"]
+    (copy / RUN_NAME).write_text(json.dumps(told | {DIGEST: digest_of(told)}))
     outcome = Made(copy, {}).replay()
+    versions, processor = outcome.warnings
+    assert re.fullmatch(r"it was made with numpy 1\.26\.4 \(now .*\), antique 0\.1 \(now none\)", versions)
+    assert processor.startswith("it was made on another machine: cpu features sse4_2 (now ")
     assert outcome.difference is not None
     assert outcome.difference.step < 50
 
@@ -204,7 +224,7 @@ def test_somebody_elses_program_reads_every_message(made: Made) -> None:
 @pytest.mark.parametrize(
     ("request_", "message"),
     [
-        (Request(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s"),
+        (Request(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s; the next is at 1\.62 s"),
         (Request(from_ns=9 * S), "there is no step at 9 s; the recording goes to 3 s"),
         (Request(from_ns=S, recorded=frozenset({"world"})), "only be run from the beginning"),
     ],
@@ -298,6 +318,64 @@ def test_what_was_done_from_outside_is_done_again(changed: Made) -> None:
 @pytest.mark.parametrize("from_s", [1.2, 2.2])
 def test_it_goes_on_from_within_what_was_done_from_outside(changed: Made, from_s: float) -> None:
     assert changed.replay(Request(from_ns=round(from_s * S))).difference is None
+
+
+@pytest.mark.parametrize("from_s", [1.2, 2.2])
+def test_what_goes_on_from_there_knows_what_was_done_before(
+    changed: Made, from_s: float, tmp_path: Path
+) -> None:
+    folder, from_ns = tmp_path / "future", round(from_s * S)
+    assert changed.replay(Request(from_ns=from_ns, record=folder), verify=False).difference is None
+    future = Made(folder, {})
+    assert future.recording.run["state"] == "finished"
+    whole, from_within = future.replay(), future.replay(Request(from_ns=round(2.3 * S)))
+    assert (whole.difference, whole.from_ns, whole.until_ns) == (None, from_ns, round(2.4 * S))
+    assert from_within.difference is None
+
+
+def test_edited_functions_take_the_place_of_those_that_were_changed(changed: Made, tmp_path: Path) -> None:
+    edited, folder = changed.edited(tmp_path, "20 * min", "2 * min"), tmp_path / "future"
+    request = Request(from_ns=round(1.2 * S), until_ns=round(1.9 * S), functions=[edited], record=folder)
+    outcome = changed.replay(request, verify=False)
+    assert outcome.warnings == [
+        "from 1.2 s on the transfer functions are those of the files; how they were changed while the run "
+        "went on is left out"
+    ]
+    assert Made(folder, {}).replay().identical
+
+
+def test_an_edited_file_may_lack_what_was_taken_away_later(changed: Made, tmp_path: Path) -> None:
+    edited = changed.edited(tmp_path, "def linear_twist", "def twist")
+    outcome = changed.replay(Request(from_ns=S, functions=[edited]), verify=False)
+    assert (outcome.error, outcome.until_ns) == (None, round(2.4 * S))
+
+
+def test_what_cannot_be_done_again_is_said_by_the_replay(tmp_path: Path) -> None:
+    @Neuron2Robot(Topic("/husky/cmd_vel", Twist))
+    def stand(t: float) -> Twist:
+        return Twist()
+
+    folder = tmp_path / "recording"
+    experiment = "braitenberg_husky", [*SETTINGS, "duration=0.2 s"]
+    with FilesRead() as files, Run(load_experiment(*experiment)) as run:
+        capsule = Capsule(run, folder, files=files, snapshots_ns=S // 10)
+        run.run_until(0.04)
+        run.brain.add_sink(LeakyIntegratorAlpha(), [0], name="probe")
+        run.step()
+        run.change([stand], remove=["linear_twist"])
+        run.run()
+        capsule.close("finished")
+        lost = [
+            "a replay does without what was done from Python to devices of the brain: probe",
+            "a replay does without stand: only transfer functions from files are recorded",
+        ]
+        assert capsule.warnings == lost
+    outcome = Made(folder, {}).replay()
+    assert outcome.warnings == lost[:1]
+    assert outcome.difference is not None
+    assert outcome.difference.signal == "/brain/devices/probe/voltage"
+    with pytest.raises(SnapshotError, match=r"other devices.*; a replay does without .* probe; .* stand"):
+        Made(folder, {}).replay(Request(from_ns=S // 10))
 
 
 @pytest.mark.parametrize("side", ["brain", "world"])

@@ -24,7 +24,8 @@ def feel(t, scan, left, right, clearance):
     ranges = np.minimum(beams.ranges, beams.range_max)
     angles = beams.angle_min + beams.angle_increment * np.arange(len(ranges))
     felt = np.clip(1.0 - ranges / REACH, 0.0, 1.0) * np.cos(angles) ** 2
-    right.rate, left.rate = RATE * felt[angles < 0].max(), RATE * felt[angles > 0].max()
+    aside = beams.angle_increment / 2  # a beam straight ahead is on neither side
+    right.rate, left.rate = RATE * felt[angles < -aside].max(), RATE * felt[angles > aside].max()
     clearance.send_message(Float64(float(ranges.min())))
 
 

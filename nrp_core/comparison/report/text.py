@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import groupby
+
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -10,10 +13,11 @@ from rich.text import Text
 from nrp_core.comparison.judgement import Answer, Judgement, Part
 from nrp_core.comparison.parting import Parting
 from nrp_core.comparison.report import words
-from nrp_core.comparison.result import GridDiff, PairDiff
+from nrp_core.comparison.result import GridDiff, Measured, PairDiff
 
 _MOST_PARTS = 4
 _MOST_SIGNALS = 12
+_MOST_ROWS = 6
 _STYLES = {Answer.AGREES: "green", Answer.SEED: "green", Answer.OPEN: "yellow", Answer.NONE: "dim"}
 
 
@@ -37,16 +41,18 @@ def tell_pair(diff: PairDiff, console: Console) -> None:
     if diff.is_identical:
         console.print(Text(f"identical: {diff.parting.steps} steps", style="bold green"))
         return
+    experiments = [str(run.run.get("experiment", "?")) for run in (diff.one, diff.other)]
+    if experiments[0] != experiments[1]:
+        console.print(Text(f"two experiments: {' and '.join(experiments)}", style="yellow"))
     _tell_parting(console, diff.parting)
-    signals = _table("signal", "differs by at most", "at", "RMS", "range")
+    signals = _table("signal", "apart by", "at", "RMS", "range")
     for one in [one for one in diff.deviations if one.largest][:_MOST_SIGNALS]:
         numbers = (f"{one.largest:.3g}", f"{one.t_s:g} s", f"{one.rms:.3g}", f"{one.span:.3g}")
         signals.add_row(one.signal, *numbers)
     metrics = _table("metric", "part", "one", "other", "apart")
-    for row in diff.measured:
-        if row.apart or row.one != row.other:
-            values = (words.number(value) for value in (row.one, row.other))
-            metrics.add_row(row.metric.title, row.part, *values, words.number(row.apart, row.metric.unit))
+    apart = [row for row in diff.measured if row.apart or row.one != row.other]
+    for title, rows in groupby(apart, lambda row: row.metric.title):
+        _add_measured(metrics, title, sorted(rows, key=_apart))
     for table in (signals, metrics):
         if table.row_count:
             console.print(table)
@@ -65,6 +71,24 @@ def _add(table: Table, judged: Judgement) -> None:
         table.add_row("", Text(part.answer, style=_style(part.answer)), Text(detail))
     if len(telling) >= _MOST_PARTS:
         table.add_row("", "", Text(f"and {len(telling) - _MOST_PARTS + 1} more", style="dim"))
+
+
+def _add_measured(table: Table, title: str, rows: Sequence[Measured]) -> None:
+    """Add the parts of a metric that are farthest apart."""
+    for row in rows[:_MOST_ROWS]:
+        values = (words.number(value) for value in (row.one, row.other))
+        table.add_row(title, row.part, *values, words.number(row.apart, row.metric.unit))
+        title = ""
+    if len(rows) > _MOST_ROWS:
+        table.add_row("", Text(f"and {len(rows) - _MOST_ROWS} more", style="dim"))
+
+
+def _apart(row: Measured) -> tuple[bool, float]:
+    """Return what sorts parts: single neurons last, and by how far apart they are of their size."""
+    is_neuron = row.part.endswith("]")
+    if row.one is None or row.other is None:
+        return is_neuron, -abs(row.apart or 0.0)
+    return is_neuron, -abs(row.one - row.other) / max(abs(row.one), abs(row.other))
 
 
 def _weight(part: Part) -> tuple[int, float]:

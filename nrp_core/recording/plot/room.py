@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
 
 from nrp_core.brain.network import FloatArray
 from nrp_core.recording.layout import WORLD_FRAME
@@ -75,13 +76,14 @@ def draw_room(axes: Axes, story: Story, coloured: Iterable[Coloured]) -> None:
     for piece in sorted(fixed, key=lambda p: p.top):
         _draw_piece(axes, piece)
     _draw_coloured(axes, fixed, list(coloured), story)
+    standing = [piece.outline for piece in fixed if not piece.is_ground]
     for name, track in story.tracks.items():
         _draw_track(axes, track, story.end_s)
         body = [p for p in prints if p.marker.header.frame_id == name]
         for index in (0, -1):
-            _draw_robot(axes, body, track, index, story.end_s)
+            standing += _draw_robot(axes, body, track, index, story.end_s)
         _label_ends(axes, name, track)
-    _set_limits(axes, [p for p in fixed if not p.is_ground], story.tracks.values())
+    _set_limits(axes, standing, story.tracks.values())
 
 
 def _draw_piece(axes: Axes, piece: Footprint) -> None:
@@ -154,13 +156,15 @@ def _draw_track(axes: Axes, track: Track, end_s: float) -> None:
     axes.add_collection(lines)
 
 
-def _draw_robot(axes: Axes, body: list[Footprint], track: Track, index: int, end_s: float) -> None:
-    """Draw a robot's outline where it was at an entry of its track, with a line from centre to front."""
+def _draw_robot(
+    axes: Axes, body: list[Footprint], track: Track, index: int, end_s: float
+) -> list[FloatArray]:
+    """Draw a robot where it was at an entry of its track, with a line to its front; return its outlines."""
     x, y, yaw = track.xs[index], track.ys[index], track.yaws[index]
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     color = time_colours()(track.times_s[index] / end_s if end_s else 0.0)
-    for piece in body:
-        outline = piece.outline @ turn.T + (x, y)
+    outlines = [piece.outline @ turn.T + (x, y) for piece in body]
+    for outline in outlines:
         axes.add_patch(
             Polygon(outline, facecolor=(*color[:3], 0.18), edgecolor=color, linewidth=0.6, zorder=5)
         )
@@ -168,6 +172,7 @@ def _draw_robot(axes: Axes, body: list[Footprint], track: Track, index: int, end
     nose = turn @ np.array([front, 0.0]) + (x, y)
     axes.plot([x, nose[0]], [y, nose[1]], color=color, linewidth=1.4, zorder=7)
     axes.plot(x, y, "o", color=color, markersize=3.5, zorder=7)
+    return outlines
 
 
 def _label_ends(axes: Axes, name: str, track: Track) -> None:
@@ -182,10 +187,14 @@ def _label_ends(axes: Axes, name: str, track: Track) -> None:
         _label(axes, text, place, across if across[0] >= 0 else -across, distance=26)
 
 
-def _set_limits(axes: Axes, standing: list[Footprint], tracks: Iterable[Track]) -> None:
-    corners = [piece.outline for piece in standing]
-    corners += [np.column_stack([track.xs, track.ys]) for track in tracks]
+def _set_limits(axes: Axes, standing: Iterable[FloatArray], tracks: Iterable[Track]) -> None:
+    corners = [*standing, *(np.column_stack([track.xs, track.ys]) for track in tracks)]
     points = np.concatenate(corners) if corners else np.array([[-1.0, -1.0], [1.0, 1.0]])
     low, high = points.min(axis=0) - _MARGIN_M, points.max(axis=0) + _MARGIN_M
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(
+            MaxNLocator("auto", steps=[1, 2, 5, 10])
+        )  # short numbers, for the margin is narrow
+    axes.yaxis.labelpad = 1
     axes.tick_params(color=FAINT)

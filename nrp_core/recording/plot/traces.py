@@ -128,11 +128,16 @@ def _spikes_of(
 
 
 def by_unit(series: Mapping[str, Series]) -> dict[str, list[Series]]:
-    """Return series that share an axis: of one unit, or without a unit of one topic."""
+    """Return series that share an axis: of one unit, or without a unit of topics that end alike."""
     axes: dict[str, list[Series]] = {}
+    topics: dict[str, set[str]] = {}
     for key, one in series.items():
-        axes.setdefault(one.unit or key.split(".")[0], []).append(one)
-    return axes
+        topic = key.split(".")[0]
+        name = one.unit or topic.rsplit("/", 1)[-1]
+        axes.setdefault(name, []).append(one)
+        topics.setdefault(name, set()).add(topic)
+    alone = {name: min(own) for name, own in topics.items() if len(own) == 1 and not axes[name][0].unit}
+    return {alone.get(name, name): own for name, own in axes.items()}
 
 
 def moving(series: Mapping[str, Series]) -> dict[str, Series]:

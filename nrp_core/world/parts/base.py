@@ -32,7 +32,8 @@ class ModelMotion:
     def at(self, offset: Pose) -> ModelMotion:
         """Return how a frame moves that is rigidly held at ``offset`` in this one."""
         pose = self.pose @ offset
-        x, y, z = (there - here for there, here in zip(pose.position, self.pose.position, strict=True))
+        (px, py, pz), (ox, oy, oz) = pose.position, self.pose.position
+        x, y, z = px - ox, py - oy, pz - oz
         vx, vy, vz = self.linear
         wx, wy, wz = self.angular
         linear = (vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)

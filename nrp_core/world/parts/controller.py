@@ -29,6 +29,8 @@ class ControllerPart(Part):
         self._gains = controller.gains or stiff_gains(
             joint_inertias(bodies_of(model))[joint.name], velocity=controller.kind == "velocity"
         )
+        # who gives no gains wants the velocity itself, whatever brakes the joint
+        self._braking = joint.damping if controller.gains is None else 0.0
         self._lower, self._upper = joint.lower, joint.upper
         if controller.kind == "effort":
             self._lower, self._upper = -joint.effort, joint.effort
@@ -79,7 +81,8 @@ class ControllerPart(Part):
         if self._controller.kind == "position":
             return JointAim(gains.p, gains.d, position=target, effort=self._integral)
         if self._controller.kind == "velocity":
-            return JointAim(damping=gains.p, velocity=target, effort=self._integral)
+            effort = self._integral + self._braking * target
+            return JointAim(damping=gains.p, velocity=target, effort=effort)
         return JointAim(effort=target)
 
     def _error(self) -> float:

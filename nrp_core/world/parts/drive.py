@@ -82,7 +82,7 @@ class DrivePart(Part):
                 return BodyVelocity(forward, float(message.linear.y), turn)
             case Ackermann():
                 return ackermann_velocity(self._drive, forward, turn)
-        return BodyVelocity(forward, turn=turn)
+        return BodyVelocity(forward, 0.0, turn)
 
     def _aim(self, velocity: BodyVelocity) -> None:
         self._velocity = velocity

@@ -46,12 +46,9 @@ class LaserPart(SensorPart):
         return ranges
 
     def _scan(self, ranges: npt.NDArray[np.float64], now_ns: int) -> LaserScan:
-        laser = self._laser
-        step = (laser.angle_max - laser.angle_min) / max(1, laser.samples - 1)
-        return LaserScan(
-            self._header(now_ns), laser.angle_min, laser.angle_max, step, 0.0, 0.0,
-            laser.range_min, laser.range_max, ranges[laser.layers // 2].astype(np.float32),
-        )  # fmt: skip
+        right, left, step, nearest, farthest = _constants(self._laser)
+        middle = ranges[self._laser.layers // 2].astype(np.float32)
+        return LaserScan(self._header(now_ns), right, left, step, 0.0, 0.0, nearest, farthest, middle)
 
     def _points(self, ranges: npt.NDArray[np.float64], now_ns: int) -> PointCloud2:
         """Return a row of points for each layer; where nothing was met they are no numbers."""
@@ -62,6 +59,14 @@ class LaserPart(SensorPart):
             points[axis] = along.reshape(ranges.shape) * met + start
         points["ring"] = np.arange(laser.layers)[:, None]
         return create_cloud(self._header(now_ns), points)
+
+
+@cache
+def _constants(laser: Laser) -> list[float]:
+    """Return angles, the step between them, and reach: of single precision, as a message carries them."""
+    step = (laser.angle_max - laser.angle_min) / max(1, laser.samples - 1)
+    numbers = laser.angle_min, laser.angle_max, step, laser.range_min, laser.range_max
+    return [float(np.float32(number)) for number in numbers]
 
 
 @cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from nrp_core.world.messages import geometry_msgs
 from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.parts.base import Engine, ModelMotion, Part
 from nrp_core.world.parts.poses import state_messages
@@ -13,8 +12,6 @@ from nrp_core.world.topics import Direction, TopicInfo
 
 MODEL_STATES = "/gazebo/model_states"
 LINK_STATES = "/gazebo/link_states"
-
-State = tuple[geometry_msgs.Pose, geometry_msgs.Twist]
 
 
 class StatesPart(Part):
@@ -28,19 +25,25 @@ class StatesPart(Part):
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
         self._scene: Scene | None = None
-        self._still: dict[str, State] = {}
 
     def read(self, topic: str, now_ns: int) -> Any:
         return self._models() if topic == MODEL_STATES else self._links()
 
     def _models(self) -> ModelStates:
-        scene, engine = self._engine.scene, self._engine
-        if scene is not self._scene:
-            self._still = {m.name: state_messages(ModelMotion(m.pose)) for m in scene.models if m.static}
-            self._scene = scene
-        names = [model.name for model in scene.models]
-        states = [self._still.get(name) or state_messages(engine.model_motion(name)) for name in names]
-        return ModelStates(names, [pose for pose, _ in states], [twist for _, twist in states])
+        if self._engine.scene is not self._scene:
+            self._take_stock()
+        poses, twists = self._poses.copy(), self._twists.copy()
+        for number, name in self._moving:
+            poses[number], twists[number] = state_messages(self._engine.model_motion(name))
+        return ModelStates(self._names.copy(), poses, twists)
+
+    def _take_stock(self) -> None:
+        """Find what does not change while the scene is the same: names, and where still models are."""
+        self._scene = scene = self._engine.scene
+        self._names = [model.name for model in scene.models]
+        self._moving = [(i, model.name) for i, model in enumerate(scene.models) if not model.static]
+        states = [state_messages(ModelMotion(model.pose)) for model in scene.models]
+        self._poses, self._twists = [pose for pose, _ in states], [twist for _, twist in states]
 
     def _links(self) -> LinkStates:
         engine = self._engine

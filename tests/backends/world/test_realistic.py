@@ -8,7 +8,7 @@ import pytest
 from nrp_core.world.messages.gazebo_srvs import DeleteLightRequest, SetLightPropertiesRequest
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.render.realistic import AMBIENT
-from nrp_core.world.scene.model import Box, Camera, Light, Link, Model, Scene
+from nrp_core.world.scene.model import Box, Camera, Light, Link, Model, Scene, Visual
 from nrp_core.world.scene.pose import Pose
 
 SUN = Light("sun", direction=(0.0, 0.0, -1.0), diffuse=(0.5, 0.5, 0.5, 1.0))
@@ -83,6 +83,20 @@ def test_a_colour_that_is_set_is_lit_as_well(looking):
     world = looking(SUN)
     world.set_color("floor/link/visual", (0.0, 1.0, 0.0, 1.0))
     assert picture(world)[LIT].tolist() == [0, *grey(AMBIENT + 0.5)[:1], 0]
+
+
+def test_what_glows_has_its_colour_in_the_shadow_too_and_in_another_colour(open_world, parts):
+    floor = parts.thing("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
+    screen = Visual("screen", Box((1.0, 1.0, 1.0)), rgba=(1.0, 0.0, 0.0, 1.0), glows=True)
+    camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24)
+    models = (
+        Model("lamp", (Link("link", visuals=(screen,)),), pose=Pose((2.0, 0.0, 0.5)), static=True),
+        Model("eye", (Link("eye", sensors=(camera,)),), pose=Pose((0.0, 0.0, 0.5)), static=True),
+    )
+    world = open_world(Scene((floor, *models), (SUN,)), renderer="realistic")
+    assert picture(world)[12, 16].tolist() == [255, 0, 0]
+    world.set_color("lamp/link/screen", (0.0, 0.5, 0.0, 1.0))
+    assert picture(world)[12, 16].tolist() == [0, 128, 0]
 
 
 @pytest.mark.parametrize("kind", ["directional", "point", "spot"])

@@ -14,6 +14,7 @@ from nrp_core.recording.plot import check_target, plot
 from nrp_core.recording.plot.page import draw_page
 from nrp_core.recording.plot.room import footprint
 from nrp_core.recording.plot.story import Coloured, Series, Story, moments, numbers_in, pictures
+from nrp_core.recording.plot.style import style
 from nrp_core.recording.plot.traces import groups, short_labels
 from nrp_core.recording.read import Recording
 from nrp_core.recording.scenery import markers
@@ -164,6 +165,27 @@ def test_many_devices_are_rows_of_colours_and_no_name_leaves_the_figure() -> Non
     (rows,) = [image.get_array() for image in images]
     assert np.isnan(np.ma.filled(rows, np.nan)[17, 0])
     assert (rows[5, 300], rows[5, -1]) == (5.0, -1.0)
+
+
+def test_all_of_a_robot_is_seen_and_its_many_joints_share_an_axis(make_rig: Any) -> None:
+    rig = make_rig(Pictures.OFF)
+    rig.step()
+    rig.recorder.close()
+    story = Story.of(Recording(rig.folder))
+    boom = Model("husky", (Link("body", visuals=(Visual("boom", Box((9.0, 0.2, 0.2))),)),))
+    story.markers = markers(Scene((boom,))).markers
+    topics = [f"/husky/leg_{i}/cmd_pos" for i in range(6)]
+    story.commands = {f"{one}.data": Series(one, "", [0.0], [0.5]) for one in [*topics, "/husky/lamp"]}
+    with style():
+        figure = draw_page(story, [])
+        figure.draw_without_rendering()
+    titled = {axes.get_title(loc="left") or axes.get_title(): axes for axes in figure.axes}
+    room = titled["Room from above"]
+    low, high = room.get_xlim()
+    assert low < -4.5
+    assert high > 4.5
+    assert room.yaxis.label.get_window_extent().x0 >= 0
+    assert [title for title in titled if "cmd_pos" in title or "lamp" in title] == ["cmd_pos", "/husky/lamp"]
 
 
 def test_numbers_are_found_wherever_they_are_in_a_message() -> None:

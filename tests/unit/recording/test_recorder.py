@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -198,6 +199,23 @@ def test_a_full_disk_is_one_clear_error(rig: Any, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(McapFile, "is_due", lambda *_: True)
     with pytest.raises(SimulationError, match="the recording cannot be written: No space left on device"):
         rig.step()
+    rig.recorder.close()
+
+
+def test_what_goes_wrong_beside_a_step_is_told_by_the_next(rig: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def break_down(*_: object) -> None:
+        raise RuntimeError("no such thing")
+
+    monkeypatch.setattr(McapFile, "write", break_down)
+    monkeypatch.setattr(McapFile, "is_due", lambda _, after_s=None: after_s is not None)
+
+    def go_on() -> None:
+        for _ in range(200):
+            rig.step()
+            time.sleep(0.02)
+
+    with pytest.raises(RuntimeError, match="no such thing"):
+        go_on()
     rig.recorder.close()
 
 
