@@ -57,15 +57,20 @@ class Sampling:
             stream = Seeds(seed).child("world/drop_out").stream(f"{info.name}@{now_ns}")
             if stream.random() < info.drop_out:
                 return
-        message = self.part.read(info.name, now_ns)
-        self.late.append(Stamped(now_ns + self.delay_ns, message))
+        sample = Stamped(now_ns + self.delay_ns, self.part.read(info.name, now_ns))
+        if self.delay_ns:
+            self.late.append(sample)
+        else:
+            self._hand_over(sample)
 
     def deliver(self, now_ns: int) -> None:
         """Hand over what has arrived by now."""
         while self.late and self.late[0].t_ns <= now_ns:
-            arrived = self.late.pop(0)
-            for subscription in self.subscriptions:
-                subscription.push(arrived)
+            self._hand_over(self.late.pop(0))
+
+    def _hand_over(self, sample: Stamped) -> None:
+        for subscription in self.subscriptions:
+            subscription.push(sample)
 
 
 class Switchboard(ABC):
@@ -257,12 +262,14 @@ class Switchboard(ABC):
 
     def _next_due(self) -> int | None:
         """Return when a sample, or what must be known a step before it, is due next."""
-        times = []
+        next_ns = None
         for sampling in self._rated.values():
-            ahead_ns = sampling.due_ns - self._step_ns
-            foresees = sampling.part.foresees and ahead_ns > self._at_ns
-            times.append(ahead_ns if foresees else sampling.due_ns)
-        return min(times, default=None)
+            ahead_ns, stop_ns = sampling.due_ns - self._step_ns, sampling.due_ns
+            if sampling.part.foresees and ahead_ns > self._at_ns:
+                stop_ns = ahead_ns
+            if next_ns is None or stop_ns < next_ns:
+                next_ns = stop_ns
+        return next_ns
 
     def _sample(self) -> None:
         """Take every sample that is due now and somebody listens to, and hand over what has arrived."""
@@ -270,7 +277,7 @@ class Switchboard(ABC):
         for name, sampling in self._rated.items():
             if sampling.due_ns == at_ns:
                 sampling.take(at_ns, self.seed)
-            if sampling.part.foresees and sampling.due_ns == at_ns + self._step_ns:
+            if sampling.due_ns == at_ns + self._step_ns and sampling.part.foresees:
                 sampling.part.foresee(name, at_ns)
             if sampling.late:
                 sampling.deliver(at_ns)

@@ -32,11 +32,11 @@ class Drive:
 
     def aim(self, velocity: BodyVelocity) -> None:
         """Aim at a velocity of the body from now on."""
-        if self._servo.limit and self._command not in (None, velocity):
-            self._base.set_velocity(self._servo.changed(self._base(), self._command, velocity))
+        servo, base, before = self._servo, self._base, self._command
+        if servo.limit and before is not None and before != velocity:
+            base.change_velocity(lambda v, w: servo.change(v, w, before, velocity))
         self._command = velocity
-        aims = self._servo.aims(velocity, self._step_s)
-        self._controls[self._actuators] = [*aims, *self._servo.spins(velocity)]
+        self._controls[self._actuators] = (*servo.aims(velocity, self._step_s), *servo.spins(velocity))
 
     def forget(self) -> None:
         """Take the next command as one that was in force already."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nrp_core.world.parts.base import JointStates, ModelMotion
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.physics.world import MotionOf
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.pose import Pose, Vector
 from nrp_world_mujoco.engine import mujoco
 
 IntArray = npt.NDArray[np.int32]
@@ -56,12 +56,22 @@ class Floating:
         self._position[:3] = motion.pose.position
         x, y, z, w = motion.pose.orientation
         self._position[3:] = w, x, y, z
-        self.set_velocity(motion)
-
-    def set_velocity(self, motion: ModelMotion) -> None:
-        """Let the base move as a motion says, from where it is."""
         self._velocity[:3] = motion.linear
         self._velocity[3:] = motion.pose.rotate_back(motion.angular)
+
+    def change_velocity(self, by: Callable[[Vector, Vector], Vector]) -> None:
+        """Let the base move faster, from where it is.
+
+        Args:
+            by: is given its velocity along and its turn rate about its own axes, and returns how much faster
+                it is to be forward, to the left and in turning.
+        """
+        _, _, _, qw, qx, qy, qz = self._position.tolist()
+        vx, vy, vz, wx, wy, wz = self._velocity.tolist()
+        pose = Pose(orientation=(qx, qy, qz, qw))
+        forward, left, turn = by(pose.rotate_back((vx, vy, vz)), (wx, wy, wz))
+        x, y, z = pose.rotate((forward, left, 0.0))
+        self._velocity[:] = vx + x, vy + y, vz + z, wx, wy, wz + turn
 
 
 class _Jointed:

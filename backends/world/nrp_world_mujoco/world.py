@@ -104,7 +104,7 @@ class MujocoWorld(PhysicsWorld):
             self._report_warnings()
 
     def _check_finite(self, t_ns: int) -> None:
-        if not isfinite(self._positions @ self._positions):  # takes less time than to look at each model
+        if not isfinite(self._positions.dot(self._positions)):  # takes less time than to look at each model
             super()._check_finite(t_ns)
 
     def _do_reset(self, seed: int) -> None:

@@ -48,6 +48,7 @@ class Moving:
 
     def __init__(self, place: Place, offset: Pose, client: int) -> None:
         self._place, self._offset, self._client = place, offset, client
+        self._back = offset.inverse()
 
     def __call__(self) -> ModelMotion:
         body, link = self._place.multibody, self._place.link
@@ -61,26 +62,34 @@ class Moving:
 
     def place(self) -> tuple[Vector, Quaternion]:
         """Return where the frame is; quicker than its motion."""
-        body, link, client = self._place.multibody, self._place.link, self._client
-        if link == BASE:
-            inertial = bullet.getBasePositionAndOrientation(body, client)
-        else:
-            inertial = bullet.getLinkState(body, link, 0, 1, client)[:2]
         offset = self._offset
         frame: tuple[Vector, Quaternion]
-        frame = bullet.multiplyTransforms(*inertial, offset.position, offset.orientation, client)
+        frame = bullet.multiplyTransforms(
+            *self._inertial(), offset.position, offset.orientation, self._client
+        )
         return frame
+
+    def finite(self) -> bool:
+        """Tell whether the frame is somewhere; quicker than its place."""
+        x, y, z = self._inertial()[0]
+        return isfinite(x) and isfinite(y) and isfinite(z)
+
+    def _inertial(self) -> tuple[Vector, Quaternion]:
+        body, link, client = self._place.multibody, self._place.link, self._client
+        if link == BASE:
+            return bullet.getBasePositionAndOrientation(body, client)  # type: ignore[no-any-return]
+        return bullet.getLinkState(body, link, 0, 1, client)[:2]  # type: ignore[no-any-return]
 
     def put(self, motion: ModelMotion) -> None:
         """Put a base where a motion of the frame says and let it move so."""
-        there = motion.at(self._offset.inverse())
+        there = motion.at(self._back)
         where = there.pose.position, there.pose.orientation
         bullet.resetBasePositionAndOrientation(self._place.multibody, *where, self._client)
         bullet.resetBaseVelocity(self._place.multibody, there.linear, there.angular, self._client)
 
     def set_velocity(self, motion: ModelMotion) -> None:
         """Let a base move as a motion of the frame says, from where it is."""
-        there = motion.at(self._offset.inverse())
+        there = motion.at(self._back)
         bullet.resetBaseVelocity(self._place.multibody, there.linear, there.angular, self._client)
 
 

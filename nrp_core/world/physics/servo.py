@@ -91,26 +91,42 @@ class PlanarServo:
         return forward - swing, forward + swing, side + swing, side - swing
 
     def changed(self, motion: ModelMotion, before: BodyVelocity, after: BodyVelocity) -> ModelMotion:
-        """Return the motion right after the command has changed.
-
-        Each velocity changes as the command does, but only towards the command and not beyond: a robot held
-        by a wall is not thrown back by a command to push less. Without traction nothing changes.
+        """Return the motion right after the command has changed, as :meth:`change` tells.
 
         Args:
             motion: of the driven body's frame.
             before: the command until now.
             after: the command from now on.
         """
+        to_body = motion.pose.rotate_back
+        forward, left, turn = self.change(to_body(motion.linear), to_body(motion.angular), before, after)
+        linear = motion.pose.rotate((forward, left, 0.0))
+        angular = motion.pose.rotate((0.0, 0.0, turn))
+        return ModelMotion(motion.pose, _sum(motion.linear, linear), _sum(motion.angular, angular))
+
+    def change(self, linear: Vector, angular: Vector, before: BodyVelocity, after: BodyVelocity) -> Vector:
+        """Return how much faster the driven body is right after the command has changed.
+
+        Each velocity changes as the command does, but only towards the command and not beyond: a robot held
+        by a wall is not thrown back by a command to push less. Without traction nothing changes.
+
+        Args:
+            linear: velocity of the driven body's frame, along its own axes.
+            angular: its turn rate about them.
+            before: the command until now.
+            after: the command from now on.
+
+        Returns:
+            How much faster forward, to the left and in turning.
+        """
         if not self.limit:
-            return motion
-        vx, vy, _ = motion.pose.rotate_back(motion.linear)
-        wx, wy, wz = motion.pose.rotate_back(motion.angular)
+            return 0.0, 0.0, 0.0
+        vx, vy, _ = linear
+        wx, wy, wz = angular
         x, y, z = self.centre
         now = (vx + wy * z - wz * y, vy + wz * x - wx * z, wz)
         forward, side, turn = map(_towards, now, self._of_centre(before), self._of_centre(after))
-        linear = motion.pose.rotate((forward + turn * y, side - turn * x, 0.0))
-        angular = motion.pose.rotate((0.0, 0.0, turn))
-        return ModelMotion(motion.pose, _sum(motion.linear, linear), _sum(motion.angular, angular))
+        return forward + turn * y, side - turn * x, turn
 
     def spins(self, velocity: BodyVelocity) -> tuple[float, ...]:
         """Return the velocities of the wheel joints, rad/s."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.render.pixels import draw
+from nrp_core.world.render.pixels import NearnessArray, draw
 from nrp_core.world.render.scene_mesh import WORLD_FRAME, FloatArray, SceneMesh
 
 _WORLD = np.eye(3, 4)[np.newaxis]
@@ -25,7 +25,13 @@ class FaceView:
         self._seen: dict[tuple[int, ...], npt.NDArray[np.int32]] = {}
 
     def draw(
-        self, points: FloatArray, eye: FloatArray, focal: float, near: float, far: float, nearness: FloatArray
+        self,
+        points: FloatArray,
+        eye: FloatArray,
+        focal: float,
+        near: float,
+        far: float,
+        nearness: NearnessArray,
     ) -> npt.NDArray[np.int32]:
         """Return the number of the face that each pixel shows, -1 where there is none; until the next call.
 

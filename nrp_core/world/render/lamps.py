@@ -7,6 +7,7 @@ from math import cos, inf, tan
 
 import numpy as np
 
+from nrp_core.world.render.pixels import NearnessArray
 from nrp_core.world.render.scene_mesh import FloatArray
 from nrp_core.world.scene.model import Light
 
@@ -19,7 +20,7 @@ NEAREST = 0.01
 CUBE_FOCAL = SIZE / 2 / 1.02  # a little more than a side of the cube, so that no point falls between two
 SPOT_MARGIN = 1.02
 
-DrawMap = Callable[[FloatArray, float, float, float, FloatArray], object]
+DrawMap = Callable[[FloatArray, float, float, float, NearnessArray], object]
 """Draws nearness: from an eye, with a focal length, a near and a far distance, into a map."""
 
 _SIDES = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
@@ -51,7 +52,7 @@ class Lamps:
         self.rows = np.empty((len(shining), _WIDTH))
         for row, light, first, end in zip(self.rows, shining, ends[:-1], ends[1:], strict=True):
             row[:] = (*_shine(light), first, end)
-        self.maps = np.empty((ends[-1], SIZE, SIZE))
+        self.maps = np.empty((ends[-1], SIZE, SIZE), np.float32)
         self.eyes = np.empty((ends[-1], 3, 4))
         self.focals = np.empty(ends[-1])
 

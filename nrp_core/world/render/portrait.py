@@ -56,7 +56,7 @@ def portrait(scene: Scene, width: int = 960, height: int = 720) -> npt.NDArray[n
     if len(subject.mesh.faces):
         eye = _eye(subject, optics, any(not model.static for model in scene.models))
         lens = (optics.focal, optics.near, optics.far)
-        seen = FaceView(subject.mesh).draw(subject.vertices, eye, *lens, np.empty(seen.shape))
+        seen = FaceView(subject.mesh).draw(subject.vertices, eye, *lens, np.empty(seen.shape, np.float32))
     large = np.take(_palette(subject), seen, axis=0)
     return cv2.resize(large, (width, height), interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
 

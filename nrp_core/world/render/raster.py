@@ -55,7 +55,7 @@ class RasterCameras(Cameras):
         self._optics = optics
         self._eyes = {path: self._eye(bodies[path[0]], path, numbers) for path in optics}
         sizes = {path: (each.height, each.width) for path, each in optics.items()}
-        self._work = {path: np.empty(size) for path, size in sizes.items()}
+        self._work = {path: np.empty(size, np.float32) for path, size in sizes.items()}
         self._seen = {path: np.empty(size, np.int32) for path, size in sizes.items()}
 
     def picture(self, path: CameraPath) -> ImageArray:

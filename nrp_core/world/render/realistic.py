@@ -2,8 +2,8 @@
 
 Surfaces are matt (Lambert's law), their edges sharp and their curves smooth; shadows come from maps of what
 each light sees (Williams, Casting curved shadows on curved surfaces, SIGGRAPH 1978). Light is added to the
-ambient light that SDF gives a scene by default; nothing is reflected from one surface to another, and there
-are no textures.
+ambient light that SDF gives a scene by default; nothing is reflected from one surface to another, what glows
+lights nothing else, and there are no textures.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ class RealisticCameras(RasterCameras):
         self._map_shadows(points)
         eye = self._eye_in_world(path)
         seen = self._view.draw(points, eye, optics.focal, optics.near, optics.far, nearness)
-        albedo = (mesh.palette / 255)[mesh.surfaces]
-        shapes = (points, mesh.faces, self._normals, self._frames, self._frame_of_face, albedo)
+        colors = (mesh.palette / 255)[mesh.surfaces], mesh.glowing[mesh.surfaces]
+        shapes = (points, mesh.faces, self._normals, self._frames, self._frame_of_face, *colors)
         light = (np.array(SKY[:3]), AMBIENT, lamps.rows, lamps.maps, lamps.eyes, lamps.focals)
         picture = np.empty((optics.height, optics.width, 3), np.uint8)
         shade(seen, nearness, optics.focal, eye, *shapes, *light, picture)

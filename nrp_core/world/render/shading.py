@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.jit import inlined, jit
-from nrp_core.world.render.pixels import NOTHING
+from nrp_core.world.render.pixels import NOTHING, NearnessArray
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -64,7 +64,7 @@ def _cosine(a: FloatArray, b: FloatArray) -> float:
 @jit
 def shade(
     seen: IntArray,
-    nearness: FloatArray,
+    nearness: NearnessArray,
     focal: float,
     eye: FloatArray,
     points: FloatArray,
@@ -73,10 +73,11 @@ def shade(
     turns: FloatArray,
     face_frames: IntArray,
     albedo: FloatArray,
+    glowing: npt.NDArray[np.bool_],
     sky: FloatArray,
     ambient: float,
     lights: FloatArray,
-    maps: FloatArray,
+    maps: NearnessArray,
     map_eyes: FloatArray,
     map_focals: FloatArray,
     picture: npt.NDArray[np.uint8],
@@ -94,6 +95,7 @@ def shade(
         turns: rotation and translation of each frame to the world, shape ``(f, 3, 4)``.
         face_frames: the frame of each face, shape ``(m,)``.
         albedo: colour of each face, 0..1, shape ``(m, 3)``.
+        glowing: which faces have their colour in any light, shape ``(m,)``.
         sky: colour where nothing is seen, 0..1.
         ambient: light from everywhere.
         lights: one a row, as :class:`~nrp_core.world.render.lamps.Lamps` lays them out.
@@ -110,6 +112,10 @@ def shade(
             if face == NOTHING:
                 for channel in range(3):
                     picture[row, column, channel] = int(255 * sky[channel] + 0.5)
+                continue
+            if glowing[face]:
+                for channel in range(3):
+                    picture[row, column, channel] = int(255 * albedo[face, channel] + 0.5)
                 continue
             depth = 1.0 / nearness[row, column]
             x, y = (column + 0.5 - width / 2) * depth / focal, (height / 2 - row - 0.5) * depth / focal
@@ -160,7 +166,7 @@ def _add_light(
     normal: FloatArray,
     lamps: FloatArray,
     lamp: int,
-    maps: FloatArray,
+    maps: NearnessArray,
     map_eyes: FloatArray,
     map_focals: FloatArray,
     light: FloatArray,
@@ -191,7 +197,7 @@ def _add_light(
 
 @inlined
 def _lit(
-    place: FloatArray, normal: FloatArray, maps: FloatArray, eyes: FloatArray, focal: float, number: int
+    place: FloatArray, normal: FloatArray, maps: NearnessArray, eyes: FloatArray, focal: float, number: int
 ) -> float:
     """Return which share of a point's surroundings a lamp's eye sees; 1 for what is outside its map."""
     size = maps.shape[1]
