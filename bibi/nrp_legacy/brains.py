@@ -10,21 +10,23 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from pyNN.common import Projection as AnyProjection
 
 from nrp_core.brain.network import IntArray, Network
 from nrp_core.brain.picking import CIRCUIT, Selection, with_views
 from nrp_core.brain.script import load_network
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.xml_tree import Element
-from nrp_legacy.brain_root import plain_variables
 from nrp_legacy.code import Source, as_of_old, compiled_file
 from nrp_legacy.elements import attribute, children, local, number
 from nrp_legacy.h5_brain import read_h5_brain
 from nrp_legacy.injections import Injection, kept_injections
+from nrp_legacy.live.built import Built
+from nrp_legacy.live.contents import Contents
 from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.nest.network import network_of
+from nrp_legacy.nest.models import SPIKE_RECORDERS
+from nrp_legacy.nest.network import Conversion, network_of
+from nrp_legacy.nest.running import RunningKernel
 from nrp_legacy.pynn07 import add_spellings
 from nrp_legacy.shims.libraries import libraries_of_old
 from nrp_legacy.shims.missing import StandIns
@@ -43,14 +45,12 @@ class NotedNetwork(Network):
     Args:
         notes: what users should know.
         injections: currents that its file injects.
-        variables: what its file holds in plain variables.
-        labels: of the projections that its file holds in variables, by their names.
+        built: what its file holds in variables.
     """
 
     notes: tuple[str, ...] = ()
     injections: tuple[Injection, ...] = ()
-    variables: Mapping[str, Any] = field(default_factory=dict)
-    labels: Mapping[str, str] = field(default_factory=dict)
+    built: Built = field(default_factory=Built)
 
 
 def load_brain(
@@ -94,31 +94,55 @@ def load_script(
     """
     if path.suffix != ".py":
         raise NetworkError(f"brains are read from .py and .h5 files, not from '{path.name}'", path=path)
-    kernel, currents = Kernel(seed), list[Injection]()
-    nest = nest_module(kernel)
-
-    kept, labels = dict[str, Any](), dict[str, str]()
+    built, currents = Built(), list[Injection]()
+    kernel = RunningKernel(seed, built)
+    built.nest = nest_module(kernel)
+    built.on_begin.append(kernel.begin)
+    kept: list[dict[str, Any]] = []
+    sims: list[ModuleType] = []
 
     def by_nest(variables: Mapping[str, Any]) -> Network | None:
-        kept.update(plain_variables(variables))
-        labels.update({name: one.label for name, one in variables.items() if isinstance(one, AnyProjection)})
+        kept.append(variables)  # type: ignore[arg-type] # of a module
         return network_of(kernel, variables) if kernel.groups else None
 
     def adapt(sim: ModuleType) -> None:
         nonlocal currents
         add_spellings(sim)
-        vars(sim)["nest"] = nest
+        vars(sim)["nest"] = built.nest
+        sims.append(sim)
         currents = kept_injections(sim)
 
     with as_of_old():
         made = load_network(
             path, seed=seed, simulators=_SIMULATORS, compiled=compiled_file, adapt=adapt,
-            modules={**libraries_of_old({}, lambda _seconds: None, seed), "nest": nest},
+            modules={**libraries_of_old({}, lambda _seconds: None, seed), "nest": built.nest},
             other=by_nest, missing=StandIns(kernel.note), folders=folders,
         )  # fmt: skip
     parts = made.populations, made.projections, made.views, made.timestep_ms
-    noted = NotedNetwork(*parts, tuple(kernel.notes), tuple(currents), kept, labels)
+    _keep(built, kernel, made, kept[0], sims[0])
+    noted = NotedNetwork(*parts, tuple(kernel.notes), tuple(currents), built)
     return with_views(noted, populations or {})
+
+
+def _keep(built: Built, kernel: Kernel, network: Network, variables: dict[str, Any], sim: ModuleType) -> None:
+    """Let what a brain file leaves in its variables belong to the brain that will run."""
+    made = Conversion(kernel)
+    built.network = network
+    contents = Contents(built, made.cells_of)
+    contents.replace(variables)
+    built.variables, built.show = variables, contents.shown
+    if kernel.groups:
+        nodes = {cell: node for node, cell in made.ids.items()}
+        built.node_of = lambda neuron: nodes[neuron]
+        heard = (kernel.heard_by(group.first) for group in kernel.groups if group.base in SPIKE_RECORDERS)
+        recorded = [[made.ids[node] for node in some.tolist() if node in made.ids] for some in heard]
+    else:
+        recorders = [population.recorder.recorded for population in sim.state.populations]
+        recorded = [
+            [int(cell) for what, cells in one.items() if what.name == "spikes" for cell in cells]
+            for one in recorders
+        ]
+    built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
 
 
 def remark(

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
+from math import inf
 from typing import Any
+from weakref import WeakSet
+
+import numpy as np
 
 from nrp_core import dsl
 from nrp_core.dsl.devices import (
@@ -13,25 +18,30 @@ from nrp_core.dsl.devices import (
     NoiseCurrentGenerator,
     Setting,
     SineCurrentGenerator,
+    SpikeGenerator,
 )
 from nrp_core.dsl.kinds import DeviceKind
+from nrp_legacy.shims.graph import log
 
 _KILO = 1e-3
+_LARGEST = sys.float_info.max
 _SMALL = frozenset({"amplitude", "offset", "mean", "stdev", "weight", "cm", "i_offset"})
 """Settings in nA, uS or nF, which NEST has in pA, nS or pF."""
 
 
-class _Renamed(Setting):
-    """An attribute under another name, in another unit.
+class _Forgiving(Setting):
+    """An attribute that may have another name and unit; what no device can take counts as the nearest it can.
 
     Args:
         name: of the port's attribute.
         scale: from the unit of users to that of the port.
+        lowest: that a device takes.
     """
 
-    def __init__(self, name: str, scale: float) -> None:
-        super().__init__(f"{name}, in the unit of NEST.")
-        self._port_name, self._scale = name, scale
+    def __init__(self, name: str, scale: float = 1.0, lowest: float = -inf) -> None:
+        super().__init__(f"{name}, as on the platform.")
+        self._port_name, self._scale, self._lowest = name, scale, lowest
+        self._told: WeakSet[Any] = WeakSet()
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = self._port_name
@@ -41,50 +51,76 @@ class _Renamed(Setting):
         return value if device is None else value / self._scale
 
     def __set__(self, device: Device, value: Any) -> None:
-        super().__set__(device, value * self._scale)
+        if isinstance(value, (int, float)) and max(self._lowest, -_LARGEST) <= value <= _LARGEST:
+            super().__set__(device, value * self._scale)
+            return
+        given = np.asarray(value, dtype=float) * self._scale
+        taken = np.maximum(np.where(np.isfinite(given), given, 0.0), self._lowest)
+        if (taken != given).any() and device.port not in self._told:
+            self._told.add(device.port)
+            log.warning("%s: no %s can be %s: %s it is", device.parameter, self._port_name, value, taken)
+        super().__set__(device, taken.item() if taken.size == 1 else taken)
+
+
+class Spikes(SpikeGenerator):
+    """Spikes at a rate."""
+
+    __slots__ = ()
+    rate = _Forgiving("rate", lowest=0.0)
+
+
+class Current(CurrentGenerator):
+    """A constant current."""
+
+    __slots__ = ()
+    amplitude = _Forgiving("amplitude")
+
+
+class Sine(SineCurrentGenerator):
+    """A sinusoidal current."""
+
+    __slots__ = ()
+    amplitude = _Forgiving("amplitude")
+    offset = _Forgiving("offset")
 
 
 class Noise(NoiseCurrentGenerator):
     """A noisy current whose standard deviation has both names."""
 
     __slots__ = ()
-    std = _Renamed("stdev", 1.0)
+    mean = _Forgiving("mean")
+    stdev = std = _Forgiving("stdev", lowest=0.0)
 
 
 class NestCurrent(CurrentGenerator):
     """A constant current in pA."""
 
     __slots__ = ()
-    amplitude = _Renamed("amplitude", _KILO)
+    amplitude = _Forgiving("amplitude", _KILO)
 
 
 class NestSine(SineCurrentGenerator):
     """A sinusoidal current in pA."""
 
     __slots__ = ()
-    amplitude = _Renamed("amplitude", _KILO)
-    offset = _Renamed("offset", _KILO)
+    amplitude = _Forgiving("amplitude", _KILO)
+    offset = _Forgiving("offset", _KILO)
 
 
 class NestNoise(NoiseCurrentGenerator):
     """A noisy current in pA."""
 
     __slots__ = ()
-    mean = _Renamed("mean", _KILO)
-    stdev = _Renamed("stdev", _KILO)
-    std = _Renamed("stdev", _KILO)
+    mean = _Forgiving("mean", _KILO)
+    stdev = std = _Forgiving("stdev", _KILO, lowest=0.0)
 
 
 def device_kinds(*, nest_units: bool) -> dict[str, DeviceKind]:
-    """Return the kinds that differ from ours, by name."""
-    dc, ac, nc = dsl.dc_source, dsl.ac_source, dsl.nc_source
-    if not nest_units:
-        return {"nc_source": replace(nc, device=Noise)}
-    return {
-        "dc_source": replace(dc, device=NestCurrent),
-        "ac_source": replace(ac, device=NestSine),
-        "nc_source": replace(nc, device=NestNoise),
-    }
+    """Return the kinds that take what ours refuse, by name."""
+    currents = (NestCurrent, NestSine, NestNoise) if nest_units else (Current, Sine, Noise)
+    kinds = {"dc_source": currents[0], "ac_source": currents[1], "nc_source": currents[2],
+             "poisson": Spikes, "fixed_frequency": Spikes}  # fmt: skip
+    return {name: replace(getattr(dsl, name), device=device) for name, device in kinds.items()}
 
 
 def in_our_units(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from nrp_core.dsl.topics import Topic
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Direction, Stamped
+from nrp_legacy.shims.modules import OpenMessage
 
 HEARD, UNHEARD, MISTYPED = "/heard", "/unheard", "/mistyped"
 """Before the names of what is sent to a robot, of what is sent to nobody, and of what has another type."""
@@ -54,6 +55,7 @@ class _Redirection:
 
     def read(self, topic: Topic) -> Topic:
         """Return a topic that repeats what is sent on one that only the robot reads."""
+        topic = self._known(topic)
         mistyped = self._mistyped(topic)
         if mistyped is not None:
             return mistyped
@@ -61,6 +63,13 @@ class _Redirection:
         if is_new:
             self._repeat(beside.name.removeprefix(HEARD), beside.name)
         return beside
+
+    def _known(self, topic: Topic) -> Topic:
+        """Return a topic with the type that the world serves where the user's is not known, but its name."""
+        info, kind = self._world.topics.get(plain_name(topic)), topic.topic_type
+        is_open = isinstance(kind, type) and issubclass(kind, OpenMessage)
+        same = info is not None and is_open and kind.__name__ == info.type.__name__
+        return replace(topic, topic_type=info.type) if info is not None and same else topic
 
     def _mistyped(self, topic: Topic) -> Topic | None:
         """Return a silent topic for one that carries other messages, as such connections fail in ROS."""

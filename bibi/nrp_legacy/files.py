@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from nrp_core.archives import unpacked
+from nrp_core.world.scene.resources import main_file
 from nrp_legacy.documents import FileNamed
 
 _STAND_INS = Path(__file__).with_name("stand_ins")
@@ -17,7 +18,14 @@ EMPTY_ROOM, NO_BRAIN = _STAND_INS / "empty_room.sdf", _STAND_INS / "no_brain.py"
 """What there is where an experiment names nothing that is found."""
 _SHELVES = ("", "robots", "brains", "environments", "bibi", "brain_model")
 """Folders of a model library in which its models stand."""
+_BRAINS = (".py", ".h5")
 _SCHEMES = ("storage://", "model://", "file://")
+
+
+def models_of_installation() -> list[Path]:
+    """Return the folder of models that an installation of the platform names in its variables, if any."""
+    said = (Path(os.environ.get("NRP_MODELS_DIRECTORY") or "/"), Path(os.environ.get("HBP") or "/", "Models"))
+    return [folder for folder in said if folder != Path("/") and folder.is_dir()][:1]
 
 
 class Library:
@@ -61,16 +69,25 @@ class Library:
         """Return the file of a robot or room; of an archive, the one that it unpacks to."""
         names = []
         for name in named.names:
-            names += [name, f"{name}/model.sdf", f"{name}/{Path(name).name}.sdf"]
+            names += [name, f"{name}/model.sdf", f"{name}/{Path(name).name}.sdf", f"{name}.sdf"]
             names += [f"{Path(name).parent.name or named.model}.zip"] if name.endswith(".sdf") else []
-        path = self._first(names, named.model)
-        return path if path is None or path.suffix != ".zip" else _inside(path, (".sdf", ".urdf"))
+        return self._main(names, named.model, lambda folder, _name: main_file(folder))
 
     def find_brain(self, named: FileNamed) -> Path | None:
         """Return the file of a brain; of an archive, the one that it unpacks to."""
-        names = (*named.names, *(f"{name}/{Path(name).name}.py" for name in named.names))
-        path = self._first(names, named.model)
-        return path if path is None or path.suffix != ".zip" else _inside(path, (".py", ".h5"))
+        others = (f"{name}{end}" for name in named.names for end in (f"/{Path(name).name}.py", ".py", ".h5"))
+        return self._main([*named.names, *others], named.model, _main_script)
+
+    def _main(
+        self, names: Sequence[str], model: str | None, main: Callable[[Path, str], Path | None]
+    ) -> Path | None:
+        """Return the first file that there is; of an archive or a folder the main file in it."""
+        path = self._first(names, model)
+        if path is not None:
+            return path if path.suffix.lower() != ".zip" else main(unpacked(path), path.stem)
+        places = (place for name in names for place in self._candidates(_plain(name), model))
+        folders = (place for place in places if place.is_dir() and place.resolve() not in self._tops)
+        return next((file for folder in folders if (file := main(folder, folder.name))), None)
 
     def _first(self, names: Iterable[str], model: str | None) -> Path | None:
         """Return the first file that there is.
@@ -100,33 +117,66 @@ class Library:
         yield from (self.folder.joinpath(*rest[i:]) for i in range(1, len(rest)))
 
     def _by_its_end(self, name: str) -> Path | None:
-        """Return the first file of the libraries whose path ends so, in whichever case."""
-        end = [part.lower() for part in Path(name).parts if part not in ("..", ".", "/")]
-        named = self._files.get(end[-1], ()) if end else ()
-        ends = (path for path in named if [part.lower() for part in path.parts[-len(end) :]] == end)
-        return next((path.resolve() for path in ends), None)
+        """Return the first file whose path ends so, in whichever case.
+
+        Folders that are not here may lead: where the files were on another machine, or its variables. What is
+        left is at least a folder and a file.
+        """
+        parts = [part.lower() for part in PurePosixPath(name).parts if part not in ("..", ".", "/")]
+        named = self._files.get(parts[-1], ()) if parts else ()
+        for i in range(max(len(parts) - 1, 1)):
+            end = parts[i:]
+            for path in named:
+                if [part.lower() for part in path.parts[-len(end) :]] == end:
+                    return path.resolve()
+        return None
 
     @cached_property
     def _files(self) -> Mapping[str, list[Path]]:
-        """All files of the libraries by their names, in small letters."""
+        """All files of the experiment and the libraries by their names, in small letters."""
         found = defaultdict[str, list[Path]](list)
-        for library in self._models:
-            for folder, folders, names in os.walk(library):
-                folders.sort()
+        for place in (self.folder, *self._models):
+            for folder, folders, names in os.walk(place, followlinks=True):
+                _leave_out_circles(folder, folders)
                 for name in sorted(names):
                     found[name.lower()].append(Path(folder, name))
         return found
 
+    @cached_property
+    def _tops(self) -> set[Path]:
+        """The folders that are no models themselves."""
+        return {
+            self.folder.resolve(),
+            self.folder.parent.resolve(),
+            *(root.resolve() for root in self.roots()),
+        }
+
+
+def _main_script(folder: Path, name: str) -> Path | None:
+    """Return the main file of a brain: one named as its folder, else the least deep one.
+
+    Args:
+        folder: that it is in.
+        name: that the file may have too.
+    """
+    found = [path for end in _BRAINS for path in sorted(folder.rglob(f"*{end}")) if path.stem != "__init__"]
+    named = [path for path in found if path.stem in ("model", name, path.parent.name)]
+    return min(named or found, key=lambda path: len(path.parts), default=None)
+
+
+def _leave_out_circles(folder: str, folders: list[str]) -> None:
+    """Let a walk not go into links that lead back to where they are."""
+    here = os.path.realpath(folder) + os.sep
+    folders[:] = sorted(
+        name for name in folders
+        if name[:1] != "." and not here.startswith(os.path.realpath(Path(folder, name)) + os.sep)
+    )  # fmt: skip
+
 
 def _plain(name: str) -> str:
+    """Return a name as parts with slashes between them, relative unless there is such a file."""
+    if Path(name).is_file():
+        return name
     for scheme in _SCHEMES:
         name = name.removeprefix(scheme)
-    return name.strip().lstrip("/") if not Path(name).is_file() else name
-
-
-def _inside(archive: Path, suffixes: Iterable[str]) -> Path | None:
-    """Return the main file of an archive."""
-    folder = unpacked(archive)
-    found = [path for suffix in suffixes for path in sorted(folder.rglob(f"*{suffix}"))]
-    named = [path for path in found if path.stem in ("model", archive.stem)] or found
-    return min(named, key=lambda path: len(path.parts), default=None)
+    return name.strip().replace("\\", "/").lstrip("/")

@@ -17,6 +17,7 @@ from nrp_core.dsl.binding import Binding
 from nrp_core.dsl.kinds import DeviceKind
 from nrp_core.dsl.selectors import evaluate
 from nrp_core.dsl.variables import Variable
+from nrp_legacy.brain_root import Brain
 from nrp_legacy.devices import device_kinds, in_our_units
 from nrp_legacy.shims.graph import absolute, log
 from nrp_legacy.shims.modules import module
@@ -105,10 +106,10 @@ def topic(name: str, topic_type: Any = None) -> dsl.Topic:
     return ForgivingTopic(absolute(name).rstrip("/"), topic_type)
 
 
-def resolve(function: Callable[..., Any]) -> Any:
+def resolve(brain: Any, function: Callable[..., Any]) -> Any:
     """Return what a function of nothing, of the brain, or of the brain and its adapter gives."""
     count = len(inspect.signature(function).parameters)
-    return dsl.resolve(lambda root: function(*(root, None)[:count]))
+    return dsl.resolve(lambda _root: function(*(brain, None)[:count]))
 
 
 class SameVariable(Variable):
@@ -174,6 +175,7 @@ def framework(
             variable.begin_with(initial)
             return variable
 
+    brain = Brain(brain_root)
     own = {name: getattr(dsl, name) for name in dsl.__all__}
     mappings = (MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher, MapVariable)
     return module(
@@ -182,7 +184,7 @@ def framework(
             **own,
             **device_kinds(nest_units=nest_units),
             **{mapping.__name__: mapping for mapping in mappings},
-            "Topic": topic, "resolve": resolve,
+            "Topic": topic, "resolve": partial(resolve, brain), "brain": brain,
             "raw_signal": Unavailable("raw_signal"),
             "config": module("config", brain_root=brain_root, brain_source=None, active_node=None),
         },

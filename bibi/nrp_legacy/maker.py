@@ -27,6 +27,7 @@ from nrp_legacy.files import EMPTY_ROOM, Library
 from nrp_legacy.functions import code_of, load, sources_of
 from nrp_legacy.injections import let_flow
 from nrp_legacy.joint_topics import with_commanded_joints
+from nrp_legacy.live.built import built_of
 from nrp_legacy.machines import StateMachines
 from nrp_legacy.namespace import Namespace
 
@@ -56,8 +57,8 @@ class ShimmedMaker(Maker):
     ) -> None:
         self._document, self.machines, self._folders = document, list(machines), tuple(folders)
         self._nest_units, self._notes = nest_units, list(notes)
-        self.names = self._namespace()
         self._network: Network | None = None
+        self.names = self._namespace()
 
     @property
     def can_be_saved(self) -> bool:
@@ -65,8 +66,9 @@ class ShimmedMaker(Maker):
 
     def _namespace(self, seed: int = 0) -> Namespace:
         return Namespace(
-            self._note, self._folders, nest_units=self._nest_units, environment=self._environment, seed=seed
-        )
+            self._note, self._folders, nest_units=self._nest_units, environment=self._environment, seed=seed,
+            network=self._network,
+        )  # fmt: skip
 
     def _known(self, network: Network) -> Network:
         """Return a network, whose variables transfer functions can look up from now on."""
@@ -75,10 +77,7 @@ class ShimmedMaker(Maker):
 
     def _begun(self, experiment: Experiment) -> Namespace:
         """Return fresh names, which know the brain."""
-        names = self._namespace(experiment.seed)
-        if self._network is not None:
-            names.brain_root.know(self._network)
-        return names
+        return self._namespace(experiment.seed)
 
     @property
     def _environment(self) -> Mapping[str, str]:
@@ -116,7 +115,7 @@ class ShimmedMaker(Maker):
 
     def begin(self, run: Run) -> None:
         self.names.graph.begin(run)
-        self.names.brain_root.begin(run)
+        built_of(run.brain.network).begin(run)
         let_flow(getattr(run.brain.network, "injections", ()), run.brain)
         machines = StateMachines(self.machines, self.names, run)
         run.on_close.append(machines.close)

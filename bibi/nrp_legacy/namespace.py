@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
+from nrp_core.brain.network import Network
 from nrp_core.dsl.imports import file_scope
 from nrp_core.dsl.loader import file_names
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
@@ -17,6 +18,9 @@ from nrp_legacy import python2
 from nrp_legacy.brain_root import BrainRoot
 from nrp_legacy.code import compiled_file
 from nrp_legacy.framework import framework, topic
+from nrp_legacy.live.built import Built
+from nrp_legacy.nest.api import nest_module
+from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.shims.containers import smach_module
 from nrp_legacy.shims.cv_bridge import CvBridge, cv_bridge_module
 from nrp_legacy.shims.graph import Graph, log
@@ -48,6 +52,7 @@ class Namespace:
         nest_units: whether devices are set in the units of NEST.
         environment: variables that the platform set.
         seed: of what code draws at random.
+        network: the brain, None if it is not known yet.
 
     Attributes:
         graph: what the shims know of the run.
@@ -64,10 +69,11 @@ class Namespace:
         nest_units: bool = False,
         environment: Mapping[str, str] = MappingProxyType({}),
         seed: int = 0,
+        network: Network | None = None,
     ) -> None:
         self.graph = Graph()
         services = Services(self.graph)
-        self.brain_root = BrainRoot()
+        self.brain_root = BrainRoot(network)
         nrp = framework(notes, nest_units=nest_units, brain_root=self.brain_root)
         vars(nrp)["tf_lib"] = file_names()["nrp"].tf_lib
         logger, messages = ClientLogger(), message_modules()
@@ -84,6 +90,7 @@ class Namespace:
             **dict.fromkeys(("smach", "smach.state", "smach.state_machine"), smach_module()),
             "smach_ros": smach_ros_module(self.graph, services),
             "cv_bridge": cv_bridge_module(),
+            "nest": getattr(network, "built", Built()).nest or nest_module(Kernel(seed)),
             "roslib": module("roslib", load_manifest=lambda _name: None),
             "tf": tf_module(),
             "tf.transformations": transformations_module(),

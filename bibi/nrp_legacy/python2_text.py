@@ -106,6 +106,38 @@ def _operators(tokens: list[Token]) -> Iterator[Edit]:
             yield one.start, one.end, "r"
 
 
+# -- parameters in parentheses
+
+
+def _lambdas(tokens: list[Token]) -> Iterator[Edit]:
+    """Let ``lambda (a, b): a`` take a pair: ``lambda _pair: (lambda a, b: a)(*_pair)``."""
+    said = [token for token in tokens if token.type not in (tokenize.COMMENT, tokenize.NL)]
+    for i, (word, opening) in enumerate(pairwise(said)):
+        if (word.string, opening.string) != ("lambda", "("):
+            continue
+        closing = next((k for k in range(i + 1, len(said)) if said[k].string == ")"), i)
+        if said[closing + 1].string != ":":
+            continue
+        is_one = all(token.string != "," for token in said[i:closing])
+        yield opening.start, opening.end, " " if is_one else "_pair: (lambda "
+        yield said[closing].start, said[closing].end, ""
+        if is_one:
+            continue
+        last = said[_end_of_lambda(said, closing + 2) - 1]
+        yield last.end, last.end, ")(*_pair)"
+
+
+def _end_of_lambda(tokens: list[Token], first: int) -> int:
+    """Return the index behind the body of a lambda."""
+    depth = 0
+    for k in range(first, len(tokens)):
+        depth += _nesting(tokens[k])
+        is_over = depth == 0 and tokens[k].string in (",", ":", ";", "for")
+        if depth < 0 or is_over or tokens[k].type == tokenize.NEWLINE:
+            return k
+    return len(tokens)
+
+
 # -- statements
 
 
@@ -178,6 +210,7 @@ def _print_call(statement: list[Token]) -> list[Edit]:
 
 _REWRITES: tuple[tuple[str, Callable[[list[Token]], Iterator[Edit]]], ...] = (
     ("operators and literals", _operators),
+    ("parameters in parentheses", _lambdas),
     ("except and raise", _exceptions),
     ("exec statements", _exec_statements),
     ("print statements", _print_statements),

@@ -19,7 +19,7 @@ from nrp_core.paths import MissingFileError, existing_folder
 from nrp_core.xml_tree import Element
 from nrp_legacy import documents
 from nrp_legacy.elements import local, seconds_of
-from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library
+from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, models_of_installation
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.poses import pose_of
 
@@ -61,7 +61,8 @@ class _Reading:
         self._exc = documents.read_experiment(path)
         self._chosen = [one for one in overrides if one.partition("=")[0].strip().startswith("models")]
         models = reduce(overridden, self._chosen, Tree({})).plain().get("models", [])
-        self._library = Library(path.parent, [existing_folder(folder) for folder in models])
+        folders = [existing_folder(folder) for folder in models]
+        self._library = Library(path.parent, folders or models_of_installation())
         self._notes: list[Finding] = []
         self._bibi = documents.read_bibi(self._bibi_file())
 

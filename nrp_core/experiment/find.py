@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from nrp_core.archives import unpacked
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model import Experiment
 from nrp_core.registry import Registry, plugins
@@ -18,19 +19,24 @@ from nrp_core.registry import Registry, plugins
 SHIPPED_GROUP = "nrp_core.experiments"
 READERS_GROUP = "nrp_core.experiment_readers"
 STEM = "experiment"
+ARCHIVE = ".zip"
 
 
 def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experiment:
     """Find and read an experiment.
 
     Args:
-        text: a shipped experiment (``name`` or ``name/variant``), a file, or a folder with one.
+        text: a shipped experiment (``name`` or ``name/variant``), a file, or a folder or ZIP archive with
+            one.
         overrides: ``dotted.key=value``.
 
     Raises:
         ExperimentError: there is none, or it is wrong.
     """
     path = find_file(str(text))
+    if Path(text).suffix.lower() == ARCHIVE:  # what is unpacked is kept where users do not look
+        beside = Path.cwd() / Path(text).expanduser().with_suffix("")
+        overrides = [f"csv_folder={beside / 'csv'}", *overrides]
     read = _readers().load(path.suffix)
     experiment: Experiment = read(path, overrides)
     return experiment
@@ -49,7 +55,8 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     """Return the file of an experiment.
 
     Args:
-        text: a shipped experiment, a file, or a folder with one; ``./name`` is never a shipped one.
+        text: a shipped experiment, a file, or a folder or ZIP archive with one; ``./name`` is never a
+            shipped one.
         folder: where relative paths start; by default the current one.
 
     Raises:
@@ -66,9 +73,23 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     if not path.is_file():
         hint = did_you_mean(text, shipped())
         raise ExperimentError(f"there is no experiment '{text}', nor such a file{hint}")
+    if path.suffix.lower() == ARCHIVE:
+        return _in_archive(path.resolve())
     if path.suffix not in _readers().names():
         raise ExperimentError(f"no experiment: files end in {', '.join(_readers().names())}", path=path)
     return path.resolve()
+
+
+def _in_archive(archive: Path) -> Path:
+    suffixes, top = _readers().names(), unpacked(archive)
+    found = [path for path in top.rglob("*") if path.suffix in suffixes and path.name[:1] != "."]
+    if not found:
+        raise ExperimentError(
+            f"the archive holds no experiment: files end in {', '.join(suffixes)}", path=archive
+        )
+    return _in_folder(
+        min((path.parent for path in found), key=lambda folder: (len(folder.parts), str(folder)))
+    )
 
 
 def _in_folder(folder: Path) -> Path:

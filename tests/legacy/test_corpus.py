@@ -151,3 +151,21 @@ def test_what_students_draw_at_random_follows_from_the_seed(opened: Opened) -> N
         return rows(run, "libraries", "rows")
 
     assert drawn(1) == drawn(1) != drawn(2)
+
+
+def test_a_joint_turns_with_the_velocity_that_is_asked_for_whatever_brakes_it(
+    played: Callable[..., Run], corpus: Path
+) -> None:
+    (corpus / "icub_2017" / "turn.py").write_text(
+        """
+@nrp.Neuron2Robot(Topic('/icub/eye_version/vel', std_msgs.msg.Float64))
+def turn(t):
+    return std_msgs.msg.Float64(0.2)
+"""
+    )
+    bibi = next((corpus / "icub_2017").glob("*.bibi"))
+    body = "<bodyModel robotId='icub'>icub_model/icub.sdf</bodyModel>"
+    bibi.write_text(f"<bibi>{body}<transferFunction src='turn.py'/></bibi>")
+    run = played("icub_2017/icub.exc", "duration=1 s")
+    joints = run.world.joint_states("icub")
+    assert joints.positions[joints.names.index("eye_version")] == pytest.approx(0.2, abs=0.01)

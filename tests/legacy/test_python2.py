@@ -37,6 +37,8 @@ def printed(code: str, **values: object) -> str:
         ('print {"a": 1}["a"] # print this', "1\n"),
         ('x = 1\nif x <> 2: print "ne"', "ne\n"),
         ("print 0777, 10L", "511 10\n"),
+        ("print sorted([(1, 2), (2, 1)], key=lambda (a, b): b)[0], (lambda (a): a)(3)", "(2, 1) 3\n"),
+        ("f, g = lambda (a, b): [a, b] if a else {a: b}, 1\nprint f((0, [2]))", "{0: [2]}\n"),
         ('try:\n  raise ValueError, "no"\nexcept (KeyError, ValueError), e:\n  print e', "no\n"),
         ("d = {1: 2}\nprint sorted(d.iteritems()), d.has_key(1)", "[(1, 2)] True\n"),
         ("print 7 / 2, 7.0 / 2, 7 // 2", "3 3.5 3\n"),

@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from functools import wraps
 from types import ModuleType
 from typing import Any, NamedTuple, NoReturn
 
@@ -12,6 +14,7 @@ import numpy as np
 
 from nrp_core.brain.network import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_legacy.live.cells import Cells
 from nrp_legacy.nest import distributions as of
 from nrp_legacy.nest.kernel import Block, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES
@@ -50,13 +53,17 @@ class Synapses(tuple[Synapse, ...]):
 
     def get(self, name: str) -> Any:
         """Return a parameter of each."""
+        if self:
+            self[0].block.kernel.read_weights()
         return tuple(_synapse_values(one).get(name) for one in self)
 
 
 def nest_module(made: Kernel) -> ModuleType:
     """Return the module; what it is asked to make goes to a kernel."""
     api = _Interface(made)
-    functions = {name: getattr(api, name) for name in vars(_Interface) if not name.startswith("_")}
+    functions = {
+        name: _once_ready(made, getattr(api, name)) for name in vars(_Interface) if not name.startswith("_")
+    }
     quiet = dict.fromkeys(_QUIET, _nothing)
     random = module("nest.random", uniform=of.uniform, normal=of.normal, lognormal=of.lognormal,
                     exponential=of.exponential)  # fmt: skip
@@ -98,7 +105,9 @@ class _Interface:
 
     def GetStatus(self, nodes: Any, keys: Any = None, output: str = "") -> Any:
         """Return parameters of nodes or synapses."""
-        values = _synapse_values if _are_synapses(nodes) else self._made.node_values
+        if are_synapses := _are_synapses(nodes):
+            self._made.read_weights()
+        values = _synapse_values if are_synapses else self._made.node_values
         found = [values(one) for one in _several(nodes)]
         if keys is None:
             return tuple(found)
@@ -198,7 +207,11 @@ class _Interface:
 
     def GetKernelStatus(self, keys: Any = None) -> Any:
         """Return settings of the simulator."""
-        values = {**self._made.status, "network_size": sum(group.size for group in self._made.groups) + 1}
+        values = {
+            **self._made.status,
+            **self._made.now(),
+            "network_size": sum(group.size for group in self._made.groups) + 1,
+        }
         if isinstance(keys, str):
             return values.get(keys)
         return values if keys is None else tuple(values.get(key) for key in keys)
@@ -212,6 +225,15 @@ class _Interface:
         self._made.note("the brain file runs the network itself; here the experiment does")
 
     Run = Simulate
+
+
+def _once_ready(made: Kernel, function: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(function)
+    def call(*values: Any, **fields: Any) -> Any:
+        made.ready()
+        return function(*values, **fields)
+
+    return call
 
 
 def _nothing(*_values: Any, **_fields: Any) -> int:
@@ -229,7 +251,13 @@ def _several(nodes: Any) -> Any:
     """Return nodes or synapses, of which there may be one, as a sequence."""
     if isinstance(nodes, (int, np.integer)):
         return [Node(nodes)]
-    return [nodes] if isinstance(nodes, Synapse) else nodes
+    if isinstance(nodes, Synapse):
+        return [nodes]
+    if isinstance(nodes, Cells):
+        return nodes.nodes()
+    if isinstance(nodes, (list, tuple)) and any(isinstance(one, Cells) for one in nodes):
+        return [node for one in nodes for node in _several(one)]
+    return nodes
 
 
 def _are_synapses(items: Any) -> bool:
@@ -252,8 +280,9 @@ def _synapse_values(synapse: Synapse) -> dict[str, Any]:
 
 
 def _set_synapses(synapses: Sequence[Synapse], given: Any) -> None:
-    for i, synapse in enumerate(synapses):
-        own = given if isinstance(given, Mapping) else given[i]
-        for name, value in own.items():
-            column = synapse.block.values.setdefault(name, np.full(len(synapse.block.pre), np.nan))
-            column[synapse.place] = value[i] if _is_plain_list(value) else value
+    with synapses[0].block.kernel.changing() if synapses else nullcontext():
+        for i, synapse in enumerate(synapses):
+            own = given if isinstance(given, Mapping) else given[i]
+            for name, value in own.items():
+                column = synapse.block.values.setdefault(name, np.full(len(synapse.block.pre), np.nan))
+                column[synapse.place] = value[i] if _is_plain_list(value) else value

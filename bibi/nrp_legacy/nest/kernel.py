@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +14,15 @@ from nrp_core.brain.network import FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.seeds import Seeds
 from nrp_legacy.nest.distributions import drawn, is_random
-from nrp_legacy.nest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES, SynapseModel, defaults_of
+from nrp_legacy.nest.models import (
+    CELLS,
+    GENERATORS,
+    RECORDERS,
+    SYNAPSES,
+    SynapseModel,
+    defaults_of,
+    initial_mv,
+)
 
 _UNKNOWN = "nothing here is like it: it does nothing"
 
@@ -113,6 +122,7 @@ class Block:
     pre: IntArray
     post: IntArray
     values: dict[str, FloatArray]
+    kernel: Kernel
 
 
 class Kernel:
@@ -146,6 +156,27 @@ class Kernel:
         """Keep what users should know, once."""
         if message not in self.notes:
             self.notes.append(message)
+
+    # -- once there is a brain that runs, see :mod:`nrp_legacy.nest.running`
+
+    def ready(self) -> None:
+        """Prepare for a call."""
+
+    def changing(self) -> AbstractContextManager[None]:
+        """Return what surrounds changes of nodes and synapses."""
+        return nullcontext()
+
+    def now(self) -> dict[str, float]:
+        """Return what the kernel knows of the time."""
+        return {}
+
+    def read_weights(self) -> None:
+        """Take in the weights of synapses that learn."""
+
+    def heard_by(self, node: int) -> IntArray:
+        """Return the nodes whose spikes a recorder hears."""
+        sources = [block.pre[block.post == node] for block in self.blocks]
+        return np.unique(np.concatenate([np.empty(0, np.int64), *sources]))
 
     # -- models
 
@@ -208,17 +239,19 @@ class Kernel:
         if isinstance(values, Mapping):
             spread = {name: _spread(value, len(nodes), name, self.random) for name, value in values.items()}
             values = [{name: column[i] for name, column in spread.items()} for i in range(len(nodes))]
-        for node, given in zip(nodes, values, strict=True):
-            group = self.group_of(node)
-            for name, value in given.items():
-                group.set(name, [node - group.first], [value])
+        with self.changing():
+            for node, given in zip(nodes, values, strict=True):
+                group = self.group_of(node)
+                for name, value in given.items():
+                    group.set(name, [node - group.first], [value])
 
     def node_values(self, node: int) -> dict[str, Any]:
         """Return the parameters of a node."""
         group = self.group_of(node)
         own = {name: values[node - group.first] for name, values in group.values.items()}
-        rest = own.get("E_L", group.defaults.get("E_L"))
-        known = {"global_id": int(node), "model": group.model, "element_type": "neuron", "V_m": rest}
+        known: dict[str, Any] = {"global_id": int(node), "model": group.model, "element_type": "neuron"}
+        if group.base in CELLS:
+            known["V_m"] = initial_mv(group.base)
         return {**known, "n_events": 0, "events": {}, **group.defaults, **own}
 
     # -- synapses
@@ -243,7 +276,7 @@ class Kernel:
             for key, value in {**base.defaults, **given}.items()
             if not isinstance(value, str) and value is not None
         }  # fmt: skip
-        self.blocks.append(Block(name, base, pre, post, values))
+        self.blocks.append(Block(name, base, pre, post, values, self))
 
 
 def _spread(value: Any, n: int, name: str, random: np.random.RandomState) -> Sequence[Any]:

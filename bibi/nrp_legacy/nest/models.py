@@ -40,8 +40,9 @@ CELLS: Final[Mapping[str, Model]] = {
     ),
 }  # fmt: skip
 """Models of cells."""
+SPIKE_RECORDERS: Final = ("spike_detector", "spike_recorder")
 RECORDERS: Final = frozenset(
-    {"spike_detector", "spike_recorder", "multimeter", "voltmeter", "weight_recorder", "correlation_detector",
+    {*SPIKE_RECORDERS, "multimeter", "voltmeter", "weight_recorder", "correlation_detector",
      "volume_transmitter", "spin_detector"}
 )  # fmt: skip
 """Models that only look; a network needs none."""
@@ -74,6 +75,7 @@ class SynapseModel:
         return SynapseModel(self.kind, {**self.defaults, **values})
 
 
+_INITIAL_MV = {"izhikevich": -65.0, "hh_cond_exp_traub": -60.0}
 _PLAIN = {"weight": 1.0, "delay": 1.0}
 SYNAPSES: Final[Mapping[str, SynapseModel]] = {
     "static_synapse": SynapseModel(STATIC, _PLAIN),
@@ -96,3 +98,12 @@ def defaults_of(name: str) -> dict[str, Any]:
         values["g_L"] = LEAK_NS[name]
         values.pop("tau_m")
     return values
+
+
+def initial_mv(model: str) -> float:
+    """Return the voltage that cells begin with, mV: the resting potential of the model, whatever theirs is.
+
+    As NEST 3.10 does, when it is asked: ``E_L`` leaves the ``V_m`` of a cell as it was made.
+    """
+    rest = CELLS[model].parameters.get("v_rest")
+    return _INITIAL_MV[model] if rest is None else rest.default

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,10 +22,8 @@ from nrp_core.brain.network import (
 from nrp_core.brain.picking import CIRCUIT
 from nrp_core.brain.pynn.export import unique
 from nrp_core.brain.sonata.models import LEAK_NS, Parameter
-from nrp_legacy.nest.kernel import Group, Kernel, Node, Nodes
-from nrp_legacy.nest.models import CELLS, CURRENT, PARROT, POISSON, SPIKES
-
-_INITIAL_MV = {"izhikevich": -65.0, "hh_cond_exp_traub": -60.0}
+from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
+from nrp_legacy.nest.models import CELLS, CURRENT, PARROT, POISSON, SPIKES, initial_mv
 
 
 def network_of(kernel: Kernel, variables: Mapping[str, Any]) -> Network:
@@ -41,12 +39,13 @@ def network_of(kernel: Kernel, variables: Mapping[str, Any]) -> Network:
     Raises:
         NetworkError: it contradicts itself.
     """
-    return _Network(kernel).made(variables)
+    made = Conversion(kernel)
+    return replace(made.network, views=made.views(variables))
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """Synapses from one group to another: indices within them, and values, one a synapse."""
+    """Synapses from one group to another: indices within them, values, and places in their block."""
 
     source: Group
     target: Group
@@ -54,31 +53,45 @@ class Link:
     post: IntArray
     values: Mapping[str, FloatArray]
     kind: str
+    block: Block
+    places: IntArray
 
 
-class _Network:
+class Conversion:
+    """What a kernel has made, as a network.
+
+    Args:
+        kernel: has it.
+
+    Attributes:
+        ids: the neurons that nodes are, by their numbers.
+        places: of each projection the block and the places in it that its synapses have, and how many of
+            the network's units a unit of NEST is.
+        network: the network.
+    """
+
     def __init__(self, kernel: Kernel) -> None:
         self._kernel = kernel
         self._links = list(_links(kernel))
         self._populations: dict[str, Population] = {}
         self._projections: list[Projection] = []
         self._labels: dict[int, str] = {}
-        self._ids: dict[int, int] = {}
+        self.ids: dict[int, int] = {}
+        self.places: list[tuple[Block, IntArray, float]] = []
+        self.network = self._made()
 
-    def made(self, variables: Mapping[str, Any]) -> Network:
+    def _made(self) -> Network:
         groups = [group for group in self._kernel.groups if group.base in (*CELLS, SPIKES, PARROT)]
         for group, label in zip(groups, unique(group.model for group in groups), strict=True):
             self._add(group, label)
         for link in self._links:
             self._connect(link)
-        return Network(
-            self._populations, tuple(self._projections), self._views(variables),
-            timestep_ms=float(self._kernel.status["resolution"]),
-        )  # fmt: skip
+        resolution = float(self._kernel.status["resolution"])
+        return Network(self._populations, tuple(self._projections), timestep_ms=resolution)
 
     def _add(self, group: Group, label: str) -> None:
         first = sum(population.size for population in self._populations.values())
-        self._ids |= {group.first + i: first + i for i in range(group.size)}
+        self.ids |= {group.first + i: first + i for i in range(group.size)}
         self._labels[group.first] = label
         if group.base in CELLS:
             self._populations[label] = _cells(group, label, self._currents(group))
@@ -124,6 +137,10 @@ class _Network:
             if chosen.any():
                 values = {name: column[chosen] for name, column in link.values.items()}
                 self._project(label, receptor, pre[chosen], link.post[chosen], values, link)
+                conducts = self._populations[self._labels[target.first]].is_conductance_based
+                sign = -1.0 if conducts and receptor == "inhibitory" else 1.0
+                scale = sign * CELLS[target.base].weight_scale
+                self.places.append((link.block, link.places[chosen], scale))
 
     def _own_sources(self, source: Group, pre: IntArray) -> str:
         label = unique([*self._populations, source.model])[-1]
@@ -148,20 +165,24 @@ class _Network:
             )
         )  # fmt: skip
 
-    def _views(self, variables: Mapping[str, Any]) -> dict[str, IntArray]:
+    def views(self, variables: Mapping[str, Any]) -> dict[str, IntArray]:
+        """Return the neurons that variables of a file hold."""
         named = {name: value for name, value in variables.items() if not name.startswith("_")}
         circuit = named.get(CIRCUIT)
         if isinstance(circuit, Mapping):
             named |= {str(name): nodes for name, nodes in circuit.items()}
         elif isinstance(circuit, (list, tuple)):
             named[CIRCUIT] = Nodes.of(self._kernel, [int(node) for node in circuit])
-        views: dict[str, IntArray] = {}
-        for name, value in named.items():
-            nodes = [value] if isinstance(value, Node) else value
-            if isinstance(nodes, (list, tuple)) and nodes and all(isinstance(node, Node) for node in nodes):
-                ids = [self._ids[node] for node in nodes if node in self._ids]
-                views |= {name: np.array(ids, dtype=np.int64)} if ids else {}
-        return views
+        found = {name: self.cells_of(value) for name, value in named.items()}
+        return {name: ids for name, ids in found.items() if ids is not None}
+
+    def cells_of(self, value: Any) -> IntArray | None:
+        """Return the neurons that a value holds, None for one that is no collection of nodes with neurons."""
+        nodes = [value] if isinstance(value, Node) else value
+        if not (isinstance(nodes, (list, tuple)) and nodes and all(isinstance(one, Node) for one in nodes)):
+            return None
+        ids = [self.ids[node] for node in nodes if node in self.ids]
+        return np.array(ids, dtype=np.int64) if ids else None
 
 
 def _links(kernel: Kernel) -> Iterator[Link]:
@@ -173,7 +194,8 @@ def _links(kernel: Kernel) -> Iterator[Link]:
             chosen = np.flatnonzero((ends[0] == source) & (ends[1] == target))
             pre, post = block.pre[chosen] - starts[source], block.post[chosen] - starts[target]
             values = {name: column[chosen] for name, column in block.values.items()}
-            yield Link(kernel.groups[source], kernel.groups[target], pre, post, values, block.base.kind)
+            ends_of = kernel.groups[source], kernel.groups[target]
+            yield Link(*ends_of, pre, post, values, block.base.kind, block, chosen)
 
 
 def _cells(group: Group, label: str, current_na: FloatArray) -> Population:
@@ -186,9 +208,7 @@ def _cells(group: Group, label: str, current_na: FloatArray) -> Population:
         parameters["tau_m"] = parameters["cm"] * 1e3 / group.column("g_L", LEAK_NS[group.base])
     parameters["i_offset"] = parameters["i_offset"] + current_na
     initial = {name: np.full(group.size, value) for name, value in base.default_initial_values.items()}
-    rest = parameters["v_rest"] if "v_rest" in parameters else np.full(group.size, _INITIAL_MV[group.base])
-    given = group.column("V_m", np.nan) if "V_m" in {**group.values, **group.defaults} else rest
-    initial["v"] = np.where(np.isnan(given), rest, given)
+    initial["v"] = group.column("V_m", initial_mv(group.base))
     return Population(label, group.size, model.cell_type, parameters, initial)
 
 

@@ -41,11 +41,25 @@ def bound(base: type, *first: Any) -> type:
     return Bound
 
 
-def open_module(name: str, make: Callable[[str], Any], content: dict[str, Any]) -> ModuleType:
-    """Return a module that makes what it lacks when it is asked for."""
+def open_module(
+    name: str,
+    make: Callable[[str], Any],
+    content: dict[str, Any],
+    names: Callable[[], list[str]] | None = None,
+) -> ModuleType:
+    """Return a module that makes what it lacks when it is asked for.
+
+    Args:
+        name: of the module.
+        make: returns what is asked for by a name.
+        content: what there is already.
+        names: returns what ``import *`` brings, besides what there is already.
+    """
     made = module(name, **content)
 
     def attribute(missing: str) -> Any:
+        if missing == "__all__" and names is not None:
+            return names()
         if missing.startswith("_"):
             raise AttributeError(missing)
         setattr(made, missing, make(missing))
@@ -122,15 +136,19 @@ def message_modules() -> dict[str, ModuleType]:
         "gazebo_msgs.msg", **{**vars(known["gazebo_msgs"]), "ModelState": ModelState}
     )
     return {
-        f"{package}.msg": open_module(f"{package}.msg", partial(_open_message, types), _types(types))
+        f"{package}.msg": open_module(
+            f"{package}.msg",
+            partial(_open_message, types),
+            vars(types) if types else {},
+            partial(_public, types) if types else None,
+        )
         for package, types in {**dict.fromkeys(_FURTHER_PACKAGES), **known}.items()
     }
 
 
-def _types(known: ModuleType | None) -> dict[str, Any]:
-    """Return the types that a module has, those for ``import *`` that it makes when asked for, too."""
-    public = [name for name in dir(known) if not name.startswith("_")] if known else []
-    return {**vars(known), "__all__": public} if known else {}
+def _public(known: ModuleType) -> list[str]:
+    """Return the types that a module has, or makes when asked for."""
+    return [name for name in dir(known) if not name.startswith("_")]
 
 
 def service_modules() -> dict[str, ModuleType]:

@@ -1,0 +1,143 @@
+"""What a brain file left behind, and the run that it takes part in once there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.sinks import SpikeRecorder, SpikeRecorderPort
+from nrp_core.brain.spikes import Spikes
+from nrp_core.clock import NS_PER_MS
+from nrp_core.errors import LifecycleError
+from nrp_core.experiment.run import Run
+
+
+class Built:
+    """The variables of a brain file, and the running counterpart of what they hold.
+
+    Attributes:
+        network: what the file has built.
+        variables: of the file, cells and synapses in them being running ones.
+        show: returns what transfer functions see of a variable, by its value and name.
+        recorded: neurons whose spikes the file records.
+        node_of: returns the number of the node that a neuron is to NEST.
+        nest: the module ``nest`` for this network.
+        on_begin: called with the run once there is one.
+    """
+
+    def __init__(self) -> None:
+        self.network = Network({})
+        self.variables: Mapping[str, Any] = {}
+        self.show: Callable[[Any, str], Any] = lambda value, _name: value
+        self.recorded: list[IntArray] = []
+        self.node_of: Callable[[int], int] = lambda neuron: neuron + 1
+        self.nest: ModuleType | None = None
+        self.on_begin: list[Callable[[Run], None]] = []
+        self._run: Run | None = None
+        self._parameters: dict[str, FloatArray] = {}
+        self._recorders: list[SpikeRecorderPort] = []
+
+    def __reduce__(self) -> tuple[type[Built], tuple[()]]:
+        """Return what a network in another process has of it: nothing, as that holds no code."""
+        return Built, ()
+
+    def __deepcopy__(self, memo: object) -> Built:
+        """Return the same: there is one run."""
+        return self
+
+    def begin(self, run: Run) -> None:
+        """Take part in a run."""
+        self.network, self._run = run.brain.network, run
+        self._recorders.clear()
+        for cells in self.recorded:
+            self.record(cells)
+        run.loop.hooks.after_reset.append(lambda _loop: self._parameters.clear())
+        for begin in self.on_begin:
+            begin(run)
+
+    @property
+    def run(self) -> Run | None:
+        """The run, None before it begins."""
+        return self._run
+
+    @property
+    def brain(self) -> Brain:
+        """The brain.
+
+        Raises:
+            LifecycleError: there is none yet.
+        """
+        if self._run is None:
+            raise LifecycleError("the brain can be read and changed once the simulation runs")
+        return self._run.brain
+
+    @property
+    def now_ms(self) -> float:
+        """Simulated time."""
+        return 0.0 if self._run is None else self._run.loop.now_ns / NS_PER_MS
+
+    # -- parameters
+
+    def parameter(self, name: str) -> FloatArray:
+        """Return a parameter of all neurons; NaN for those that have none of this name."""
+        if name not in self._parameters:
+            values = np.full(self.network.size, np.nan)
+            for label, population in self.network.populations.items():
+                values[self.network.ids_of(label)] = population.parameters.get(name, np.nan)
+            self._parameters[name] = values
+        return self._parameters[name]
+
+    def set_parameters(self, ids: IntArray, values: Mapping[str, Any]) -> None:
+        """Let neurons have other parameters from now on; ``spike_times`` is one train or one each."""
+        others = dict(values)
+        trains = others.pop("spike_times", None)
+        if trains is not None:
+            self._set_trains(ids, trains)
+        if others:
+            self.brain.set_parameters(ids, others)
+        for name, value in others.items():
+            self.parameter(name)[ids] = value
+
+    def _set_trains(self, ids: IntArray, trains: Any) -> None:
+        given = [getattr(one, "value", one) for one in getattr(trains, "value", trains)]
+        each = given if any(map(np.ndim, given)) else [given] * len(ids)
+        for cell, train in zip(ids.tolist(), each, strict=True):
+            label, index = self.network.label_of(cell)
+            self.brain.set_spike_times(label, [np.sort(np.asarray(train, float))], [index])
+
+    # -- synapses
+
+    def projection(self, label: str) -> Projection:
+        """Return a projection."""
+        return next(one for one in self.network.projections if one.label == label)
+
+    # -- spikes
+
+    def record(self, ids: IntArray) -> None:
+        """Keep the spikes of neurons from now on."""
+        if any(np.isin(ids, port.neurons).all() for port in self._recorders):
+            return
+        name = f"brain/recorded/{len(self._recorders)}"
+        port = self.brain.add_sink(SpikeRecorder(), ids, name=name)
+        assert isinstance(port, SpikeRecorderPort)
+        self._recorders.append(port)
+
+    def spikes(self, ids: IntArray) -> Spikes:
+        """Return all spikes of neurons that are kept, in their order; who asks first begins to keep them."""
+        self.record(ids)
+        port = next(port for port in self._recorders if np.isin(ids, port.neurons).all())
+        spikes = port.spikes()
+        chosen = np.isin(spikes.neurons, ids)
+        return Spikes(spikes.neurons[chosen], spikes.times_ms[chosen])
+
+
+def built_of(network: Network) -> Built:
+    """Return what a brain file has built, of a network of which only that is known too."""
+    built = getattr(network, "built", None) or Built()
+    built.network = network
+    return built

@@ -1,0 +1,166 @@
+"""Neurons of a brain file, as transfer functions meet them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.dsl.selection import Selection
+from nrp_core.dsl.selectors import Selector
+from nrp_legacy.live.built import Built
+
+_OWN = frozenset({"_find", "_text", "_built", "_ids"})
+
+
+class Cells(Selector):
+    """Neurons: a selector that knows how many they are, and what PyNN's populations know.
+
+    Args:
+        built: what they are part of.
+        text: how they are shown.
+        ids: global ids.
+    """
+
+    __slots__ = ("_built", "_ids")
+
+    def __init__(self, built: Built, text: str, ids: IntArray) -> None:
+        super().__init__(lambda root: Selection(ids, text, root._network), text)
+        self._built, self._ids = built, ids
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Cells, (self._built, self._text, self._ids)
+
+    def __deepcopy__(self, memo: object) -> Cells:
+        return self
+
+    def __len__(self) -> int:
+        return len(self._ids)
+
+    def __int__(self) -> int:
+        """Return the number of the node that one cell is to NEST."""
+        (node,) = self.nodes()
+        return node
+
+    item = __int__
+
+    def nodes(self) -> list[int]:
+        """Return the numbers of the nodes that they are to NEST."""
+        return [self._built.node_of(cell) for cell in self._ids.tolist()]
+
+    def __getitem__(self, index: Any) -> Selector:
+        if isinstance(index, (int, np.integer, slice, list, tuple, np.ndarray)):
+            chosen = Selection(self._ids, self._text)[index].ids
+            return Cells(self._built, super().__getitem__(index)._text, chosen)
+        return super().__getitem__(index)
+
+    def __iter__(self) -> Iterator[Selector]:  # type: ignore[override]
+        return (self[i] for i in range(len(self._ids)))
+
+    def __add__(self, other: Any) -> Selector:
+        if isinstance(other, Cells):
+            ids = np.concatenate([self._ids, other._ids])
+            return Cells(self._built, f"({self._text} + {other._text})", ids)
+        return super().__add__(other)
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._parameter_names():
+            return self.get(name)
+        return super().__getattr__(name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in _OWN:
+            super().__setattr__(name, value)
+        else:
+            self.set(**{name: value})
+
+    def _parameter_names(self) -> frozenset[str]:
+        network = self._built.network
+        labels = {network.label_of(int(cell))[0] for cell in self._ids[:1]}
+        return frozenset(name for label in labels for name in network.populations[label].parameters)
+
+    @property
+    def ids(self) -> IntArray:
+        """Their global ids."""
+        return self._ids
+
+    @property
+    def size(self) -> int:
+        """How many they are."""
+        return len(self._ids)
+
+    @property
+    def label(self) -> str:
+        """How they are called."""
+        return self._text
+
+    @property
+    def all_cells(self) -> list[Selector]:
+        """Each of them."""
+        return list(self)
+
+    local_cells = all_cells
+
+    # -- parameters
+
+    def get(self, names: Any, *_how: Any, **_options: Any) -> Any:
+        """Return a parameter: one number where all are equal, as in PyNN; of several names a list."""
+        if not isinstance(names, str):
+            return [self.get(name) for name in names]
+        values = self._built.parameter(names)[self._ids]
+        return float(values[0]) if (values == values[0]).all() else values.copy()
+
+    def set(self, *old: Any, **parameters: Any) -> None:
+        """Let them have other parameters from now on."""
+        if old:
+            given = {old[0]: old[1]} if isinstance(old[0], str) else dict(old[0])
+            parameters = {**given, **parameters}
+        self._built.set_parameters(self._ids, parameters)
+
+    def rset(self, name: str, values: Any) -> None:
+        """Let each have its own value of a parameter from now on."""
+        self.set(**{name: values})
+
+    tset = rset
+
+    # -- what they do
+
+    def record(self, variables: Any = "spikes", *_where: Any, **_how: Any) -> None:
+        """Keep their spikes from now on."""
+        if "spikes" in variables:
+            self._built.record(self._ids)
+
+    def getSpikes(self, *_how: Any, **_options: Any) -> FloatArray:  # noqa: N802 - PyNN 0.7
+        """Return the spikes so far, shape ``(n, 2)``: which cell, when (ms)."""
+        spikes = self._built.spikes(self._ids)
+        order = np.argsort(self._ids, kind="stable")
+        places = order[np.searchsorted(self._ids, spikes.neurons, sorter=order)]
+        return np.column_stack([places.astype(float), spikes.times_ms])
+
+    def get_data(self, variables: Any = "all", *_how: Any, **_options: Any) -> Any:
+        """Return the spikes so far as a block of Neo, one train a cell."""
+        import neo
+
+        rows, now_ms = self.getSpikes(), self._built.now_ms
+        segment = neo.Segment()
+        for i, cell in enumerate(self._ids.tolist()):
+            times = np.minimum(rows[rows[:, 0] == i, 1], now_ms)
+            segment.spiketrains.append(
+                neo.SpikeTrain(times, t_stop=now_ms, units="ms", source_id=cell, source_index=i)
+            )
+        block = neo.Block(name=self._text)
+        block.segments.append(segment)
+        return block
+
+    def get_spike_counts(self, *_how: Any, **_options: Any) -> dict[int, int]:
+        """Return how many spikes each has fired, by its id."""
+        neurons = self._built.spikes(self._ids).neurons
+        return {cell: int((neurons == cell).sum()) for cell in self._ids.tolist()}
+
+    def mean_spike_count(self, *_how: Any, **_options: Any) -> float:
+        """Return how many spikes they have fired on average."""
+        return float(len(self._built.spikes(self._ids)) / max(len(self._ids), 1))
+
+    meanSpikeCount = mean_spike_count

@@ -1,0 +1,114 @@
+"""Replace what a brain file has built by its running counterpart, wherever its variables hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from pyNN.common import Assembly, BasePopulation, IDMixin
+from pyNN.common import Projection as AnyProjection
+
+from nrp_core.brain.network import IntArray
+from nrp_core.brain.pynn.populations import ids_of
+from nrp_legacy.live.built import Built
+from nrp_legacy.live.cells import Cells
+from nrp_legacy.live.synapses import Synapses
+
+_OF_FILES = "@"
+"""In the names of modules that are files of users, see :mod:`nrp_core.scoped_import`."""
+
+IdsOf = Callable[[Any], IntArray | None]
+"""Returns the global ids of what is a collection of nodes of NEST, None for what is none."""
+
+
+class Contents:
+    """The variables of one file, cells and synapses in them replaced.
+
+    Lists, dictionaries, objects and modules of the file are changed themselves: its functions see the
+    running brain. Nodes of NEST, which its functions hand to NEST, stay; who asks from outside gets cells.
+
+    Args:
+        built: what they are part of.
+        nodes: says which nodes of NEST a value holds.
+    """
+
+    def __init__(self, built: Built, nodes: IdsOf) -> None:
+        self._built, self._nodes = built, nodes
+        self._seen: dict[int, Any] = {}
+
+    def replace(self, variables: dict[str, Any]) -> None:
+        """Replace what variables hold."""
+        for name, value in list(variables.items()):
+            if name[:2] != "__":
+                variables[name] = self._replaced(value, name)
+
+    def shown(self, value: Any, name: str) -> Any:
+        """Return what transfer functions get for a value; nodes of NEST, also in collections, as cells."""
+        ids = self._nodes(value)
+        if ids is not None:
+            return Cells(self._built, name, ids)
+        if type(value) in (list, tuple):
+            return type(value)(self.shown(one, f"{name}[{i}]") for i, one in enumerate(value))
+        if type(value) is dict:
+            return {key: self.shown(one, f"{name}[{key!r}]") for key, one in value.items()}
+        return Seen(value, name, self.shown) if self._holds_nodes(value) else value
+
+    def _holds_nodes(self, value: Any) -> bool:
+        return _is_of_users(value) and any(self._nodes(one) is not None for one in vars(value).values())
+
+    def _replaced(self, value: Any, name: str) -> Any:
+        if isinstance(value, (BasePopulation, Assembly)):
+            return Cells(self._built, name, ids_of(value))
+        if isinstance(value, IDMixin):
+            return Cells(self._built, name, np.array([int(value)]))
+        if isinstance(value, AnyProjection):
+            return Synapses(self._built, value.label)
+        if id(value) in self._seen:
+            return self._seen[id(value)]
+        return self._within(value, name)
+
+    def _within(self, value: Any, name: str) -> Any:
+        """Replace what a collection or object holds."""
+        if isinstance(value, tuple) and type(value) is tuple:
+            return tuple(self._replaced(one, f"{name}[{i}]") for i, one in enumerate(value))
+        self._seen[id(value)] = value
+        if type(value) is list:
+            value[:] = [self._replaced(one, f"{name}[{i}]") for i, one in enumerate(value)]
+        elif isinstance(value, dict):
+            for key, one in list(value.items()):
+                value[key] = self._replaced(one, f"{name}[{key!r}]")
+        elif isinstance(value, ModuleType):
+            if _OF_FILES in value.__name__:
+                self.replace(vars(value))
+        elif _is_of_users(value):
+            for key, one in list(vars(value).items()):
+                if (new := self._replaced(one, f"{name}.{key}")) is not one:
+                    setattr(value, key, new)
+        return value
+
+
+class Seen:
+    """An object of a brain file whose nodes of NEST are seen as cells.
+
+    Args:
+        of: the object.
+        name: how it is called.
+        show: returns what is seen of an attribute.
+    """
+
+    def __init__(self, of: Any, name: str, show: Callable[[Any, str], Any]) -> None:
+        vars(self).update(_of=of, _name=name, _show=show)
+
+    def __getattr__(self, name: str) -> Any:
+        return self._show(getattr(self._of, name), f"{self._name}.{name}")
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setattr(self._of, name, value)
+
+
+def _is_of_users(value: Any) -> bool:
+    """Whether a value is an object, or a class with attributes, that a file of the user defines."""
+    kind = value if isinstance(value, type) else type(value)
+    return _OF_FILES in str(kind.__module__) and hasattr(value, "__dict__")

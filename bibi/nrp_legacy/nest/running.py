@@ -1,0 +1,181 @@
+"""Let calls of NEST reach a brain that runs: they change it, and what they ask is read there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network
+from nrp_core.brain.sonata.models import LEAK_NS
+from nrp_core.errors import NetworkError
+from nrp_core.experiment.run import Run
+from nrp_legacy.live.built import Built
+from nrp_legacy.nest.kernel import Block, Group, Kernel
+from nrp_legacy.nest.models import CELLS, PARROT, SPIKE_RECORDERS, SynapseModel
+from nrp_legacy.nest.network import Conversion
+
+_NEST_OF = {model.cell_type: name for name, model in reversed(list(CELLS.items()))}
+_SYNAPSES = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
+_TSODYKS = {"tau_facil": "tau_fac"}
+
+
+class RunningKernel(Kernel):
+    """A kernel whose nodes and synapses become those of a running brain.
+
+    Where the brain was not made by calls of NEST, its neurons are nodes in their order, as under PyNN's NEST.
+
+    Args:
+        seed: all that is random follows from it.
+        built: what the brain file has built.
+    """
+
+    def __init__(self, seed: int, built: Built) -> None:
+        super().__init__(seed)
+        self._built = built
+        self._now: Conversion | None = None
+        self._labels: list[str] | None = None
+
+    def begin(self, run: Run) -> None:
+        """Take part in a run; its resets undo all changes."""
+        first = deepcopy(([one.values for one in self.groups], [one.values for one in self.blocks]))
+
+        def reset(_loop: object) -> None:
+            self._now = None
+            groups, blocks = deepcopy(first)
+            if not groups:
+                self.groups, self.blocks, self._labels = [], [], None
+            for group, columns in zip(self.groups, groups, strict=True):
+                group.values = columns
+            for block, values in zip(self.blocks, blocks, strict=True):
+                block.values = values
+
+        run.loop.hooks.after_reset.append(reset)
+
+    def ready(self) -> None:
+        if self._built.run is not None:
+            self._known_labels()
+
+    def _known_labels(self) -> list[str]:
+        """Return the labels of the brain's projections, in the order of those that are converted."""
+        network = self._built.network
+        if self._labels is None:
+            made_here = [one.label for one in network.projections]
+            self._labels = made_here if self.groups else _describe(self._built, self)
+        return self._labels
+
+    def _converted(self) -> Conversion:
+        if self._now is None:
+            self._now = Conversion(self)
+        return self._now
+
+    @contextmanager
+    def changing(self) -> Iterator[None]:
+        if self._built.run is None:
+            yield
+            return
+        self.ready()
+        self.read_weights()
+        before = self._converted().network
+        yield
+        self._now = None
+        self._apply(before, self._converted().network)
+
+    def _apply(self, before: Network, after: Network) -> None:
+        """Change in the brain what differs between two descriptions of it."""
+        old, new = ([(one.receptor, one.size) for one in two.projections] for two in (before, after))
+        if old != new:
+            raise NetworkError("nest: the sign of a weight cannot change while the brain runs")
+        for was, now in zip(before.populations.values(), after.populations.values(), strict=True):
+            first = before.offsets[was.label]
+            for name, values in now.parameters.items():
+                places = np.flatnonzero(values != was.parameters[name])
+                if places.size:
+                    self._built.set_parameters(first + places, {name: values[places]})
+            for place, train in enumerate(now.spike_times_ms):
+                if not np.array_equal(train, was.spike_times_ms[place]):
+                    self._built.set_parameters(np.array([first + place]), {"spike_times": [train]})
+        for label, one, other in zip(
+            self._known_labels(), before.projections, after.projections, strict=True
+        ):
+            if (one.weight != other.weight).any():
+                self._built.brain.set_weights(label, other.weight)
+
+    def now(self) -> dict[str, float]:
+        now_ms = self._built.now_ms
+        return {"time": now_ms, "biological_time": now_ms}
+
+    def read_weights(self) -> None:
+        if self._built.run is None:
+            return
+        for label, (block, places, scale) in zip(self._known_labels(), self._converted().places, strict=True):
+            weights = self._built.brain.read_weights(label) / scale
+            if not np.array_equal(weights, block.values["weight"][places]):
+                block.values["weight"][places] = weights
+                self._now = None
+
+    def node_values(self, node: int) -> dict[str, Any]:
+        self.ready()
+        values = super().node_values(node)
+        if self._built.run is None:
+            return values
+        cells, group = self._converted().ids, self.group_of(node)
+        if group.base in CELLS:
+            values["V_m"] = float(self._built.brain.read_state("v", [cells[node]])[0])
+        elif group.base in SPIKE_RECORDERS:
+            values |= self._heard(node)
+        return values
+
+    def _heard(self, node: int) -> dict[str, Any]:
+        """Return the spikes that a recorder has heard so far."""
+        ids = self._converted().ids
+        heard = np.array([ids[one] for one in self.heard_by(node).tolist() if one in ids], dtype=np.int64)
+        if not heard.size:
+            return {}
+        nodes = {cell: node for node, cell in ids.items()}
+        spikes = self._built.spikes(heard)
+        senders = np.array([nodes[cell] for cell in spikes.neurons.tolist()], dtype=np.int64)
+        return {"n_events": len(spikes), "events": {"senders": senders, "times": spikes.times_ms}}
+
+
+def _describe(built: Built, kernel: Kernel) -> list[str]:
+    """Let nodes and synapses be those of a brain; return the labels of projections that they stand for."""
+    groups: dict[str, Group] = {}
+    network = built.network
+    for label, population in network.populations.items():
+        base = _NEST_OF.get(population.cell_type, PARROT)
+        first = network.offsets[label] + 1
+        columns = _columns(base, built, network.ids_of(label))
+        groups[label] = Group(base, base, first, population.size, dict(kernel.defaults(base)), columns)
+    kernel.groups, labels = list(groups.values()), list[str]()
+    for one in network.projections:
+        target = groups[one.post]
+        if not one.size or target.base not in CELLS:
+            continue
+        sign = -1.0 if one.receptor == "inhibitory" else 1.0
+        weight = sign * np.abs(built.brain.read_weights(one.label)) / CELLS[target.base].weight_scale
+        more = {_TSODYKS.get(name, name): column.copy() for name, column in one.synapse_parameters.items()}
+        values = {"weight": weight, "delay": one.delay_ms.copy(), **more}
+        ends = groups[one.pre].first + one.pre_index, target.first + one.post_index
+        pre, post = (end.astype(np.int64) for end in ends)
+        unchanging = SynapseModel(STATIC, {})
+        kernel.blocks.append(Block(_SYNAPSES[one.synapse_type], unchanging, pre, post, values, kernel))
+        labels.append(one.label)
+    return labels
+
+
+def _columns(base: str, built: Built, ids: IntArray) -> dict[str, list[Any]]:
+    """Return the parameters of neurons in the names and units of NEST."""
+    if base not in CELLS:
+        return {}
+    columns = {
+        theirs.name: (built.parameter(ours)[ids] / theirs.scale).tolist()
+        for ours, theirs in CELLS[base].parameters.items()
+    }
+    if base in LEAK_NS:
+        columns["g_L"] = (built.parameter("cm")[ids] * 1e3 / built.parameter("tau_m")[ids]).tolist()
+        columns.pop("tau_m", None)
+    return columns

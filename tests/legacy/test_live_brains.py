@@ -1,0 +1,211 @@
+"""Transfer functions reach what the brain file has built, by PyNN's methods and by calls of NEST."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import log
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nrp_legacy.reader import read_exc
+
+from nrp_core.experiment.run import Run
+
+Played = Callable[..., Run]
+
+IN_PYNN = """
+from hbp_nrp_cle.brainsim import simulator as sim
+sim.setup(timestep=0.1)
+class Net(object):
+    def __init__(self):
+        self.left = sim.Population(3, sim.IF_cond_alpha(tau_refrac=2.0), label='left')
+        self.both = {'a': self.left, 'b': sim.Population(2, sim.IF_cond_alpha(), label='b')}
+    def rests(self):
+        return self.left.get('tau_refrac')
+net = Net()
+circuit = sim.Population(6, sim.IF_cond_alpha(), label='c')
+pops = [circuit[0:2], circuit[2:4], circuit[4:6]]
+source = sim.Population(1, sim.SpikeSourceArray(spike_times=[5.0]), label='source')
+proj = sim.Projection(source, circuit, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.001, delay=1.0))
+stop = sim.Projection(net.left, circuit, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.01, delay=1.0),
+                      receptor_type='inhibitory')
+circuit.record('spikes')
+N = 3
+def weights(): return proj.get('weight', format='array')
+def let_weights(w): proj.set(weight=w)
+def cells_of(i): return pops[i]
+"""
+OF_PYNN = """
+import nest
+@nrp.MapSpikeSource("a", nrp.brain.pops[1], nrp.dc_source, amplitude=3.0)
+@nrp.MapSpikeSource("b", nrp.brain.net.both['b'][0], nrp.dc_source, amplitude=3.0)
+@nrp.MapSpikeSource("groups", nrp.map_neurons(range(nrp.config.brain_root.N), lambda i: nrp.brain.pops[i]),
+                    nrp.dc_source)
+@nrp.MapSpikeSink("s", nrp.config.brain_root.cells_of(1), nrp.spike_recorder)
+@nrp.MapSpikeSink("r", nrp.resolve(lambda brain: brain.pops[1][0]), nrp.spike_recorder)
+@nrp.Robot2Neuron()
+def function(t, a, b, groups, s, r):
+    root = nrp.config.brain_root
+    if abs(t - 0.1) > 1e-6:
+        return
+    assert root.weights()[0, 0] == 0.001 and len(groups) == root.N
+    spikes = root.circuit.getSpikes()
+    assert len(spikes) > 5 and set(spikes[:, 0]) == {2., 3.}
+    trains = root.circuit.get_data().segments[0].spiketrains
+    counts = root.circuit.get_spike_counts()
+    assert [len(train) for train in trains] == [counts[i] for i in root.circuit.ids.tolist()]
+    assert root.circuit.mean_spike_count() == len(spikes) / 6.
+    root.let_weights(0.05)
+    root.source.set(spike_times=[130.0, 145.0])
+    root.net.left.set(tau_refrac=7.0)
+    root.net.left[0].tau_refrac = 9.0
+    assert root.net.rests().tolist() == [9.0, 7.0, 7.0] and root.net.left[1].tau_refrac == 7.0
+    status = nest.GetStatus(root.circuit)
+    assert status[0]['t_ref'] == 0.1 and abs(status[0]['V_m'] + 65) < 5
+    nest.SetStatus([root.circuit[5]], {'V_th': 20.0})
+    assert root.circuit.get('v_thresh').tolist() == [-50.0] * 5 + [20.0]
+    connections = nest.GetConnections(source=root.source)
+    assert nest.GetStatus(connections, 'weight') == (50.0,) * 6
+    nest.SetStatus(connections, {'weight': 600.0})
+    assert root.proj.getWeights() == [0.6] * 6
+    assert set(nest.GetStatus(nest.GetConnections(source=root.net.left), 'weight')) == {-10.0}
+    assert nest.GetKernelStatus('time') == 120.0
+    assert [int(cell) for cell in root.net.left] == [1, 2, 3]
+"""
+IN_NEST = """
+import nest
+class Parts: pass
+parts = Parts()
+circuit = nest.Create('iaf_cond_alpha', 6)
+parts.sensors = circuit[0:3]
+pops = [circuit[0:2], circuit[2:]]
+noise = nest.Create('poisson_generator', params={'rate': 100.})
+detector = nest.Create('spike_detector')
+nest.Connect(circuit, detector)
+nest.Connect(noise, circuit, 'all_to_all', {'weight': 50.0, 'delay': 1.0})
+nest.Connect(circuit[:3], circuit[3:], 'all_to_all', {'weight': -1.0, 'delay': 1.0})
+def be_quiet(): nest.SetStatus(noise, {'rate': 0.0})
+"""
+OF_NEST = """
+import nest
+@nrp.MapSpikeSource("a", nrp.brain.pops[1], nrp.dc_source, amplitude=300.0)
+@nrp.MapSpikeSource("b", nrp.brain.parts.sensors, nrp.dc_source)
+@nrp.MapVariable("heard", initial_value=0)
+@nrp.Robot2Neuron()
+def function(t, a, b, heard):
+    root = nrp.config.brain_root
+    if abs(t - 0.1) < 1e-6:
+        assert nest.GetStatus(root.noise, 'rate') == (100.0,)
+        root.be_quiet()
+        a.amplitude = 0
+        heard.value = nest.GetStatus(root.detector, 'n_events')[0]
+        events = nest.GetStatus(root.detector, 'events')[0]
+        assert len(events['times']) == heard.value > 3 and set(events['senders']) <= set(root.circuit.nodes())
+        synapses = nest.GetConnections(root.circuit, root.circuit)
+        nest.SetStatus(synapses, 'weight', [-2.0] * 9)
+        assert nest.GetStatus(synapses, 'weight') == (-2.0,) * 9
+        nest.SetStatus(root.circuit, {'V_th': -54.0})
+    if t > 0.19:
+        assert nest.GetStatus(root.detector, 'n_events')[0] <= heard.value + 6
+        assert nest.GetStatus(root.circuit, 'V_m')[0] < -60
+"""
+
+
+@pytest.fixture
+def played(request: pytest.FixtureRequest, tmp_path: Path) -> Played:
+    """Runs a brain file with one transfer function: ``played(brain, function)``."""
+
+    def play(brain: str, function: str, mode: str = "", until_s: float = 0.2) -> Run:
+        (tmp_path / "b.py").write_text(brain)
+        (tmp_path / "tf.py").write_text(function)
+        parts = f'{mode}<brainModel><file>b.py</file></brainModel><transferFunction src="tf.py"/>'
+        (tmp_path / "x.bibi").write_text(f"<bibi>{parts}</bibi>")
+        (tmp_path / "x.exc").write_text('<ExD><bibiConf src="x.bibi"/></ExD>')
+        run = Run(read_exc(tmp_path / "x.exc"))
+        request.addfinalizer(run.close)
+        run.run_until(until_s)
+        return run
+
+    return play
+
+
+def test_populations_in_collections_and_objects_run_and_change_by_the_methods_of_pynn_and_nest(
+    played: Played,
+) -> None:
+    run = played(IN_PYNN, OF_PYNN)
+    assert not run.result().failures
+    assert [function.name for function in run.loop.functions] == ["function"]
+    cells = run.brain.network.neurons("circuit")
+    (recorder,) = (sink for sink in run.brain.devices if sink.name == "brain/recorded/0")
+    fired = recorder.spikes(130.0, 160.0).neurons  # type: ignore[union-attr]
+    # the new train and weight excite all but the one whose threshold was raised
+    assert set(fired) == set(cells[:5])
+
+
+def test_populations_in_collections_are_driven_and_read_on_a_brain_that_cannot_change(played: Played) -> None:
+    function = (
+        OF_PYNN.partition("    root =")[0] + "    assert len(groups) == 3 and len(s.times) >= len(r.times)\n"
+    )
+    run = played(IN_PYNN, function, "<mode>SpiNNaker</mode>")
+    assert (run.experiment.brain.backend, run.result().failures) == ("spinnaker", [])
+    assert run.result().spikes["c"] == 2 * run.result().spikes["b"] > 0
+
+
+def test_nodes_of_nest_run_and_change_by_its_calls(played: Played) -> None:
+    run = played(IN_NEST, OF_NEST, "<mode>SynchronousDirectNestSimulation</mode>", 0.24)
+    assert not run.result().failures
+    assert run.loop.functions[0].adapters["heard"].value > 3  # type: ignore[attr-defined]
+    before = run.brain.read_weights(run.brain.network.projections[-1].label)
+    run.loop.reset()
+    after = run.brain.read_weights(run.brain.network.projections[-1].label)
+    assert (before[0], after[0]) == (pytest.approx(0.002), pytest.approx(0.001))
+    run.run_until(0.24)
+    assert not run.result().failures
+
+
+CELLS = """
+from hbp_nrp_cle.brainsim import simulator as sim
+sim.setup(timestep=0.1)
+cells = sim.Population(2, sim.IF_curr_alpha(tau_m=20., cm=1.0, v_rest=-65., v_reset=-65.,
+                                          v_thresh=-50., tau_refrac=2.0))
+"""
+NO_NUMBERS = """
+@nrp.MapSpikeSource("p", nrp.brain.cells[0], nrp.poisson, weight=5.0)
+@nrp.MapSpikeSource("each", nrp.map_neurons(range(2), lambda i: nrp.brain.cells[i]), nrp.fixed_frequency)
+@nrp.MapSpikeSource("wave", nrp.brain.cells[1], nrp.ac_source)
+@nrp.MapSpikeSource("noise", nrp.brain.cells[1], nrp.nc_source)
+@nrp.Robot2Neuron()
+def function(t, p, each, wave, noise):
+    p.rate = -5.0 if t < 0.05 else float('nan') if t < 0.1 else 1e4
+    each.rate = np.array([float('nan'), -1.0])
+    wave.amplitude, noise.mean, noise.stdev = float('nan'), 0.0, -1.0
+"""
+CURRENT = """
+@nrp.MapSpikeSource("current", nrp.brain.cells[0], nrp.dc_source, amplitude=1.0)
+@nrp.MapSpikeSink("recorder", nrp.brain.cells, nrp.spike_recorder)
+@nrp.MapVariable("times", initial_value=[])
+@nrp.Robot2Neuron()
+def function(t, current, recorder, times):
+    times.value.extend(time for _, time in recorder.times)
+"""
+
+
+def test_rates_and_currents_that_no_device_can_have_count_as_none(
+    played: Played, caplog: pytest.LogCaptureFixture
+) -> None:
+    run = played(CELLS, NO_NUMBERS)
+    assert not run.result().failures
+    counts = run.result().spikes
+    assert counts["cells"] > 5
+    assert "p: no rate can be -5.0: 0.0 it is" in caplog.text
+    assert caplog.text.count("no rate can be") == 3
+
+
+def test_spikes_under_a_constant_current_come_when_the_equation_says(played: Played) -> None:
+    run = played(CELLS, CURRENT, until_s=0.5)
+    times = run.loop.functions[0].adapters["times"].value  # type: ignore[attr-defined]
+    # 1 nA into 1 nF leaks with 20 ms towards 20 mV above rest; 15 mV are needed, and 2 ms lie between
+    period_ms = 20.0 * log(20.0 / (20.0 - 15.0)) + 2.0
+    assert np.diff(times) == pytest.approx(period_ms, abs=1e-6)
+    assert len(times) == run.result().spikes["cells"] == int((500.0 - times[0]) / period_ms) + 1
