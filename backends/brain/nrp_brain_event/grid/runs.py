@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import e
+from math import e, prod
 from typing import Any, Final
 
 import numpy as np
@@ -39,7 +39,8 @@ def line_of(cell: Any, receptor: int) -> int:
 
 def load_runs(cells: Array, h: float) -> Array:
     """Return the ``Run`` records of cells, for steps of h ms."""
-    deciding = np.concatenate([np.reshape(cells[name], (len(cells), -1)) for name in _DECIDING], axis=1)
+    columns = [cells[name].reshape(len(cells), prod(cells[name].shape[1:])) for name in _DECIDING]
+    deciding = np.concatenate(columns, axis=1)
     curved = ~np.isin(cells["membrane"], (LINEAR, CONDUCTANCE_MEMBRANE))
     deciding[curved, 1:] = 0.0  # which are integrated one by one
     begins = np.append(True, (deciding[1:] != deciding[:-1]).any(axis=1))[: len(cells)]

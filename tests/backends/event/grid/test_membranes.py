@@ -89,6 +89,16 @@ def test_a_spike_is_that_of_the_next_grid_point(
     assert found == pytest.approx(np.ceil(exact * 10) / 10, abs=1e-12)
 
 
+@pytest.mark.parametrize("resolution", [None, "0.1 ms"])
+def test_a_network_without_cells_runs(
+    resolution: str | None, open_brain: Open, spike_source: Callable[..., Population],
+    spikes_of: Callable[..., Spikes],
+) -> None:  # fmt: skip
+    options = {"resolution": resolution} if resolution else {}
+    assert spikes_of(open_brain(spike_source("s", [2.0, 8.0]), **options), 10.0).times_ms.tolist() == [2, 8]
+    assert len(spikes_of(open_brain(**options), 10.0).times_ms) == 0
+
+
 def test_a_refractory_cell_stays_at_its_reset_voltage(cells: Cells, open_brain: Open) -> None:
     driven = cells("n", "IF_curr_exp", i_offset=5.0, tau_refrac=3.0, v_reset=-70.0)
     brain = open_brain(driven, resolution="0.1 ms")
