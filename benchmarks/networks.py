@@ -7,6 +7,9 @@ Brian2 (C++ standalone) run with the interpreters that are given.
     python benchmarks/networks.py
     python benchmarks/networks.py --nest nest-venv/bin/python --brian2 brian2-venv/bin/python --rounds 3
     python benchmarks/networks.py --cases growth
+    python benchmarks/networks.py --threads 2
+
+With ``--threads`` the grid alone runs, by one thread and by several in turn: elapsed seconds.
 """
 
 from __future__ import annotations
@@ -99,19 +102,36 @@ def compare(case: Case, interpreters: dict[str, str], rounds: int) -> Iterable[d
         }
 
 
+def share(case: Case, threads: int, rounds: int) -> Iterable[dict[str, Any]]:
+    """Let one thread and several run a network on the grid in turn."""
+    extra = ("--duration", "200", "--chunks", "10", "--threads", str(threads))
+    runs = [measured(sys.executable, "threads_run.py", case, *extra) for _ in range(rounds)]
+    one, several = (min(run[name] for run in runs) for name in ("one", "several"))
+    yield {
+        "network": case.name,
+        "threads": threads,
+        "one_s_per_s": round(one, 4),
+        "several_s_per_s": round(several, 4),
+        "faster": round(one / several, 2),
+        "same_spikes": all(run["same_spikes"] for run in runs),
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--nest", metavar="PYTHON")
     parser.add_argument("--brian2", metavar="PYTHON")
     parser.add_argument("--cases", nargs="+", choices=CASES, default=["table"])
     parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     given = {"nest": arguments.nest, "brian2": arguments.brian2}
     interpreters = {name: python for name, python in given.items() if python}
     width: dict[str, int] = {}
     for case in (case for kind in arguments.cases for case in CASES[kind]):
-        for row in compare(case, interpreters, arguments.rounds):
+        n, rounds = arguments.threads, arguments.rounds
+        for row in share(case, n, rounds) if n > 1 else compare(case, interpreters, rounds):
             if arguments.json:
                 print(json.dumps(row), flush=True)
                 continue

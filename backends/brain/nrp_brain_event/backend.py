@@ -35,10 +35,22 @@ class EventOptions(BrainOptions):
         "spikes, or the grid, for populations of equal cells with one synapse each: many times faster",
     )
 
+    threads: int = Field(
+        default=1,
+        ge=1,
+        le=64,
+        description="how many threads share the neurons on the grid, with the same result to the last bit: "
+        "for many thousands of neurons, delays of a millisecond and more, and cores that are free",
+    )
+
     @model_validator(mode="after")
     def _check_grid(self) -> Self:
         if self.resolution is None and self.poisson == "grid":
             raise ValueError("poisson: grid needs a resolution, e.g. 0.1 ms")
+        if self.resolution is None and self.threads > 1:
+            raise ValueError(
+                f"threads: {self.threads} needs a resolution, e.g. 0.1 ms; the exact mode takes one thread"
+            )
         if self.resolution is not None and self.resolution > NS_PER_MS:
             raise ValueError(f"a resolution is 1 ms or finer, not {self.resolution / NS_PER_MS:g} ms")
         return self

@@ -73,7 +73,7 @@ def with_parameters(
     parameters = {**_parameters_of(cells, CELL_TYPES[population.cell_type]), **values}
     fresh = np.zeros(len(cells), cells.dtype)
     fresh["id"], fresh["tolerance"] = cells["id"], cells["tolerance"]
-    some = replace(population, size=len(cells), parameters=parameters, initial_values={})
+    some = replace(population, size=len(cells), parameters=parameters, initial_values={}, positions_um=None)
     _load_population(fresh, some, first_id)
     return fresh
 

@@ -314,3 +314,46 @@ def test_a_push_on_a_jointed_link_acts_along_the_axes_of_the_world(open_world, a
         advance(world, 0.2)
         # the bob is 0.5 m ahead along the model's x axis, so a force upwards turns it about the hinge
         assert turned(world)[1] == pytest.approx(0.2 * 0.2 / INERTIA, rel=0.01)
+
+
+@pytest.mark.parametrize("kinds", [("position", "velocity"), ("velocity", "position")], ids="-then-".join)
+def test_of_two_controllers_of_a_joint_the_one_commanded_last_is_in_force_after_a_restore(
+    open_world, advance, kinds
+):
+    first, last = kinds
+    both = controller("position", 40.0, 0.0, 4.0), controller("velocity", 5.0)
+    world = open_world(arm(*both))
+    command(world, first, 0.5)
+    advance(world, 0.1)
+    command(world, last, 0.5)
+    advance(world, 0.1)
+    snapshot = world.snapshot()
+    advance(world, 3.0)
+    gone_on = turned(world)
+    assert gone_on[("position", "velocity").index(last)] == pytest.approx(0.5, abs=1e-3)
+    world.restore(snapshot)
+    advance(world, 3.0)
+    assert turned(world) == gone_on
+
+
+def test_a_controller_that_integrates_leaves_the_joint_to_another_that_is_commanded(open_world, advance):
+    world = open_world(arm(controller("position", 40.0, 5.0, 4.0, initial=0.0), controller("velocity", 5.0)))
+    advance(world, 0.1)
+    command(world, "velocity", 0.5)
+    advance(world, 3.0)
+    assert turned(world)[1] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_how_a_joint_moved_before_its_servo_rested_does_not_matter(open_world, advance):
+    efforts = []
+    for before in (0.0, 1e-9):
+        falling = arm(controller("effort"), controller("position", 40.0, 0.0, 2.0), axis=(0.0, 1.0, 0.0))
+        world = open_world(falling)
+        command(world, "effort", before)
+        advance(world, 0.02)
+        command(world, "effort", 0.0)
+        advance(world, 0.18)
+        command(world, "position", 0.0)
+        world.run_until(world.now_ns + 2_000_000)
+        efforts.append(world.joint_states("arm").efforts[0])
+    assert efforts[0] == pytest.approx(efforts[1], rel=1e-6)

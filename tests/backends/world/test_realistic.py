@@ -123,6 +123,21 @@ def test_a_shadow_goes_with_what_throws_it(open_world, parts, advance):
     assert picture(world)[SHADED].tolist() == grey(AMBIENT)
 
 
+def test_what_is_shown_later_throws_its_shadow_from_then_on(open_world, parts):
+    ground = parts.thing("ground", Box((100.0, 100.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
+    stone = parts.thing("stone", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05)))
+    hidden = Visual("visual", Box((2.0, 8.0, 0.05)), rgba=(1.0, 0.0, 0.0, 0.0))
+    plate = Model("plate", (Link("link", visuals=(hidden,)),), pose=Pose((4.0, 0.0, 2.0)), static=True)
+    sensors = (Camera("camera", "/eye", 30.0, 1.0, 32, 24),)
+    eye = Model(
+        "eye", (Link("eye", sensors=sensors),), pose=Pose.from_rpy((0, 0, 1.5), 0, 0.4, 0), static=True
+    )
+    world = open_world(Scene((ground, stone, plate, eye), (SUN,)), renderer="realistic")
+    assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
+    world.set_color("plate/link/visual", (1.0, 0.0, 0.0, 1.0))
+    assert picture(world)[SHADED].tolist() == grey(AMBIENT)
+
+
 def test_what_is_not_seen_throws_no_shadow(looking):
     world = looking(SUN)
     assert picture(world)[SHADED].tolist() == grey(AMBIENT)

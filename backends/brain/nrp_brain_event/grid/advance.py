@@ -2,6 +2,8 @@
 
 In a step all neurons advance to the next grid point, then everything arrives that is due there, then
 those that have crossed their threshold fire. Membranes that arrivals move at once advance after them.
+Spikes of neurons wait for the end of a window before which none of them arrives: in a window the parts
+of a grid have nothing to do with each other.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from typing import Final
 
 from nrp_brain_event.grid.curved import DIVERGED as CELL_DIVERGED
 from nrp_brain_event.grid.curved import FIRED, set_cell_current, update_cell
-from nrp_brain_event.grid.delivery import deliver, keep_in_mind, send, transmitted
+from nrp_brain_event.grid.delivery import deliver, keep_in_mind, send, send_all, transmitted
 from nrp_brain_event.grid.noise import add_noise, hear_noise
 from nrp_brain_event.grid.records import CURVED, JUMP, Grid, GridClock, Run, X
 from nrp_brain_event.grid.spiking import update_run
@@ -26,7 +28,7 @@ def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) 
     """Advance to a step.
 
     Args:
-        whole: the grid.
+        whole: the grid, or a part of it.
         sources: steps and global ids of the spikes of source cells, ascending, shape ``(2, n)``.
         inputs: steps and flat indices into the state of what arrives apart from the calendar, ascending, and
             the plastic synapse that decides its weight, or -1; shape ``(3, n)``.
@@ -38,35 +40,33 @@ def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) 
         ``DIVERGED`` where a neuron cannot be integrated.
     """
     grid = borrowed(whole)
-    clock, lines, n_rows = grid.clock[0], grid.state.reshape(-1), len(grid.drive)
+    clock, lines = grid.clock[0], grid.state.reshape(-1)
     while clock.step < until:
         step = clock.step + 1
         due = clock.n_sources
         while due < sources.shape[1] and sources[0, due] <= step:
             due += 1
-        if clock.n_free < n_rows + due - clock.n_sources or grid.pool[0].n_free < len(grid.memories):
+        if clock.n_free < clock.n_out + due - clock.n_sources or grid.pool[0].n_free < len(grid.memories):
             return FULL
         if not _hear(clock, grid, step):
             return FULL
+        if clock.step % clock.window == 0:
+            send_all(clock, grid)
         while clock.n_sources < due:
             fired_at = max(sources[0, clock.n_sources], clock.step)  # earlier than this step where it is now
             send(clock, grid, sources[1, clock.n_sources], fired_at)
             clock.n_sources += 1
         clock.n_fired = 0
         _update(clock, grid, _EARLY, step)
+        n_early = clock.n_fired
         deliver(clock, grid, lines, step)
         for k in range(len(grid.noise)):
             add_noise(grid.noise[k], grid, lines, step)
-        while clock.n_inputs < inputs.shape[1] and inputs[0, clock.n_inputs] <= step:
-            weight, synapse = weights[clock.n_inputs], inputs[2, clock.n_inputs]
-            if synapse >= 0:
-                weight = transmitted(grid, synapse, step * clock.h)
-            lines[inputs[1, clock.n_inputs]] += weight
-            clock.n_inputs += 1
+        _let_in(clock, grid, lines, inputs, weights, step)
         _update(clock, grid, _LATE, step)
         if clock.failed >= 0:
             return DIVERGED
-        _emit(clock, grid, step)
+        _emit(clock, grid, step, n_early)
         clock.step = step
     return DONE
 
@@ -94,10 +94,23 @@ def _hear(clock: GridClock, grid: Grid, step: int) -> bool:
         if grid.noise[k].heard and not hear_noise(clock, grid.noise[k], grid, step):
             clock.n_spikes = n_before
             return False
-    if grid.spikes.shape[1] - clock.n_spikes < len(grid.drive):
+    room = min(grid.spikes.shape[1] - clock.n_spikes, grid.outbox.shape[1] - clock.n_out)
+    if room < len(grid.fired):
         clock.n_spikes = n_before
         return False
     return True
+
+
+@inlined
+def _let_in(clock: GridClock, grid: Grid, lines: Array, inputs: Array, weights: Array, step: int) -> None:
+    """Let arrive what is due apart from the calendar at the rows of this part."""
+    while clock.n_inputs < inputs.shape[1] and inputs[0, clock.n_inputs] <= step:
+        line, synapse, weight = inputs[1, clock.n_inputs], inputs[2, clock.n_inputs], weights[clock.n_inputs]
+        if grid.runs[0].first <= line % len(grid.drive) < grid.runs[-1].last:
+            if synapse >= 0:
+                weight = transmitted(grid, synapse, step * clock.h)
+            lines[line] += weight
+        clock.n_inputs += 1
 
 
 @inlined
@@ -130,12 +143,13 @@ def _update_cells(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
 
 
 @inlined
-def _emit(clock: GridClock, grid: Grid, step: int) -> None:
+def _emit(clock: GridClock, grid: Grid, step: int, n_early: int) -> None:
+    """Let those that fire be reported, and their spikes wait to be sent."""
     for k in range(clock.n_fired):
         row = grid.fired[k]
         if len(grid.memories) > 0:
             keep_in_mind(grid, row, step * clock.h)
-        neuron, place = grid.ids[row], clock.n_spikes
-        grid.spikes[0, place], grid.spikes[1, place] = step, neuron
+        grid.spikes[0, clock.n_spikes], grid.spikes[1, clock.n_spikes] = step, grid.ids[row]
+        grid.outbox[0, clock.n_out], grid.outbox[1, clock.n_out] = 2 * step + (k >= n_early), row
         clock.n_spikes += 1
-        send(clock, grid, neuron, step)
+        clock.n_out += 1

@@ -9,16 +9,17 @@ import numpy as np
 
 from nrp_brain_event.backend import EventOptions
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
-from nrp_brain_event.grid.advance import run, set_currents
+from nrp_brain_event.grid.advance import set_currents
 from nrp_brain_event.grid.flight import Arrivals, hear_all, plastic_now, unfolded
 from nrp_brain_event.grid.live import change_cells, offsets_of
-from nrp_brain_event.grid.loader import build_grid, changing, enlarged, labels_from
+from nrp_brain_event.grid.loader import build_grid, changing, labels_from
+from nrp_brain_event.grid.parts import Threads, advance
 from nrp_brain_event.grid.poisson import drawable
 from nrp_brain_event.grid.readout import lost_row, read
 from nrp_brain_event.grid.records import Grid
 from nrp_brain_event.grid.runs import input_lines
 from nrp_brain_event.grid.tables import load_tables, places_of_plastic
-from nrp_brain_event.records import DIVERGED, FULL, Array
+from nrp_brain_event.records import DIVERGED, Array
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.grid import Grid as TimeGrid
 from nrp_core.brain.interface import Brain, BrainCapabilities
@@ -29,6 +30,8 @@ from nrp_core.errors import CapabilityError
 
 _PATIENCE_NS: Final = 20_000_000
 _EXACT_MS: Final = 1e-6
+_WORTH_SHARING: Final = 50_000
+"""Steps of neurons between two exchanges of spikes, which take about 0.1 ms."""
 
 
 class GridBrain(Brain):
@@ -56,13 +59,14 @@ class GridBrain(Brain):
     ) -> None:
         self._drawn = drawable(network) if options.poisson == "grid" else frozenset()
         self._times = TimeGrid(resolution_ns, "the grid")
-        identity = f"event:{options.model_dump_json()}"
+        identity = f"event:{options.model_dump_json(exclude={'threads'})}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._initial, self._initial_cells, self._row_of = build_grid(
             network, options.tolerance, self._times, self._drawn
         )
         self._lines = input_lines(self._initial.runs, self._initial.state)
         self._warn_of_rounding()
+        self._threads = self._as_many(options.threads)
         self._start()
 
     def _do_run_until(self, t_ns: int) -> None:
@@ -70,13 +74,12 @@ class GridBrain(Brain):
         patience = -(-_PATIENCE_NS // self._times.step_ns)
         self._listen_to_noise()
         self._take_in()
-        with np.errstate(over="ignore", invalid="ignore"):  # of hashes; of the voltage of refractory cells
-            while stop < until:  # compiled code cannot be interrupted, so it comes back now and then
-                stop = min(stop + patience, until)
-                while (status := run(self._grid, self._fired, *self._arrivals, stop)) == FULL:
-                    self._grid = enlarged(self._grid)
-                if status == DIVERGED:
-                    raise diverged(self.network, int(self._grid.clock["failed"][0]), t_ns)
+        while stop < until:  # compiled code cannot be interrupted, so it comes back now and then
+            stop = min(stop + patience, until)
+            move = self._threads.advance if self._threads else advance
+            self._grid, status = move(self._grid, self._fired, self._arrivals, stop)
+            if status == DIVERGED:
+                raise diverged(self.network, int(self._grid.clock["failed"][0]), t_ns)
         self._drop_used()
         lost = lost_row(self._grid)
         if lost >= 0:
@@ -188,6 +191,8 @@ class GridBrain(Brain):
         self._grid = self._grid._replace(**arrays)
 
     def _do_close(self) -> None:
+        if self._threads:
+            self._threads.close()
         del self._grid, self._initial, self._cells, self._initial_cells
 
     def _emits(self, population: Population) -> bool:
@@ -209,6 +214,23 @@ class GridBrain(Brain):
             low, high = own.min(), own.max()
             heard = (sink.neurons for sink in self._sinks)
             noise["heard"] = any(((ids >= low) & (ids <= high)).any() for ids in heard)
+
+    def _as_many(self, n: int) -> Threads | None:
+        """Return threads that share the rows, or None where one does everything."""
+        n_rows = len(self._initial.drive)
+        n = min(n, n_rows)
+        if n <= 1:
+            return None
+        if len(self._initial.memories):
+            self.warnings.append("plasticity by spike timing takes one thread; `threads` has no effect")
+            return None
+        window = int(self._initial.clock["window"][0])
+        if n_rows * window < _WORTH_SHARING:
+            self.warnings.append(
+                f"`threads: {n}` makes this network slower: threads wait for each other after the shortest "
+                f"delay, {window * self._times.step_ms:g} ms, too soon for {n_rows} neurons"
+            )
+        return Threads(n, n_rows)
 
     def _warn_of_rounding(self) -> None:
         for projection in self.network.projections:

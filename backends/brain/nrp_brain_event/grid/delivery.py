@@ -20,6 +20,14 @@ _LINE: Final = 32
 
 
 @jit
+def send_all(clock: GridClock, grid: Grid) -> None:
+    """Put all spikes that wait on their way; there must be free entries."""
+    for k in range(clock.n_out):
+        send(clock, grid, grid.ids[grid.outbox[1, k]], grid.outbox[0, k] >> 1)
+    clock.n_out = 0
+
+
+@jit
 def send(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
     """Put a spike of a neuron (global id) on its way; there must be a free entry."""
     segment = grid.row_first[neuron]
@@ -48,6 +56,9 @@ def deliver(clock: GridClock, grid: Grid, lines: Array, step: int) -> None:
         segment, following = grid.entry_segment[entry], grid.entry_after[entry]
         if following >= 0:
             _fetch(grid, grid.entry_segment[following])
+            later = grid.entry_after[following]
+            if later >= 0:
+                _announce(grid, grid.entry_segment[later])
         grid.entry_after[entry] = clock.free
         clock.free = entry
         clock.n_free += 1
@@ -60,6 +71,16 @@ def deliver(clock: GridClock, grid: Grid, lines: Array, step: int) -> None:
                 _post(clock, grid, segment, step + grid.segment_gap[segment])
                 break
         entry = following
+
+
+@jit
+def _announce(grid: Grid, segment: int) -> None:
+    """Have at hand where the synapses of a segment are when they are to be fetched."""
+    prefetch(grid.segment_start, segment, 0)
+    prefetch(grid.segment_length, segment, 0)
+    prefetch(grid.segment_table, segment, 0)
+    prefetch(grid.segment_last, segment, 0)
+    prefetch(grid.segment_gap, segment + 1, 0)
 
 
 @jit

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nrp_brain_event.grid.delivery import transmitted
+from nrp_brain_event.grid.delivery import send_all, transmitted
+from nrp_brain_event.grid.loader import changing, enlarged
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid
 from nrp_brain_event.records import Array
 from nrp_brain_event.short_term import released_share
@@ -48,6 +49,7 @@ def unfolded(grid: Grid, arrivals: Arrivals) -> tuple[Grid, Arrivals]:
 
     Spikes that have passed their synapses keep the weights with which they did.
     """
+    grid = _sent(grid)
     steps, lines, synapses, weights = _synapses_ahead(grid)
     grid.slots[:] = -1
     n = len(grid.entry_after)
@@ -65,7 +67,7 @@ def plastic_now(grid: Grid, arrivals: Arrivals) -> Array:
 
     Their axonal and dendritic parts let synapses hear a spike before it arrives.
     """
-    seen = grid._replace(plastic=grid.plastic.copy(), short_term=grid.short_term.copy())
+    seen = _sent(grid._replace(**changing(grid)))
     steps, lines, synapses, weights = _synapses_ahead(seen)
     everything = arrivals.joined(np.stack([steps, lines, synapses]), weights)
     _pass(seen, everything.inputs)
@@ -77,6 +79,14 @@ def hear_all(grid: Grid) -> None:
     """Let plastic synapses hear the spikes of their targets up to now."""
     none = np.empty(0, np.int64)
     bring_up_to(_now(grid), grid.memories, grid.plastic, grid.rules, grid.remembered, none)
+
+
+def _sent(grid: Grid) -> Grid:
+    """Return the grid with all spikes in the calendar."""
+    while grid.clock["n_free"][0] < grid.clock["n_out"][0]:
+        grid = enlarged(grid)
+    _send_all(grid)
+    return grid
 
 
 def _now(grid: Grid) -> float:
@@ -117,6 +127,11 @@ def _pass(grid: Grid, inputs: IntArray) -> tuple[IntArray, FloatArray]:
     passed, weights = plastic[chosen], np.empty(len(chosen))
     _transmit(grid, inputs[2, passed], arrivals_ms[chosen], weights)
     return passed, weights
+
+
+@jit
+def _send_all(grid: Grid) -> None:
+    send_all(grid.clock[0], grid)
 
 
 @jit

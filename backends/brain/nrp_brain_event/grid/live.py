@@ -40,7 +40,7 @@ def change_cells(
     state[V] += before["v_rest"] - cells["v_rest"]
     alpha = cells["synapse"] == ALPHA
     state[S : S + 2, alpha] *= (cells["tau_syn"] / before["tau_syn"]).T[:, alpha]
-    return _with_runs(grid._replace(state=state), load_runs(cells, float(grid.clock["h"][0]))), cells
+    return with_runs(grid._replace(state=state), load_runs(cells, float(grid.clock["h"][0]))), cells
 
 
 def offsets_of(grid: Grid, cells: Array) -> FloatArray:
@@ -49,7 +49,7 @@ def offsets_of(grid: Grid, cells: Array) -> FloatArray:
     return offsets
 
 
-def _with_runs(grid: Grid, runs: Array) -> Grid:
+def with_runs(grid: Grid, runs: Array) -> Grid:
     """Return the grid with its neurons in other runs; refractory ones go on waiting."""
     queue, old = grid.queue.copy(), grid.runs[grid.runs["n_waiting"] > 0]
     places = [

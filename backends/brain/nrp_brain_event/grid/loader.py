@@ -19,6 +19,8 @@ from nrp_core.brain.grid import Grid as TimeGrid
 from nrp_core.brain.network import IntArray, Network
 
 _ROOM: Final = 1024
+_LONGEST_WINDOW: Final = 1000
+"""Steps; in longer ones too many spikes would wait."""
 
 
 def build_grid(
@@ -41,6 +43,7 @@ def build_grid(
     curved = np.repeat(runs["kind"] == CURVED, runs["last"] - runs["first"])
     clock = np.zeros(1, GridClock.dtype())
     clock["h"], clock["failed"], clock["free"] = times.step_ms, -1, -1
+    clock["window"] = shortest_delay(tables, cells["id"])
     longest = int(np.max(tables["segment_gap"], initial=1))
     grid = Grid(
         clock=clock,
@@ -60,10 +63,18 @@ def build_grid(
         slots=np.full(1 << longest.bit_length(), -1, np.int32),
         entry_segment=np.empty(0, np.int32),
         entry_after=np.empty(0, np.int32),
+        outbox=np.empty((2, 0), np.int64),
         spikes=np.empty((2, 0), np.int64),
         **load_noise(network, cells, row_of, times, drawn),
     )
     return enlarged(grid), cells, row_of
+
+
+def shortest_delay(tables: dict[str, Array], neurons: IntArray) -> int:
+    """Return the shortest delay of what neurons (global ids) send, in steps."""
+    first = tables["row_first"]
+    sending = neurons[first[neurons] < first[neurons + 1]]
+    return int(np.min(tables["segment_gap"][first[sending]], initial=_LONGEST_WINDOW))
 
 
 def labels_from(network: Network, populations: frozenset[str]) -> frozenset[str]:
@@ -85,9 +96,6 @@ def _load_plastic(network: Network, row_of: IntArray, times: TimeGrid, n_rows: i
 def enlarged(grid: Grid) -> Grid:
     """Return the grid with more room for spikes, for entries of the calendar, and to remember spikes."""
     clock, n = grid.clock, len(grid.entry_after)
-    room = 2 * max(grid.spikes.shape[1], len(grid.drive), _ROOM)
-    spikes = np.empty((2, room), np.int64)
-    spikes[:, : grid.spikes.shape[1]] = grid.spikes
     n_entries = 2 * max(n, len(grid.drive), _ROOM)
     after = np.arange(1, n_entries + 1, dtype=np.int32)
     after[:n], after[-1] = grid.entry_after, clock["free"][0]
@@ -98,7 +106,14 @@ def enlarged(grid: Grid) -> Grid:
     if grid.pool["n_free"][0] < len(grid.memories):
         n_remembered, grid = len(grid.remembered), grid._replace(remembered=doubled(grid.remembered))
         chain_free(grid.pool, grid.remembered, n_remembered)
-    return grid._replace(spikes=spikes, entry_after=after, entry_segment=segments)
+    spikes, outbox = _widened(grid.spikes, len(grid.drive)), _widened(grid.outbox, len(grid.drive))
+    return grid._replace(spikes=spikes, outbox=outbox, entry_after=after, entry_segment=segments)
+
+
+def _widened(spikes: Array, n_rows: int) -> Array:
+    wider = np.empty((2, 2 * max(spikes.shape[1], n_rows, _ROOM)), np.int64)
+    wider[:, : spikes.shape[1]] = spikes
+    return wider
 
 
 def changing(grid: Grid) -> dict[str, Array]:

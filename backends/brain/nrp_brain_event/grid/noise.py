@@ -50,6 +50,11 @@ def guide(mean: float) -> tuple[Array, Array]:
     return np.where(lowest == highest, lowest, _OPEN).astype(np.int32), bounds
 
 
+def n_words(n_cells: int) -> int:
+    """Return how many random words are put aside for the cells of a population in a step."""
+    return n_cells // _PER_WORD + 1
+
+
 @jit
 def mixed(x: np.uint64) -> np.uint64:
     """Return 64 bits that look random, one to one."""
@@ -65,15 +70,23 @@ def add_noise(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
     if noise.begin < emitted <= noise.end:
         targets = grid.noise_lines[noise.first : noise.last]
         counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
-        _add_counts(lines, targets, counts, bounds, _first_word(noise, emitted), noise.weight)
+        place = (noise.first - noise.origin) % _PER_WORD
+        _add_counts(lines, targets, counts, bounds, _first_word(noise, emitted), place, noise.weight)
 
 
 @jit
 def _add_counts(
-    lines: Array, targets: Array, counts: Array, bounds: Array, number: np.uint64, weight: float
+    lines: Array, targets: Array, counts: Array, bounds: Array, number: np.uint64, place: int, weight: float
 ) -> None:
-    whole = len(targets) - len(targets) % _PER_WORD
-    for first in range(0, whole, _PER_WORD):
+    """Let counts arrive; the first is the one at a place in the word of a number."""
+    begun = min((_PER_WORD - place) % _PER_WORD, len(targets))
+    if begun > 0:
+        word = mixed(number)
+        number += _GOLDEN
+        for i in range(begun):
+            lines[targets[i]] += weight * _count(counts, bounds, word, place + i)
+    whole = len(targets) - (len(targets) - begun) % _PER_WORD
+    for first in range(begun, whole, _PER_WORD):
         word = mixed(number)
         number += _GOLDEN
         for j in range(_PER_WORD):  # a constant, so that it is unrolled
@@ -89,11 +102,11 @@ def hear_noise(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
     if not noise.begin < step <= noise.end:
         return True
     counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
-    number = _first_word(noise, step)
-    for first in range(noise.first, noise.last, _PER_WORD):
+    number, place = _first_word(noise, step), (noise.first - noise.origin) % _PER_WORD
+    for first in range(noise.first - place, noise.last, _PER_WORD):
         word = mixed(number)
         number += _GOLDEN
-        for i in range(first, min(first + _PER_WORD, noise.last)):
+        for i in range(max(first, noise.first), min(first + _PER_WORD, noise.last)):
             count = _count(counts, bounds, word, i - first)
             if clock.n_spikes + count > grid.spikes.shape[1]:
                 return False
@@ -106,8 +119,8 @@ def hear_noise(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
 @jit
 def _first_word(noise: Noise, step: int) -> np.uint64:
     """Return the number of the first word of a step; the words of all steps differ."""
-    n_words = (noise.last - noise.first) // _PER_WORD + 1
-    return np.uint64(noise.key) + np.uint64(step * n_words) * _GOLDEN
+    words = step * noise.n_words + (noise.first - noise.origin) // _PER_WORD
+    return np.uint64(noise.key) + np.uint64(words) * _GOLDEN
 
 
 @jit

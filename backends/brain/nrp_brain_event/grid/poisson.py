@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_brain_event.grid.noise import N_GUIDE, guide
+from nrp_brain_event.grid.noise import N_GUIDE, guide, n_words
 from nrp_brain_event.grid.records import Noise
 from nrp_brain_event.grid.runs import line_of
 from nrp_brain_event.grid.tables import common
@@ -57,6 +57,7 @@ def load_noise(
         order = np.argsort(flat, kind="stable")
         lines.append(flat[order].astype(np.uint32))
         sources.append(ids[order].astype(np.int32))
+        record["origin"], record["n_words"] = first, n_words(projection.size)
         record["first"], record["last"] = first, first + projection.size
         record["guide"], record["weight"] = len(guides), projection.weight[0]
         record["delay"] = times.delays(projection.delay_ms[:1])[0]

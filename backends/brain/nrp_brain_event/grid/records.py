@@ -105,8 +105,12 @@ class Noise(Record):
     """Poisson cells of equal rate, each with one synapse; numbers in ``noise_lines`` and ``noise_ids``."""
 
     key: int
+    origin: int
+    n_words: int
+    """First of all these cells, and how many random words a step takes for them."""
     first: int
     last: int
+    """Those that are drawn here."""
     guide: int
     """Row of the tables of counts."""
     weight: float
@@ -130,6 +134,9 @@ class GridClock(Record):
     n_sources: int
     n_inputs: int
     """How many of the source spikes and inputs that wait have been used."""
+    n_out: int
+    window: int
+    """Spikes in ``outbox``; steps after which they are sent, at most the shortest delay of any neuron."""
     failed: int
     h: float
     """Length of a step, ms."""
@@ -164,6 +171,8 @@ class Grid(NamedTuple):
         pool: ``Pool``, shape ``(1,)``.
         slots: head of the list of segments that arrive in a step, a ring.
         entry_segment, entry_after: the lists.
+        outbox: spikes to be sent at the end of the window: twice the step, and one more where the neuron
+            advances after the arrivals; row. Ascending, shape ``(2, room)``.
         spikes: steps and global ids of spikes not yet taken, shape ``(2, room)``.
         noise: ``Noise``.
         noise_lines, noise_ids: index into the flattened state on which each Poisson cell acts (unsigned, so
@@ -203,6 +212,7 @@ class Grid(NamedTuple):
     slots: Array
     entry_segment: Array
     entry_after: Array
+    outbox: Array
     spikes: Array
     noise: Array
     noise_lines: Array
@@ -213,7 +223,8 @@ class Grid(NamedTuple):
 
 CHANGING: Final = (
     "clock", "runs", "state", "drive", "queue", "release", "cells", "short_term",
-    "plastic", "memories", "remembered", "pool", "slots", "entry_segment", "entry_after", "spikes", "noise",
+    "plastic", "memories", "remembered", "pool", "slots", "entry_segment", "entry_after", "outbox", "spikes",
+    "noise",
 )  # fmt: skip
 """The parts of the grid that change while running."""
 BLOCK: Final = 512

@@ -12,3 +12,8 @@ class TestOnAFineGrid(BrainBackendTests):
 class TestSequencesOnACoarseGrid(SequenceTests):
     backend_name = "event"
     options = {"resolution": "1 ms"}  # noqa: RUF012
+
+
+class TestSequencesByThreeThreads(SequenceTests):
+    backend_name = "event"
+    options = {"resolution": "0.1 ms", "threads": 3}  # noqa: RUF012

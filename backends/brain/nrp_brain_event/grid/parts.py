@@ -1,0 +1,181 @@
+"""A grid that several threads advance, each a part of its rows.
+
+Until the end of a window (see :mod:`nrp_brain_event.grid.advance`) nothing that happens in one part reaches
+another, so no part waits for a lock. Every part has the calendar of the whole grid, with the segments cut
+down to its own targets: whatever the number of parts, everything arrives at a row in the same order.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+
+from nrp_brain_event.grid.advance import run
+from nrp_brain_event.grid.flight import Arrivals
+from nrp_brain_event.grid.live import with_runs
+from nrp_brain_event.grid.loader import enlarged
+from nrp_brain_event.grid.records import Grid
+from nrp_brain_event.records import DONE, FULL, Array
+from nrp_core.brain.network import IntArray
+from nrp_core.jit import jit
+
+
+def advance(grid: Grid, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Grid, int]:
+    """Advance a grid, or a part of one, to a step; return it, and ``DONE`` or ``DIVERGED``."""
+    with np.errstate(over="ignore", invalid="ignore"):  # of hashes; of the voltage of refractory cells
+        while (status := run(grid, fired, *arrivals, until)) == FULL:
+            grid = enlarged(grid)
+    return grid, status
+
+
+class Share(NamedTuple):
+    """A part: its rows, and what it has of segments and Poisson cells."""
+
+    first: int
+    last: int
+    segment_start: Array
+    segment_length: Array
+    noise_first: IntArray
+    noise_last: IntArray
+
+
+class Threads:
+    """Advances a grid as :func:`advance` does, to the last bit.
+
+    Args:
+        n: how many threads, at most one a row.
+        n_rows: rows of the grid.
+    """
+
+    def __init__(self, n: int, n_rows: int) -> None:
+        self._bounds = [n_rows * k // n for k in range(n + 1)]
+        self._pool = ThreadPoolExecutor(n - 1, "nrp-event")
+        self._shares: list[Share] = []
+        self._targets: Array | None = None
+        """Of the tables that are shared."""
+
+    def advance(self, grid: Grid, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Grid, int]:
+        """Advance a grid to a step; return it, and ``DONE`` or ``DIVERGED``."""
+        grid = _with_cuts(grid, self._bounds[:-1])
+        if self._targets is not grid.targets:
+            self._shares = [_share(grid, *rows) for rows in zip(self._bounds, self._bounds[1:], strict=False)]
+            self._targets = grid.targets
+        parts, status = [_part(grid, share) for share in self._shares], DONE
+        window, step = int(grid.clock["window"][0]), int(grid.clock["step"][0])
+        while step < until and status == DONE:
+            if step % window == 0:
+                parts = _exchanged(parts)
+            step = min(until, step - step % window + window)
+            others = [self._pool.submit(advance, part, fired, arrivals, step) for part in parts[1:]]
+            done = [advance(parts[0], fired, arrivals, step), *(other.result() for other in others)]
+            parts, status = [part for part, _ in done], max(status for _, status in done)
+        return _joined(grid, parts), status
+
+    def close(self) -> None:
+        """Let the threads go."""
+        self._pool.shutdown()
+
+
+def _with_cuts(grid: Grid, rows: list[int]) -> Grid:
+    """Return the grid with a run beginning in each of these rows."""
+    firsts = np.union1d(grid.runs["first"], rows)
+    if len(firsts) == len(grid.runs):
+        return grid
+    runs = grid.runs[np.searchsorted(grid.runs["first"], firsts, "right") - 1]
+    runs["first"], runs["last"] = firsts, np.append(firsts[1:], len(grid.drive))
+    runs["head"] = runs["n_waiting"] = 0
+    return with_runs(grid, runs)
+
+
+def _share(grid: Grid, first: int, last: int) -> Share:
+    starts, lengths = np.empty_like(grid.segment_start), np.empty_like(grid.segment_length)
+    _cut_segments(grid, first, last, starts, lengths)
+    noise = [grid.noise_lines[own["first"] : own["last"]] for own in grid.noise]
+    rows = [lines % len(grid.drive) for lines in noise]
+    bounds = [np.searchsorted(own, [first, last]) for own in rows]  # ascending: all act on one variable
+    noise_first, noise_last = (np.reshape(bounds, (-1, 2)).astype(np.int64) + grid.noise["first"][:, None]).T
+    return Share(first, last, starts, lengths, noise_first, noise_last)
+
+
+@jit
+def _cut_segments(grid: Grid, first: int, last: int, starts: Array, lengths: Array) -> None:
+    """Write where in each segment the targets ``first <= row < last`` begin, and how many they are."""
+    for k in range(len(starts)):
+        start, end = grid.segment_start[k], grid.segment_start[k] + grid.segment_length[k]
+        row = grid.tables[grid.segment_table[k]].line % len(grid.drive)
+        starts[k] = _first_from(grid.targets, start, end, first - row)
+        lengths[k] = _first_from(grid.targets, starts[k], end, last - row) - starts[k]
+
+
+@jit
+def _first_from(targets: Array, a: int, b: int, lowest: int) -> int:
+    """Return the place of the first of ascending targets that is not below another."""
+    while a < b:
+        middle = (a + b) // 2
+        if targets[middle] < lowest:
+            a = middle + 1
+        else:
+            b = middle
+    return a
+
+
+def _part(grid: Grid, share: Share) -> Grid:
+    """Return a part of a grid; the first goes on with the clock, calendar and spikes of the whole."""
+    runs = slice(*np.searchsorted(grid.runs["first"], [share.first, share.last]))
+    noise = grid.noise.copy()
+    noise["first"], noise["last"] = share.noise_first, share.noise_last
+    part = grid._replace(
+        runs=grid.runs[runs], noise=noise, fired=grid.fired[share.first : share.last],
+        segment_start=share.segment_start, segment_length=share.segment_length,
+    )  # fmt: skip
+    if share.first == 0:
+        return part
+    clock = grid.clock.copy()
+    clock["n_spikes"] = clock["n_out"] = 0
+    return part._replace(
+        clock=clock, work=grid.work.copy(), scratch=np.empty_like(grid.scratch), slots=grid.slots.copy(),
+        entry_segment=grid.entry_segment.copy(), entry_after=grid.entry_after.copy(),
+        outbox=np.empty_like(grid.outbox), spikes=np.empty_like(grid.spikes),
+    )  # fmt: skip
+
+
+def _exchanged(parts: list[Grid]) -> list[Grid]:
+    """Return the parts, all with the spikes of all to send."""
+    waiting = _waiting(parts)
+    return [_with_waiting(part, waiting) for part in parts]
+
+
+def _waiting(parts: list[Grid]) -> IntArray:
+    """Return the spikes of all parts that are to be sent, in the order in which the whole grid has them."""
+    waiting = np.concatenate([part.outbox[:, : part.clock["n_out"][0]] for part in parts], axis=1)
+    key = waiting[0] * len(parts[0].drive) + waiting[1]
+    return waiting.take(np.argsort(key, kind="stable"), axis=1)
+
+
+def _with_waiting(part: Grid, waiting: IntArray) -> Grid:
+    n = waiting.shape[1]
+    while part.outbox.shape[1] < n:
+        part = enlarged(part)
+    part.outbox[:, :n] = waiting
+    part.clock["n_out"] = n
+    return part
+
+
+def _joined(grid: Grid, parts: list[Grid]) -> Grid:
+    """Return the whole grid as its parts have left it."""
+    first = _with_waiting(parts[0], _waiting(parts))
+    failed = [part.clock for part in reversed(parts) if part.clock["failed"][0] >= 0]
+    if failed:  # the whole grid stops in the first step in which a neuron fails, and names the last
+        first.clock["failed"] = min(failed, key=lambda clock: int(clock["step"][0]))["failed"]
+    spikes = np.concatenate([part.spikes[:, : part.clock["n_spikes"][0]] for part in parts], axis=1)
+    n = spikes.shape[1]
+    while first.spikes.shape[1] < n:
+        first = enlarged(first)
+    first.spikes[:, :n] = spikes
+    first.clock["n_spikes"] = n
+    return grid._replace(
+        slots=first.slots, entry_segment=first.entry_segment, entry_after=first.entry_after,
+        outbox=first.outbox, spikes=first.spikes,
+    )  # fmt: skip

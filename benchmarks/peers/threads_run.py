@@ -1,0 +1,49 @@
+"""A network of benchmarks/networks.py on the grid of the event brain, by one thread and by several in turn.
+
+Elapsed time instead of CPU time, so the machine must be quiet; the best of all chunks.
+"""
+
+from __future__ import annotations
+
+import time
+
+import measure
+import numpy as np
+from nrp_run import network_of
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.clock import from_milliseconds
+from nrp_core.registry import brains
+
+
+def elapsed(brain: Brain, duration_ms: float) -> float:
+    """Return seconds per simulated second of a run."""
+    began = time.perf_counter()
+    brain.run_until(brain.now_ns + from_milliseconds(duration_ms))
+    return (time.perf_counter() - began) / duration_ms * 1e3
+
+
+def main() -> None:
+    chosen = measure.arguments()
+    graph = measure.graph_of(chosen)
+    network, n = network_of(graph), graph.n
+    del graph
+    backend = brains().load("event")
+    grid = {"resolution": f"{measure.STEP_MS} ms", "poisson": "grid"}
+    opened, recorders = [], []
+    for threads in (1, chosen.threads):
+        options = backend.options.model_validate({**grid, "threads": threads})
+        opened.append(backend.open(network, seed=1, options=options))
+        recorders.append(opened[-1].add_sink(SpikeRecorder(), np.arange(n), name="all"))
+        opened[-1].run_until(from_milliseconds(chosen.warm_up))
+    turns = [[elapsed(brain, chosen.duration) for brain in opened] for _ in range(chosen.chunks)]
+    digests = {measure.digest(r.spikes().neurons, r.spikes().times_ms) for r in recorders}
+    one, several = np.min(turns, axis=0)
+    measure.report(one=one, several=several, same_spikes=len(digests) == 1)
+    for brain in opened:
+        brain.close()
+
+
+if __name__ == "__main__":
+    main()
