@@ -38,7 +38,8 @@ def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
             yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, engine)
     for drive in model.drives:
         yield DrivePart(drive, model, engine)
-    for controller in model.controllers:
-        yield ControllerPart(controller, model, engine)
+    for joint in dict.fromkeys(controller.joint for controller in model.controllers):
+        controllers = [each for each in model.controllers if each.joint == joint]
+        yield ControllerPart(controllers, model, engine)
     if model.joint_states_topic is not None:
         yield JointStatesPart(model, engine)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from nrp_core.clock import seconds
@@ -17,76 +18,111 @@ _UNITS = {"position": "rad or m", "velocity": "rad/s or m/s", "effort": "N m or 
 
 
 class ControllerPart(Part):
-    """Serves the command of one :class:`~nrp_core.world.scene.acting.JointController`.
+    """Serves the commands of the :class:`~nrp_core.world.scene.acting.JointController` of one joint.
 
-    A command holds until the next one. The engine's servo does the proportional and the derivative part in
-    each physics step; an integral part is added up here.
+    A command holds until the next one, whichever of the controllers takes that. The engine's servo does the
+    proportional and the derivative part in each physics step; an integral part is added up here.
+
+    Args:
+        controllers: all of the joint.
+        model: whose joint it is.
+        engine: moves it.
     """
 
-    def __init__(self, controller: JointController, model: Model, engine: Engine) -> None:
-        self._controller, self._model, self._engine = controller, model.name, engine
-        joint = next(joint for joint in model.joints if joint.name == controller.joint)
-        self._gains = controller.gains or stiff_gains(
-            joint_inertias(bodies_of(model))[joint.name], velocity=controller.kind == "velocity"
+    def __init__(self, controllers: Sequence[JointController], model: Model, engine: Engine) -> None:
+        self._joint, self._model, self._engine = controllers[0].joint, model.name, engine
+        self._laws = {controller.topic: _Law(controller, model) for controller in controllers}
+        self.topics = tuple(
+            TopicInfo(
+                each.topic,
+                Float64,
+                Direction.IN,
+                what=f"{each.kind} of {model.name}/{each.joint}, {_UNITS[each.kind]}",
+            )
+            for each in controllers
         )
-        # who gives no gains wants the velocity itself, whatever brakes the joint
-        self._braking = joint.damping if controller.gains is None else 0.0
-        self._lower, self._upper = joint.lower, joint.upper
-        if controller.kind == "effort":
-            self._lower, self._upper = -joint.effort, joint.effort
-        elif controller.kind == "velocity":
-            self._lower, self._upper = -joint.velocity, joint.velocity
-        what = f"{controller.kind} of {model.name}/{controller.joint}, {_UNITS[controller.kind]}"
-        self.topics = (TopicInfo(controller.topic, Float64, Direction.IN, what=what),)
-        self._target = controller.initial
+        starts = [(each.topic, each.initial) for each in controllers if each.initial is not None]
+        self._initial = starts[-1] if starts else None
+        self._command = self._initial
         self._integral = 0.0
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        self._target = min(max(float(message.data), self._lower), self._upper)
+        if self._command is not None and self._command[0] != topic:
+            self._integral = 0.0
+        self._command = topic, self._laws[topic].bounded(float(message.data))
         self._aim(now_ns)
 
     def at_deadline(self, now_ns: int) -> None:
-        gains, step_s = self._gains, seconds(self._engine.step_ns)
-        limit = gains.i_limit
-        self._integral = min(max(self._integral + gains.i * self._error() * step_s, -limit), limit)
+        assert self._command is not None  # without one there is no deadline
+        topic, target = self._command
+        law = self._laws[topic]
+        gains, error = law.gains, target - self._now(law.controller.kind)
+        integral = self._integral + gains.i * error * seconds(self._engine.step_ns)
+        self._integral = min(max(integral, -gains.i_limit), gains.i_limit)
         self._aim(now_ns)
 
     def begin(self) -> None:
-        if self._controller.initial is not None:
+        if self._initial is not None:
             self._aim(0)
 
     def reset(self) -> None:
-        self._target, self._integral = self._controller.initial, 0.0
+        self._command, self._integral = self._initial, 0.0
         self.deadline_ns = None
 
     def save(self) -> object:
-        return self._target, self._integral, self.deadline_ns
+        return self._command, self._integral, self.deadline_ns
 
     def restore(self, saved: Any) -> None:
-        before = self._target
-        self._target, self._integral, deadline_ns = saved
-        if before is not None or self._target is not None:
+        before = self._command
+        self._command, self._integral, deadline_ns = saved
+        if before is not None or self._command is not None:
             self._aim(0)
         self.deadline_ns = deadline_ns
 
     def _aim(self, now_ns: int) -> None:
-        integrates = self._target is not None and self._gains.i and self._controller.kind != "effort"
-        self.deadline_ns = now_ns + self._engine.step_ns if integrates else None
-        self._engine.set_joint_aim(self._model, self._controller.joint, self._aimed())
+        self.deadline_ns, aim = None, JointAim()
+        if self._command is not None:
+            topic, target = self._command
+            law = self._laws[topic]
+            aim = law.aim(target, self._integral)
+            if law.integrates:
+                self.deadline_ns = now_ns + self._engine.step_ns
+        self._engine.set_joint_aim(self._model, self._joint, aim)
 
-    def _aimed(self) -> JointAim:
-        target, gains = self._target, self._gains
-        if target is None:
-            return JointAim()
-        if self._controller.kind == "position":
-            return JointAim(gains.p, gains.d, position=target, effort=self._integral)
-        if self._controller.kind == "velocity":
-            effort = self._integral + self._braking * target
-            return JointAim(damping=gains.p, velocity=target, effort=effort)
-        return JointAim(effort=target)
-
-    def _error(self) -> float:
+    def _now(self, kind: str) -> float:
+        """Return the position or the velocity of the joint."""
         joints = self._engine.joint_states(self._model)
-        index = joints.names.index(self._controller.joint)
-        now = joints.positions if self._controller.kind == "position" else joints.velocities
-        return 0.0 if self._target is None else self._target - float(now[index])
+        values = joints.positions if kind == "position" else joints.velocities
+        return float(values[joints.names.index(self._joint)])
+
+
+class _Law:
+    """What the servo of a joint does while one of its controllers has the last command."""
+
+    def __init__(self, controller: JointController, model: Model) -> None:
+        self.controller = controller
+        joint = next(joint for joint in model.joints if joint.name == controller.joint)
+        self.gains = controller.gains or stiff_gains(
+            joint_inertias(bodies_of(model))[joint.name], velocity=controller.kind == "velocity"
+        )
+        self.integrates = bool(self.gains.i) and controller.kind != "effort"
+        # who gives no gains wants the velocity itself, whatever brakes the joint
+        self._braking = joint.damping if controller.gains is None else 0.0
+        self._lower, self._upper = {
+            "position": (joint.lower, joint.upper),
+            "velocity": (-joint.velocity, joint.velocity),
+            "effort": (-joint.effort, joint.effort),
+        }[controller.kind]
+
+    def bounded(self, target: float) -> float:
+        """Return a command within the limits of the joint."""
+        return min(max(target, self._lower), self._upper)
+
+    def aim(self, target: float, integral: float) -> JointAim:
+        """Return what the servo aims at."""
+        gains = self.gains
+        if self.controller.kind == "position":
+            return JointAim(gains.p, gains.d, position=target, effort=integral)
+        if self.controller.kind == "velocity":
+            return JointAim(damping=gains.p, velocity=target, effort=integral + self._braking * target)
+        return JointAim(effort=target)

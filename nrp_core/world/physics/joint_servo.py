@@ -94,8 +94,11 @@ class ExplicitServos:
 
     def aim(self, number: int, aim: JointAim) -> None:
         """Let one joint aim at something."""
+        idle = self.idle
         self._aims[number] = aim
         self._lay_out()
+        if self.idle and not idle:  # nothing is pushed from now on, and what was seen last grows old
+            self.forget()
 
     def _lay_out(self) -> None:
         """Lay the aims out as arrays."""

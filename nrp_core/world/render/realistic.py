@@ -57,7 +57,7 @@ class RealisticCameras(RasterCameras):
         starts = np.searchsorted(mesh.faces.ravel()[corners], np.arange(len(mesh.vertices) + 1))
         self._normals = corner_normals(mesh.vertices, mesh.faces, corners, starts.astype(np.int32))
         self._view = FaceView(mesh)
-        self._framed: npt.NDArray[np.bool_] | None = None
+        self._framed = np.empty(0, bool)
         self._mapped: tuple[npt.NDArray[Any], ...] = ()
 
     def set_lights(self, lights: Sequence[Light]) -> None:
@@ -81,9 +81,12 @@ class RealisticCameras(RasterCameras):
     def _map_shadows(self, points: FloatArray) -> None:
         """Draw the shadow maps, unless they show what is there: for another camera at the same time."""
         now = points, self._mesh.shown.copy()
-        if not self._mapped or not all(map(np.array_equal, now, self._mapped)):
-            self._mapped = now
-            self._lamps.look(*self._lit_sphere(points), lambda *view: self._view.draw(points, *view))
+        if self._mapped and all(map(np.array_equal, now, self._mapped)):
+            return
+        if not self._mapped or not np.array_equal(now[1], self._mapped[1]):
+            self._framed = self._mesh.framed(points)
+        self._mapped = now
+        self._lamps.look(*self._lit_sphere(points), lambda *view: self._view.draw(points, *view))
 
     def _eye_in_world(self, path: CameraPath) -> FloatArray:
         frame, eye = self._eyes[path]
@@ -94,7 +97,5 @@ class RealisticCameras(RasterCameras):
         """Return centre and radius of what directional lights throw shadows in."""
         if not len(points):
             return np.zeros(3), 1.0
-        if self._framed is None:
-            self._framed = self._mesh.framed(points)
         low, high = points[self._framed].min(axis=0), points[self._framed].max(axis=0)
         return (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + _MARGIN_M

@@ -54,6 +54,7 @@ _CHILDREN = {
     "clip": "near far",
     "light": "cast_shadows intensity diffuse specular attenuation direction spot frame pose visualize "
     "light_on",
+    "spot": "inner_angle outer_angle falloff",
 }
 _KNOWN = {parent: frozenset(children.split()) for parent, children in _CHILDREN.items()}
 
@@ -80,7 +81,7 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("axis", "mimic"): (),
     ("dynamics", "friction"): ("0", "0.0"),
     ("dynamics", "spring_stiffness"): ("0", "0.0"),
-    ("light", "spot"): (),
+    ("spot", "falloff"): ("1", "1.0"),
 }
 
 

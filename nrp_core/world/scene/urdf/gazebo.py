@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.plugins import plugin_name
 from nrp_core.world.scene.reading import Notes
 from nrp_core.world.scene.urdf.elements import new
 from nrp_core.world.scene.xml_tree import Element
@@ -23,6 +24,7 @@ _SOLVER = {
     *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor", "dampingFactor"),
     *("disableFixedJointLumping", "preserveFixedJoint"),
 }
+_ROS_CONTROL = "gazebo_ros_control"  # runs what commands transmissions, which need nothing else here
 
 
 def apply_block(block: Element, model: Element, notes: Notes) -> None:
@@ -37,7 +39,8 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
             return
         target = named[name]
     for child in block.children:
-        if child.tag not in _SOLVER:
+        control = child.tag == "plugin" and plugin_name(child) == _ROS_CONTROL
+        if child.tag not in _SOLVER and not control:
             _give(child, target)
 
 

@@ -51,7 +51,7 @@ def test_two_models_of_one_name_are_refused(world: WorldReader) -> None:
 
 
 def test_lights_shine_as_far_as_wide_and_as_bright_as_the_file_says(world: WorldReader) -> None:
-    sun, lamp, spot, off = world(
+    scene = world(
         '<light name="sun" type="directional"/>'
         '<light name="lamp" type="point">'
         "<attenuation><range>7</range><quadratic>0.5</quadratic></attenuation>"
@@ -59,7 +59,9 @@ def test_lights_shine_as_far_as_wide_and_as_bright_as_the_file_says(world: World
         '<light name="spot" type="spot">'
         "<spot><inner_angle>0.2</inner_angle><outer_angle>0.6</outer_angle></spot></light>"
         '<light name="off" type="point"><light_on>false</light_on></light>'
-    ).lights
+    )
+    assert scene.warnings == ()
+    sun, lamp, spot, off = scene.lights
     assert sun.casts_shadows
     assert sun.attenuation == (inf, 1, 0, 0)
     assert lamp.casts_shadows
@@ -68,6 +70,15 @@ def test_lights_shine_as_far_as_wide_and_as_bright_as_the_file_says(world: World
     assert spot.cone == (0.2, 0.6)
     assert not spot.casts_shadows
     assert off.diffuse[:3] == (0, 0, 0)
+
+
+@pytest.mark.parametrize(("falloff", "warnings"), [("1", 0), ("0.2", 1)])
+def test_a_cone_that_fades_otherwise_than_evenly_is_warned_of(
+    world: WorldReader, falloff: str, warnings: int
+) -> None:
+    scene = world(f'<light name="spot" type="spot"><spot><falloff>{falloff}</falloff></spot></light>')
+    assert len(scene.warnings) == warnings
+    assert all("<falloff> 0.2 of a <spot> is not simulated" in warning for warning in scene.warnings)
 
 
 def test_an_unknown_light_is_refused(world: WorldReader) -> None:

@@ -266,6 +266,7 @@ def test_a_transmission_lets_a_joint_be_commanded(urdf):
     arm = (
         f'<link name="base">{MASS}</link><link name="hand">{MASS}</link>'
         '<joint name="hinge" type="continuous"><parent link="base"/><child link="hand"/></joint>'
+        '<gazebo><plugin name="control" filename="libgazebo_ros_control.so"/></gazebo>'
     )
     for interface, kind, topic in (
         ("hardware_interface/EffortJointInterface", "effort", "cmd_effort"),
