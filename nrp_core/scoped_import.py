@@ -29,7 +29,7 @@ class Scope:
     Args:
         roots: top-level packages below which there are substitutes.
         substitute: returns the module that a dotted name stands for, or None for the real one.
-        folders: whose files count as neighbours too.
+        folders: whose files count as neighbours too; iterated with each import, as they may become more.
         missing: returns what stands in for a module that is nowhere, given its name and the names of what
             imports it; None for nothing.
         compiled: returns what a file means; by default it is Python.
@@ -47,7 +47,7 @@ class Scope:
         self._homes: dict[Path, None] = {}
         self._packages = {root: self._package(root) for root in roots}
         self._stands_for = substitute
-        self._folders = tuple(folders)
+        self._folders = folders
         self._importlib = ModuleType("importlib", importlib.__doc__)
         self._importlib.__dict__.update(vars(importlib), import_module=self._import_module)
         self._builtins = {**vars(builtins), "__import__": self._import}

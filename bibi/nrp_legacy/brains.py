@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
+from nrp_core.analysis.evaluation import UnreadableError
 from nrp_core.brain.network import IntArray, Network
 from nrp_core.brain.picking import CIRCUIT, Selection, with_views
 from nrp_core.brain.script import load_network
+from nrp_core.dsl.selectors import Selector
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.xml_tree import Element
 from nrp_legacy.code import Source, as_of_old, compiled_file
+from nrp_legacy.convert.python import defined
 from nrp_legacy.elements import attribute, children, local, number
 from nrp_legacy.h5_brain import read_h5_brain
 from nrp_legacy.injections import Injection, kept_injections
@@ -28,6 +32,7 @@ from nrp_legacy.nest.models import SPIKE_RECORDERS
 from nrp_legacy.nest.network import Conversion, network_of
 from nrp_legacy.nest.running import RunningKernel
 from nrp_legacy.pynn07 import add_spellings
+from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
 from nrp_legacy.shims.missing import StandIns
 
@@ -112,11 +117,12 @@ def load_script(
         sims.append(sim)
         currents = kept_injections(sim)
 
+    libraries = libraries_of_old({}, lambda _seconds: None, seed, built.import_path)
     with as_of_old():
         made = load_network(
             path, seed=seed, simulators=_SIMULATORS, compiled=compiled_file, adapt=adapt,
-            modules={**libraries_of_old({}, lambda _seconds: None, seed), "nest": built.nest},
-            other=by_nest, missing=StandIns(kernel.note), folders=folders,
+            modules={**libraries, "nest": built.nest},
+            other=by_nest, missing=StandIns(kernel.note), folders=ImportPath(built.import_path, folders),
         )  # fmt: skip
     parts = made.populations, made.projections, made.views, made.timestep_ms
     _keep(built, kernel, made, kept[0], sims[0])
@@ -143,6 +149,26 @@ def _keep(built: Built, kernel: Kernel, network: Network, variables: dict[str, A
             for one in recorders
         ]
     built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
+
+
+def with_unseen(network: Network, path: Path) -> Network:
+    """Return the network of a script with what is known of its variables: if it ran elsewhere, their names.
+
+    Args:
+        network: what the script has built.
+        path: the script.
+    """
+    if path.suffix != ".py" or isinstance(network, NotedNetwork):
+        return network
+    built = Built()
+    names = defined(Source.of_file(path).tree(lambda _note: None))
+    built.variables = {name: Selector(partial(_unread, name), f"brain.{name}") for name in names}
+    parts = network.populations, network.projections, network.views, network.timestep_ms
+    return NotedNetwork(*parts, built=built)
+
+
+def _unread(name: str, _root: object) -> NoReturn:
+    raise UnreadableError(f"'{name}' is known only when the brain file is executed")
 
 
 def remark(

@@ -68,9 +68,8 @@ class ImportedMaker(ShimmedMaker):
         brain = experiment.brain
         if brain.model.suffix != ".py":
             return super().network(experiment, build)
-        return self._known(
-            build(partial(load_script, brain.model, experiment.seed, brain.populations, self._folders))
-        )
+        script = partial(load_script, brain.model, experiment.seed, brain.populations, self._folders)
+        return self._known(build(script), brain.model)
 
     def robot(self, experiment: Experiment, name: str) -> Model:
         codes = (Source.of_file(path).text for path in experiment.transfer_functions)

@@ -20,7 +20,7 @@ from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_scene
 from nrp_legacy.aliases import find_alias
-from nrp_legacy.brains import load_brain, remark
+from nrp_legacy.brains import load_brain, remark, with_unseen
 from nrp_legacy.documents import Bibi
 from nrp_legacy.eavesdrop import let_all_talk, plain_name
 from nrp_legacy.files import EMPTY_ROOM, Library
@@ -70,10 +70,10 @@ class ShimmedMaker(Maker):
             network=self._network,
         )  # fmt: skip
 
-    def _known(self, network: Network) -> Network:
-        """Return a network, whose variables transfer functions can look up from now on."""
-        self._network = network
-        return network
+    def _known(self, network: Network, path: Path) -> Network:
+        """Return the network of a file, whose variables transfer functions can look up from now on."""
+        self._network = with_unseen(network, path)
+        return self._network
 
     def _begun(self, experiment: Experiment) -> Namespace:
         """Return fresh names, which know the brain."""
@@ -164,7 +164,7 @@ class LegacyMaker(ShimmedMaker):
         try:
             network = build(partial(load_brain, path, populations, experiment.seed, self._folders))
             remark(path, populations, network, self._note)
-            return self._known(network)
+            return self._known(network, path)
         except NrpError as error:
             self._note(f"the brain is left out: {error}")
             return Network({})

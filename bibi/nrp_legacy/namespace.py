@@ -24,6 +24,7 @@ from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.shims.containers import smach_module
 from nrp_legacy.shims.cv_bridge import CvBridge, cv_bridge_module
 from nrp_legacy.shims.graph import Graph, log
+from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
 from nrp_legacy.shims.missing import StandIns
 from nrp_legacy.shims.modules import message_modules, module, service_modules
@@ -78,7 +79,8 @@ class Namespace:
         vars(nrp)["tf_lib"] = file_names()["nrp"].tf_lib
         logger, messages = ClientLogger(), message_modules()
         vars(nrp).update(clientLogger=logger)
-        self._libraries = libraries_of_old(environment, partial(sleep, self.graph), seed)
+        built: Built = getattr(network, "built", None) or Built()
+        self._libraries = libraries_of_old(environment, partial(sleep, self.graph), seed, built.import_path)
         substitutes = {
             **self._libraries,
             **messages,
@@ -90,7 +92,7 @@ class Namespace:
             **dict.fromkeys(("smach", "smach.state", "smach.state_machine"), smach_module()),
             "smach_ros": smach_ros_module(self.graph, services),
             "cv_bridge": cv_bridge_module(),
-            "nest": getattr(network, "built", Built()).nest or nest_module(Kernel(seed)),
+            "nest": built.nest or nest_module(Kernel(seed)),
             "roslib": module("roslib", load_manifest=lambda _name: None),
             "tf": tf_module(),
             "tf.transformations": transformations_module(),
@@ -99,7 +101,8 @@ class Namespace:
             parent, _, last = name.rpartition(".")
             if parent in substitutes:
                 vars(substitutes[parent]).setdefault(last, child)
-        self.scope = file_scope(nrp, substitutes, folders, StandIns(self._tell(notes)), compiled_file)
+        path = ImportPath(built.import_path, folders)
+        self.scope = file_scope(nrp, substitutes, path, StandIns(self._tell(notes)), compiled_file)
         self.module = module("transfer_functions", **self._names(nrp, logger, messages))
 
     def _tell(self, notes: Callable[[str], None]) -> Callable[[str], None]:

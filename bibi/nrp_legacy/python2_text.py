@@ -151,6 +151,7 @@ def _exceptions(tokens: list[Token]) -> Iterator[Edit]:
             yield commas[-1].start, commas[-1].end, " as"
         elif head.string == "raise":
             yield commas[0].start, commas[0].end, "("
+            yield from ((comma.start, comma.end, ").with_traceback(") for comma in commas[1:2])
             yield last.end, last.end, ")"
 
 

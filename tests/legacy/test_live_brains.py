@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from math import log
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import numpy as np
 import pytest
 from nrp_legacy.reader import read_exc
 
+from nrp_core.analysis.validate import validate_file
 from nrp_core.experiment.run import Run
+from nrp_core.findings import Code
 
 Played = Callable[..., Run]
 
@@ -116,18 +119,24 @@ def function(t, a, b, heard):
 def played(request: pytest.FixtureRequest, tmp_path: Path) -> Played:
     """Runs a brain file with one transfer function: ``played(brain, function)``."""
 
-    def play(brain: str, function: str, mode: str = "", until_s: float = 0.2) -> Run:
-        (tmp_path / "b.py").write_text(brain)
-        (tmp_path / "tf.py").write_text(function)
-        parts = f'{mode}<brainModel><file>b.py</file></brainModel><transferFunction src="tf.py"/>'
-        (tmp_path / "x.bibi").write_text(f"<bibi>{parts}</bibi>")
-        (tmp_path / "x.exc").write_text('<ExD><bibiConf src="x.bibi"/></ExD>')
-        run = Run(read_exc(tmp_path / "x.exc"))
+    def play(
+        brain: str, function: str, mode: str = "", until_s: float = 0.2, overrides: Sequence[str] = ()
+    ) -> Run:
+        _written(tmp_path, brain, function, mode)
+        run = Run(read_exc(tmp_path / "x.exc", overrides))
         request.addfinalizer(run.close)
         run.run_until(until_s)
         return run
 
     return play
+
+
+def _written(folder: Path, brain: str, function: str, mode: str = "") -> None:
+    (folder / "b.py").write_text(brain)
+    (folder / "tf.py").write_text(function)
+    parts = f'{mode}<brainModel><file>b.py</file></brainModel><transferFunction src="tf.py"/>'
+    (folder / "x.bibi").write_text(f"<bibi>{parts}</bibi>")
+    (folder / "x.exc").write_text('<ExD><bibiConf src="x.bibi"/></ExD>')
 
 
 def test_populations_in_collections_and_objects_run_and_change_by_the_methods_of_pynn_and_nest(
@@ -209,3 +218,78 @@ def test_spikes_under_a_constant_current_come_when_the_equation_says(played: Pla
     period_ms = 20.0 * log(20.0 / (20.0 - 15.0)) + 2.0
     assert np.diff(times) == pytest.approx(period_ms, abs=1e-6)
     assert len(times) == run.result().spikes["cells"] == int((500.0 - times[0]) / period_ms) + 1
+
+
+KEPT = """
+from collections import namedtuple
+import os, sys
+sys.path.append(os.path.join(os.path.dirname(__file__), 'PLACE'))
+Layers = namedtuple('Layers', 'input size')
+layers = Layers(cells, 2)
+history, counts = [], {'calls': 0}
+def heard(): return len(history)
+"""
+KEEPING = """
+import where
+import numpy.random
+@nrp.MapSpikeSource("a", nrp.brain.layers.input, nrp.dc_source)
+@nrp.MapCSVRecorder("rows", filename="rows.csv", headers=["place", "heard"])
+@nrp.Robot2Neuron()
+def function(t, a, rows):
+    root = nrp.config.brain_root
+    root.history.append(t)
+    root.counts['calls'] += 1
+    assert root.heard() == root.counts['calls']
+    root.layers.input.set(tau_m=10.)
+    assert root.layers.input.get('tau_m') == 10. and root.cells[[]].get('tau_m').size == 0
+    assert 0 <= numpy.random.rand() < 1
+    rows.record_entry(where.name, root.heard())
+"""
+
+
+def test_what_functions_add_to_lists_of_the_brain_file_stays_there(played: Played, tmp_path: Path) -> None:
+    _places(tmp_path)
+    run = played(CELLS + KEPT.replace("PLACE", "here"), KEEPING)
+    assert not run.result().failures
+    assert run.loop.functions[0].adapters["rows"].rows[-1] == ["here", "10"]  # type: ignore[attr-defined]
+
+
+def test_experiments_of_one_process_search_modules_each_in_its_own_folders(
+    played: Played, tmp_path: Path
+) -> None:
+    _places(tmp_path)
+    before = list(sys.path)
+    for place in ("here", "there"):
+        run = played(CELLS + KEPT.replace("PLACE", place), KEEPING)
+        assert run.loop.functions[0].adapters["rows"].rows[-1][0] == place  # type: ignore[attr-defined]
+        assert (sys.path, "where" in sys.modules) == (before, False)
+
+
+def _places(folder: Path) -> None:
+    for place in ("here", "there"):
+        (folder / place).mkdir()
+        (folder / place / "where.py").write_text(f"name = {place!r}")
+
+
+def test_a_parameter_that_no_cell_has_is_refused_by_its_name(played: Played) -> None:
+    function = "@nrp.Robot2Neuron()\ndef function(t):\n    nrp.config.brain_root.cells.get('tau_x')\n"
+    (failure,) = played(CELLS, function).result().failures
+    assert "brain.cells has no parameter 'tau_x'; did you mean 'tau_m'?" in str(failure)
+
+
+@pytest.mark.parametrize("seed", [-3, 5_000_000_000])
+def test_any_integer_is_a_seed(played: Played, tmp_path: Path, seed: int) -> None:
+    _places(tmp_path)
+    run = played(CELLS + KEPT.replace("PLACE", "here"), KEEPING, overrides=[f"seed={seed}"])
+    assert not run.result().failures
+    assert [function.name for function in run.loop.functions] == ["function"]
+
+
+@pytest.mark.parametrize(("asked", "told"), [("pops", Code.NRP239), ("popz", Code.NRP211)])
+def test_what_variables_hold_is_no_misspelt_population_to_who_runs_nothing(
+    tmp_path: Path, asked: str, told: Code
+) -> None:
+    _written(tmp_path, IN_PYNN, OF_PYNN.replace("nrp.brain.pops[1],", f"nrp.brain.{asked}[1],"))
+    findings = validate_file(tmp_path)
+    assert {finding.code for finding in findings if "'a'" in finding.message} == {told}
+    assert [finding.code for finding in findings].count(Code.NRP211) == (told is Code.NRP211)

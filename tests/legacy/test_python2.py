@@ -48,6 +48,11 @@ def printed(code: str, **values: object) -> str:
         ("print `1 + 1`, 'a `b` 1L 07 <> print'", "2 a `b` 1L 07 <> print\n"),
         ("exec 'x = 1'\nd = {}\nexec 'y = 2' in d\nexec('z = 3')\nprint x, d['y'], z", "1 2 3\n"),
         ("try: raise KeyError, 'k'  # no, 'x'\nexcept KeyError, e: print e", "'k'\n"),
+        (
+            "import sys\ntry:\n  try: 1 % 0\n  except: raise KeyError, 'k', sys.exc_info()[2]\n"
+            "except KeyError, e: print e.args",
+            "('k',)\n",
+        ),
         ("d = {1: 2}\nk = d.keys()\nk.sort()\nprint k, d.items()[0]", "[1] (1, 2)\n"),
         (
             "print map(None, [1])[0], filter(str.isdigit, 'a1'), zip([1], [2])[0], range(2) + [2]",

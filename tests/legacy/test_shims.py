@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -152,6 +153,27 @@ def test_a_task_goes_on_when_its_time_has_come_and_ends_when_it_is_stopped() -> 
     task.stop()
     assert task.is_over
     assert task.error is None
+
+
+def test_a_task_that_catches_everything_is_stopped_too() -> None:
+    waited = []
+
+    def work() -> None:
+        here = Task.here()
+        assert here is not None
+        while True:
+            with suppress(BaseException):
+                waited.append(0)
+                here.wait_until(0)
+
+    task = Task(work, lambda: 0)
+    task.advance()
+    task.stop()
+    assert task.is_over
+    tries = len(waited)
+    task.advance()
+    task.stop()
+    assert len(waited) == tries > 1
 
 
 def test_what_a_task_raises_ends_it_and_is_kept() -> None:

@@ -81,7 +81,7 @@ def piece_of(source: Source, *, obstacle: str = "") -> Piece:
         tree = ast.parse(text)
     work = _Work(text, obstacle)
     work.visit(tree)
-    defines = frozenset(_defined(tree))
+    defines = frozenset(defined(tree))
     if work.obstacle:
         return Piece(text, changes, work.obstacle, defines, frozenset(_lacking(tree)))
     text = work.edits.done()
@@ -217,7 +217,7 @@ def _lacking(tree: ast.Module) -> set[str]:
     return used - known
 
 
-def _defined(tree: ast.Module) -> Iterator[str]:
+def defined(tree: ast.Module) -> Iterator[str]:
     """Yield the names that code gives to others: at its top level, or by ``global``."""
     for node in tree.body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):

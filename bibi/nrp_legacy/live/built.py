@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import Any
@@ -27,6 +28,7 @@ class Built:
         recorded: neurons whose spikes the file records.
         node_of: returns the number of the node that a neuron is to NEST.
         nest: the module ``nest`` for this network.
+        import_path: what is ``sys.path`` to the code of the experiment.
         on_begin: called with the run once there is one.
     """
 
@@ -37,6 +39,7 @@ class Built:
         self.recorded: list[IntArray] = []
         self.node_of: Callable[[int], int] = lambda neuron: neuron + 1
         self.nest: ModuleType | None = None
+        self.import_path = list(sys.path)
         self.on_begin: list[Callable[[Run], None]] = []
         self._run: Run | None = None
         self._parameters: dict[str, FloatArray] = {}

@@ -10,6 +10,7 @@ import numpy as np
 from nrp_core.brain.network import FloatArray, IntArray
 from nrp_core.dsl.selection import Selection
 from nrp_core.dsl.selectors import Selector
+from nrp_core.errors import NetworkError, did_you_mean
 from nrp_legacy.live.built import Built
 
 _OWN = frozenset({"_find", "_text", "_built", "_ids"})
@@ -106,11 +107,18 @@ class Cells(Selector):
     # -- parameters
 
     def get(self, names: Any, *_how: Any, **_options: Any) -> Any:
-        """Return a parameter: one number where all are equal, as in PyNN; of several names a list."""
+        """Return a parameter: one number where all are equal, as in PyNN; of several names a list.
+
+        Raises:
+            NetworkError: none of the cells has a parameter of this name.
+        """
         if not isinstance(names, str):
             return [self.get(name) for name in names]
         values = self._built.parameter(names)[self._ids]
-        return float(values[0]) if (values == values[0]).all() else values.copy()
+        if values.size and np.isnan(values).all():
+            hint = did_you_mean(names, self._parameter_names())
+            raise NetworkError(f"{self._text} has no parameter '{names}'{hint}")
+        return float(values[0]) if values.size and (values == values[0]).all() else values.copy()
 
     def set(self, *old: Any, **parameters: Any) -> None:
         """Let them have other parameters from now on."""

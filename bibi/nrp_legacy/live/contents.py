@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import is_
 from types import ModuleType
 from typing import Any
 
@@ -45,14 +46,18 @@ class Contents:
                 variables[name] = self._replaced(value, name)
 
     def shown(self, value: Any, name: str) -> Any:
-        """Return what transfer functions get for a value; nodes of NEST, also in collections, as cells."""
+        """Return what transfer functions get for a value; nodes of NEST, also in collections, as cells.
+
+        A collection without nodes is the file's own: what functions add to it stays there.
+        """
         ids = self._nodes(value)
         if ids is not None:
             return Cells(self._built, name, ids)
-        if type(value) in (list, tuple):
-            return type(value)(self.shown(one, f"{name}[{i}]") for i, one in enumerate(value))
+        if type(value) is list or isinstance(value, tuple):
+            return _with(value, [self.shown(one, f"{name}[{i}]") for i, one in enumerate(value)])
         if type(value) is dict:
-            return {key: self.shown(one, f"{name}[{key!r}]") for key, one in value.items()}
+            parts = {key: self.shown(one, f"{name}[{key!r}]") for key, one in value.items()}
+            return value if all(map(is_, parts.values(), value.values())) else parts
         return Seen(value, name, self.shown) if self._holds_nodes(value) else value
 
     def _holds_nodes(self, value: Any) -> bool:
@@ -71,8 +76,8 @@ class Contents:
 
     def _within(self, value: Any, name: str) -> Any:
         """Replace what a collection or object holds."""
-        if isinstance(value, tuple) and type(value) is tuple:
-            return tuple(self._replaced(one, f"{name}[{i}]") for i, one in enumerate(value))
+        if isinstance(value, tuple):
+            return _with(value, [self._replaced(one, f"{name}[{i}]") for i, one in enumerate(value)])
         self._seen[id(value)] = value
         if type(value) is list:
             value[:] = [self._replaced(one, f"{name}[{i}]") for i, one in enumerate(value)]
@@ -106,6 +111,11 @@ class Seen:
 
     def __setattr__(self, name: str, value: Any) -> None:
         setattr(self._of, name, value)
+
+
+def _with(value: Any, parts: list[Any]) -> Any:
+    """Return a list, tuple or named tuple with other parts; itself where they are the same."""
+    return value if all(map(is_, parts, value)) else getattr(type(value), "_make", type(value))(parts)
 
 
 def _is_of_users(value: Any) -> bool:

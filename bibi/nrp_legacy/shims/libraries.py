@@ -76,16 +76,17 @@ def overlay(
 
 
 def libraries_of_old(
-    environment: Mapping[str, str], sleep: Callable[[float], None], seed: int
+    environment: Mapping[str, str], sleep: Callable[[float], None], seed: int, import_path: list[str]
 ) -> dict[str, ModuleType]:
     """Return the modules that differ for experiments, by their names.
 
     Args:
         environment: variables that the platform set.
         sleep: waits for some seconds of simulated time.
-        seed: of what is random.
+        seed: of what is random, any integer.
+        import_path: what is ``sys.path``.
     """
-    chance = np.random.RandomState(seed)
+    chance = np.random.RandomState(seed % 2**32)
     numpy_random = overlay("numpy.random", _methods(chance))
     plain_random = overlay("random", _methods(random.Random(seed)))
     return {
@@ -99,7 +100,9 @@ def libraries_of_old(
             "scipy.misc", {"imread": _read_image, "imresize": _resized, "imsave": _save_image}
         ),
         "sys": overlay(
-            "sys", {"setdefaultencoding": _nothing, "exc_clear": _nothing}, _renamed(maxint="maxsize")
+            "sys",
+            {"path": import_path, "setdefaultencoding": _nothing, "exc_clear": _nothing},
+            _renamed(maxint="maxsize"),
         ),
         "string": overlay("string", _string()),
         "itertools": overlay(

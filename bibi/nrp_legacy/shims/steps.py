@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 
 _TOO_MANY_GLANCES = 1000
 """So many looks at the clock without waiting are a loop that waits by looking."""
+_TRIES_TO_STOP = 100
+"""Code that goes on waiting after so many is in a loop that catches everything, and is left to wait."""
 
 
 class Stopped(BaseException):
@@ -51,11 +53,14 @@ class Task:
         self._waits.acquire()
 
     def stop(self) -> None:
-        """End the code where it waits."""
+        """End the code where it waits; what catches even that never goes on."""
         self._stopping = True
-        while not self.is_over:
+        for _ in range(_TRIES_TO_STOP):
+            if self.is_over:
+                return
             self._go.release()
             self._waits.acquire()
+        self.is_over = True
 
     # -- for the code
 
