@@ -61,8 +61,12 @@ def _compiled(function: F, *, inline: bool) -> F:
 
 @cache
 def _cache_directory(package: Path, chosen: str) -> Path:
-    """Return where the code of a package goes, by the contents of all files that it is compiled from."""
-    sources = sorted({*package.glob("*.py"), *_SHARED})
+    """Return where the code of a package goes, by the contents of all files that it is compiled from.
+
+    The kernels of a package within another are compiled from those around it as well.
+    """
+    around = [package, *(folder for folder in package.parents if (folder / "__init__.py").exists())]
+    sources = sorted({*(source for folder in around for source in folder.glob("*.py")), *_SHARED})
     digest = hashlib.blake2b(digest_size=8)
     for source in sources:
         digest.update(source.read_bytes())

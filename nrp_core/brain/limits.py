@@ -41,7 +41,7 @@ def check_synapses(
     owner: str, ends: Callable[[int], tuple[int, int]], values: Mapping[str, Values],
     *, receptor: str, conductance_based: bool, signed: bool,
 ) -> None:  # fmt: skip
-    """Check the values of synapses as :func:`check_values` does, and the sign of their weights.
+    """Check the values of synapses as :func:`check_values` does, their limits and the sign of their weights.
 
     A conductance is never negative, the receptor says what it does; a current is positive on the
     excitatory receptor and negative on the inhibitory one.
@@ -55,7 +55,7 @@ def check_synapses(
         signed: whether to check the sign.
 
     Raises:
-        NetworkError: a value is impossible or has the wrong sign.
+        NetworkError: a value is impossible, beyond another, or has the wrong sign.
     """
 
     def item(synapse: int) -> str:
@@ -63,6 +63,15 @@ def check_synapses(
         return f"synapse {synapse} ({pre} -> {post})"
 
     check_values(owner, values, item)
+    if {"w_min", "w_max"} <= values.keys():
+        least, most = (np.abs(values[name]) for name in ("w_min", "w_max"))  # limits are sizes
+        wrong = np.flatnonzero(least > most)
+        if wrong.size:
+            first = int(wrong[0])
+            raise NetworkError(
+                f"{owner}: w_min of {item(first)} is {least[first]:g}; it must be at most its w_max, "
+                f"{most[first]:g}"
+            )
     if signed:
         weight = distinct(values["weight"])
         negative = receptor == "inhibitory" and not conductance_based

@@ -18,7 +18,7 @@ of an experiment the same import gives a simulator that only builds: there the e
 from __future__ import annotations
 
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nrp_core.brain.pynn.api import programming_interface
 from nrp_core.brain.pynn.simulator import Simulator
@@ -35,8 +35,10 @@ def new_simulator() -> ModuleType:
     return api
 
 
-globals().update({name: value for name, value in vars(new_simulator()).items() if not name.startswith("__")})
+_api = new_simulator()
+globals().update({name: value for name, value in vars(_api).items() if not name.startswith("__")})
 
-if TYPE_CHECKING:
 
-    def __getattr__(name: str) -> Any: ...
+def __getattr__(name: str) -> Any:
+    """Say what a name that there is not may have meant."""
+    return getattr(_api, name)

@@ -19,7 +19,7 @@ class Waveform:
     Args:
         source: one of PyNN's current sources.
         noise: random numbers for a noisy one.
-        dt_ms: how often a sinusoidal current is set anew.
+        dt_ms: how often a sinusoidal current is set anew, and noise at most.
     """
 
     def __init__(self, source: Any, noise: np.random.RandomState, dt_ms: float) -> None:
@@ -48,15 +48,19 @@ class Waveform:
         if not self._source.start <= t_ms < self._source.stop:
             return 0.0
         if self._kind == "NoisyCurrentSource":
-            return self._noisy(round((t_ms - self._source.start) / self._source.dt))
+            return self._noisy(round((t_ms - self._source.start) / self._interval_ms))
         return self._sinusoidal(t_ms) if self._kind == "ACSource" else float(self._source.amplitude)
 
+    @property
+    def _interval_ms(self) -> float:
+        noisy = self._kind == "NoisyCurrentSource"
+        return max(float(self._source.dt), self._dt_ms) if noisy else self._dt_ms
+
     def _grid_ms(self, since_ms: float, until_ms: float) -> FloatArray:
-        interval = self._source.dt if self._kind == "NoisyCurrentSource" else self._dt_ms
-        start, stop = self._source.start, self._source.stop
+        interval, start, stop = self._interval_ms, self._source.start, self._source.stop
         first = max(0, int((since_ms - start) / interval))
-        last = int((min(until_ms, stop) - start) / interval) + 1
-        return np.append(start + interval * np.arange(first, max(first, last)), stop)
+        last = int((min(until_ms, stop) - start) / interval) + 2  # a quotient may be a hair too small
+        return np.append(np.minimum(start + interval * np.arange(first, max(first, last)), stop), stop)
 
     def _sinusoidal(self, t_ms: float) -> float:
         source = self._source

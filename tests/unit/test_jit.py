@@ -22,13 +22,15 @@ def test_a_borrowed_array_is_the_same_memory() -> None:
     assert array.tolist() == [7.0, 1.0, 1.0]
 
 
-def test_code_compiled_from_other_sources_is_kept_apart(tmp_path: Path) -> None:
+@pytest.mark.parametrize("folder", ["package", "package/within"])
+def test_code_compiled_from_other_sources_is_kept_apart(folder: str, tmp_path: Path) -> None:
     def directory() -> Path:
         jit._cache_directory.cache_clear()
-        return jit._cache_directory(tmp_path / "package", str(tmp_path / "cache"))
+        return jit._cache_directory(tmp_path / folder, str(tmp_path / "cache"))
 
-    (tmp_path / "package").mkdir()
-    (tmp_path / "package" / "one.py").write_text("A = 1\n")
+    (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "package" / "__init__.py").touch()
+    (tmp_path / folder / "one.py").write_text("A = 1\n")
     first = directory()
     assert first.parent == tmp_path / "cache"
     assert first == directory()

@@ -95,12 +95,6 @@ def _rules(projection: Projection) -> FloatArray:
         raise NetworkError(f"projection '{projection.label}': plastic weights have one sign, not both")
     columns = [parameter(projection, name) for name in _RULE]
     columns[-2:] = [np.abs(limit) for limit in columns[-2:]]
-    if (columns[-2] > columns[-1]).any():
-        synapse = int(np.argmax(columns[-2] > columns[-1]))
-        raise NetworkError(
-            f"projection '{projection.label}': w_min of synapse {synapse} is {columns[-2][synapse]:g}, more "
-            f"than its w_max of {columns[-1][synapse]:g}"
-        )
     flags = [
         np.full(projection.size, float(_MULTIPLICATIVE in names)),
         np.full(projection.size, 1.0 - 2.0 * negative),

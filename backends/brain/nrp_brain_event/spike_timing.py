@@ -4,7 +4,7 @@ A synapse hears a spike of its own neuron after the axonal part of its delay, an
 dendritic part. Of two that it hears dt apart the later one changes the weight, by
 
 - ``A_plus f exp(-dt / tau_plus)`` upwards where the target's came later,
-- ``A_minus f exp(-dt / tau_minus)`` downwards where it came first,
+- ``A_minus f exp(-dt / tau_minus)`` downwards where it came first (a negative A acts the other way),
 
 with f = ``w_max`` (additive), or the distance from ``w_max`` and ``w_min`` (multiplicative; Morrison,
 Diesmann & Gerstner 2008, Biol Cybern 98:459); two at one time change nothing. Weights stay within the limits.
@@ -33,9 +33,8 @@ def transmit(synapse: Plastic, rule: Rule, cell: Cell, events: Array, arrival: f
     t = arrival - synapse.dendritic_delay
     hear(synapse, rule, cell, events, t + SIMULTANEOUS)
     depression = rule.A_minus * _trace(synapse.post_t, synapse.post_trace, t, rule.tau_minus)
-    if depression > 0.0:
-        span = synapse.weight - rule.w_min if rule.multiplicative else rule.w_max
-        synapse.weight = max(synapse.weight - depression * span, rule.w_min)
+    span = synapse.weight - rule.w_min if rule.multiplicative else rule.w_max
+    synapse.weight = _changed(synapse.weight, -depression, span, rule)
     synapse.pre_trace = (synapse.pre_trace + 1.0) * exp((synapse.pre_t - t) / rule.tau_plus)
     synapse.pre_t = t
     return synapse.weight * rule.sign
@@ -48,13 +47,20 @@ def hear(synapse: Plastic, rule: Rule, cell: Cell, events: Array, until: float) 
     while index >= 0 and events[index].time + synapse.dendritic_delay <= until:
         t = events[index].time + synapse.dendritic_delay
         potentiation = rule.A_plus * _trace(synapse.pre_t, synapse.pre_trace, t, rule.tau_plus)
-        if potentiation > 0.0:
-            span = rule.w_max - synapse.weight if rule.multiplicative else rule.w_max
-            synapse.weight = min(synapse.weight + potentiation * span, rule.w_max)
+        span = rule.w_max - synapse.weight if rule.multiplicative else rule.w_max
+        synapse.weight = _changed(synapse.weight, potentiation, span, rule)
         synapse.post_trace = (synapse.post_trace + 1.0) * exp((synapse.post_t - t) / rule.tau_minus)
         synapse.post_t = t
         synapse.heard = index
         index = events[index].after
+
+
+@jit
+def _changed(weight: float, share: float, span: float, rule: Rule) -> float:
+    """Return a weight after a change by a share of ``span``: it stops at the limit towards which it goes."""
+    if share > 0.0:
+        return min(weight + share * span, rule.w_max)
+    return max(weight + share * span, rule.w_min) if share < 0.0 else weight
 
 
 @jit

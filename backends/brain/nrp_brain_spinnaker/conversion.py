@@ -14,17 +14,20 @@ from nrp_core.brain.network import FloatArray, IntArray
 def to_accum(values: npt.ArrayLike, what: str = "value") -> IntArray:
     """Convert to s16.15 raw bits.
 
-    Scaling by a power of two is exact, so this rounds the very number that was given.
+    Scaling by a power of two is exact, so this rounds the very number that was given; but what lies half
+    way is rounded as it is written in the fewest digits, which may be a little to one side.
 
     Raises:
         ValueError: a value lies outside -65536 .. 65535.99997; ``what`` names it.
     """
     given = np.asarray(values, dtype=float)
-    raw: FloatArray = np.rint(given * ONE)
+    raw = np.asarray(np.rint(given * ONE))
     outside = ~((raw >= SMALLEST) & (raw <= LARGEST))
     if outside.any():
         first = given[outside].flat[0]
         raise ValueError(f"{what} is {first:g}; the machine's numbers lie in -65536 .. 65535.99997")
+    half_way = np.abs(given * ONE - raw) == 0.5
+    raw[half_way] = [round(Decimal(repr(value)) * ONE) for value in given[half_way].tolist()]
     return raw.astype(np.int64)
 
 

@@ -42,11 +42,11 @@ def scale(a: int, fraction: int) -> int:
 
 @jit
 def div(a: int, b: int) -> int:
-    """Divide two s16.15 numbers, ``a >= 0`` and ``b > 0``, truncating.
+    """Divide two s16.15 numbers, ``a >= 0``, truncating.
 
-    The machine divides unsigned; negative operands give nonsense there, so they are kept out.
+    The machine divides unsigned, where a negative divisor is larger than any dividend.
     """
-    return wrap((a << 15) // b)
+    return wrap((a << 15) // b) if b > 0 else 0
 
 
 @jit

@@ -14,6 +14,8 @@ LARGEST_MACHINE_CHIPS: Final = 57_600
 CORES_FOR_SYSTEM_ON_ETHERNET_CHIP: Final = 3
 CORES_FOR_SYSTEM: Final = 2
 CORES_PER_CHIP: Final = 18
+SYNAPSE_CORES: Final = CORES_PER_CHIP - CORES_FOR_SYSTEM - 1
+"""Most cores for synapses alone beside one with neurons."""
 SDRAM_BYTES: Final = 123_469_792
 """Of a chip, for applications."""
 DTCM_BYTES: Final = 59 * 1024

@@ -22,6 +22,7 @@ class VertexMap:
         utilisation: of a time step by the fullest core, estimated; 0 for sources.
         spikes_per_step: that reach the fullest core, with the rates assumed; 0 for sources.
         longest_row: most synapses from one neuron into one core.
+        synapse_cores: of each slice, beside the core of its neurons.
     """
 
     label: str
@@ -36,6 +37,7 @@ class VertexMap:
     utilisation: float = 0.0
     spikes_per_step: float = 0.0
     longest_row: int = 0
+    synapse_cores: int = 0
 
     @property
     def late(self) -> float:

@@ -44,6 +44,11 @@ def _on_vertex(vertex: VertexMap) -> list[str]:
         advice.append(f"{where}: sPyNNaker has no {vertex.cell_type} cells; its load is a guess")
     if vertex.longest_row > row:
         advice.append(f"{where}: {vertex.longest_row} synapses from one neuron; a row holds {row}")
+    if vertex.synapse_cores > hardware.SYNAPSE_CORES:
+        advice.append(
+            f"{where}: {vertex.synapse_cores} cores for the synapses of each core of neurons; a chip has "
+            f"{hardware.SYNAPSE_CORES}; use fewer neurons_per_core or a time step of 1 ms"
+        )
     if vertex.dtcm_bytes > hardware.DTCM_BYTES:
         advice.append(f"{where}: a core's own memory is too small; use fewer neurons_per_core")
     if vertex.spikes_per_step > queue:

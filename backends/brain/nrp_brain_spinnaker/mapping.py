@@ -33,7 +33,7 @@ def map_network(
         wires: its projections.
         options: the user's.
     """
-    vertices = vertices_of(network, wires, options.neurons_per_core)
+    vertices = vertices_of(network, wires, options)
     senders = list(dict.fromkeys(part.projection.pre for part in wires))
     senders += [vertex.label for vertex in vertices if vertex.stages]
     placed = place(vertices, senders)
@@ -65,14 +65,15 @@ def _vertex_map(
     longest = max((int(part.ticks.max()) for part in onto), default=1)
     return VertexMap(
         vertex.label, vertex.cell_type, vertex.size, tuple(cores),
-        sdram_bytes=neuron_core_bytes(onto, n, vertex.per_core),
+        sdram_bytes=neuron_core_bytes(onto, n, vertex.per_core) // (1 + vertex.synapse_cores),
         packets_per_s=packets,
         left_shifts=shift_of[vertex.label],
         delay_slots=(slots_available(n), slots_used(n, longest)),
         dtcm_bytes=dtcm_bytes(onto, n, vertex.per_core),
         utilisation=_busy_us(vertex, onto, spikes, options.substeps) / options.step_us,
-        spikes_per_step=sum(spikes),
+        spikes_per_step=sum(spikes) / max(1, vertex.synapse_cores),
         longest_row=max((longest_row(part, vertex.per_core) for part in onto), default=0),
+        synapse_cores=vertex.synapse_cores,
     )  # fmt: skip
 
 
@@ -87,11 +88,14 @@ def _busy_us(vertex: Vertex, onto: Sequence[Wires], spikes: Sequence[float], sub
     n = min(vertex.size, vertex.per_core)
     update = hardware.UPDATE_INSTRUCTIONS.get(vertex.cell_type, max(hardware.UPDATE_INSTRUCTIONS.values()))
     instructions = update * substeps + hardware.TRANSFER_INSTRUCTIONS
-    busy = n * instructions * hardware.CYCLES_PER_INSTRUCTION / hardware.CYCLES_PER_US
+    updating = n * instructions * hardware.CYCLES_PER_INSTRUCTION / hardware.CYCLES_PER_US
+    receiving = 0.0
     for part, arriving in zip(onto, spikes, strict=True):
         synapses_a_row = part.projection.size / part.n_pre * n / vertex.size
-        busy += arriving * (hardware.ROW_FETCH_US + synapses_a_row * hardware.SYNAPSE_US)
-    return busy
+        receiving += arriving * (hardware.ROW_FETCH_US + synapses_a_row * hardware.SYNAPSE_US)
+    if vertex.synapse_cores:
+        return max(updating, receiving / vertex.synapse_cores)
+    return updating + receiving
 
 
 def _summary(maps: Sequence[VertexMap]) -> MachineMap:

@@ -18,6 +18,8 @@ from nrp_brain_spinnaker.hardware import (
     NEURONS_PER_CORE,
     POISSON_SOURCES_PER_CORE,
 )
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_brain_spinnaker.synapse_cores import synapse_cores
 from nrp_brain_spinnaker.wiring import Wires
 from nrp_core.brain.network import Network
 
@@ -31,6 +33,7 @@ class Core:
         core: number on the chip.
         first, last: neurons within the population, ``last`` excluded.
         key, mask: of the packets it sends, None if it sends none.
+        has_synapses_alone: whether it serves the core before it, which has the neurons.
     """
 
     chip: int
@@ -39,6 +42,7 @@ class Core:
     last: int
     key: int | None = None
     mask: int | None = None
+    has_synapses_alone: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +56,7 @@ class Vertex:
         per_core: most of them on a core.
         sends: whether anything listens.
         stages: of a delay extension, else 0.
+        synapse_cores: beside each core with neurons.
     """
 
     label: str
@@ -60,6 +65,7 @@ class Vertex:
     per_core: int
     sends: bool
     stages: int = 0
+    synapse_cores: int = 0
 
     @property
     def slices(self) -> list[tuple[int, int]]:
@@ -79,14 +85,18 @@ class Vertex:
         return (len(self.slices) - 1).bit_length()
 
 
-def vertices_of(network: Network, wires: Sequence[Wires], neurons_per_core: int) -> list[Vertex]:
+def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> list[Vertex]:
     """Return the populations in definition order, then the delay extensions that long delays need."""
     senders = {part.projection.pre for part in wires}
     vertices = [
-        Vertex(label, p.cell_type, p.size, _per_core(p.cell_type, p.size, neurons_per_core), label in senders)
+        Vertex(
+            label, p.cell_type, p.size, _per_core(p.cell_type, p.size, options.neurons_per_core),
+            sends=label in senders,
+            synapse_cores=synapse_cores([part for part in wires if part.projection.post == label], options),
+        )
         for label, p in network.populations.items()
-    ]
-    for label, n_stages in _extensions(network, wires, neurons_per_core).items():
+    ]  # fmt: skip
+    for label, n_stages in _extensions(network, wires, options.neurons_per_core).items():
         size = network.populations[label].size
         vertices.append(
             Vertex(f"{label}_delayed", "DelayExtension", size, NEURONS_PER_CORE, sends=True, stages=n_stages)
@@ -125,11 +135,14 @@ def place(vertices: Sequence[Vertex], senders: Sequence[str]) -> dict[str, list[
     for vertex in vertices:
         cores = []
         for index, (first, last) in enumerate(vertex.slices):
-            if core == CORES_PER_CHIP:
+            if core + vertex.synapse_cores >= CORES_PER_CHIP:  # they share a chip
                 chip, core = chip + 1, CORES_FOR_SYSTEM
             key, mask = keys[vertex.label][index] if vertex.label in keys else (None, None)
             cores.append(Core(chip, core, first, last, key, mask))
             core += 1
+            for _ in range(vertex.synapse_cores):
+                cores.append(Core(chip, core, first, last, has_synapses_alone=True))
+                core += 1
         placed[vertex.label] = cores
     return placed
 

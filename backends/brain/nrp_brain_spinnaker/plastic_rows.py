@@ -82,6 +82,12 @@ def _rule(part: Wires, tables: _Tables, semantics: Semantics) -> list[int]:
     projection = part.projection
     multiplicative = _is_multiplicative(projection)
     given = {name: _common(projection, name) for name in ("tau_plus", "tau_minus", "A_plus", "A_minus")}
+    for name in ("A_plus", "A_minus"):
+        if given[name] < 0:
+            raise CapabilityError(
+                f"projection '{projection.label}': {name} is {given[name]:g}; it must be 0 or more on the "
+                "machine, which limits weights only in the direction of a positive one"
+            )
     limits = [_common(projection, name) * _common_factor(part) for name in ("w_min", "w_max")]
     scale = part.model.weight_scale
     gain = 1.0 if multiplicative else scale * (limits[1] if semantics == "pynn" else 1.0)

@@ -20,6 +20,9 @@ _VERTEX = (
     Quantity("cell_type", "cells"),
     Quantity("size", "size"),
     Quantity("cores", "cores"),
+    Quantity(
+        "synapse_cores", "for synapses", meaning="of the cores, beside each with neurons", is_detail=True
+    ),
     Quantity("left_shift_excitatory", "shift exc.", meaning="left shift of the ring buffers"),
     Quantity("left_shift_inhibitory", "inh.", meaning="left shift of the ring buffers"),
     Quantity("delay_slots", "delay slots", meaning="that a core of this size has", is_detail=True),
@@ -36,7 +39,7 @@ _VERTEX = (
 )
 _CORE = (
     Quantity("chip", "chip"), Quantity("core", "core"), Quantity("population", "population"),
-    Quantity("first", "first cell"), Quantity("last", "last cell"),
+    Quantity("first", "first cell"), Quantity("last", "last cell"), Quantity("has", "has"),
     Quantity("key", "key", "#010x"), Quantity("mask", "mask", "#010x"),
 )  # fmt: skip
 _PROJECTION = (
@@ -108,9 +111,11 @@ def _facts(machine: MachineMap) -> Iterator[Fact]:
     yield Fact(Quantity("chips", "chips", ","), machine.chips)
     yield Fact(Quantity("boards", "boards", ","), machine.boards)
     yield Fact(Quantity("router_entries", "routing entries", ","), machine.router_entries)
-    yield Fact(Quantity("router_entries_available", "of", ","), hardware.ROUTER_ENTRIES)
+    yield Fact(
+        Quantity("router_entries_available", "routing entries of a chip", ","), hardware.ROUTER_ENTRIES
+    )
     yield Fact(Quantity("packets_per_s", "packets/s", ",.0f"), machine.packets_per_s)
-    yield Fact(Quantity("slowdown", "times slower than real time"), machine.slowdown)
+    yield Fact(Quantity("slowdown", "slowdown against real time"), machine.slowdown)
     yield Fact(Quantity("power_w", "power", ".1f", "W"), machine.power_w)
     energy = Quantity("joules_per_simulated_s", "energy of a simulated second", ".1f", "J")
     yield Fact(energy, machine.joules_per_simulated_s)
@@ -118,7 +123,7 @@ def _facts(machine: MachineMap) -> Iterator[Fact]:
 
 def _vertex_rows(machine: MachineMap) -> Iterator[tuple[Value, ...]]:
     for v in machine.vertices:
-        common = (v.label, v.cell_type, v.size, len(v.cores))
+        common = (v.label, v.cell_type, v.size, len(v.cores), v.synapse_cores)
         sdram_kib = v.sdram_bytes / _KIB
         if v.left_shifts:
             yield (
@@ -133,7 +138,8 @@ def _vertex_rows(machine: MachineMap) -> Iterator[tuple[Value, ...]]:
 def _core_rows(machine: MachineMap) -> Iterator[tuple[Value, ...]]:
     for vertex in machine.vertices:
         for c in vertex.cores:
-            yield c.chip, c.core, vertex.label, c.first, c.last - 1, c.key, c.mask
+            has = "synapses" if c.has_synapses_alone else "cells"
+            yield c.chip, c.core, vertex.label, c.first, c.last - 1, has, c.key, c.mask
 
 
 def _fidelity_report(seen: Fidelity, delays: tuple[str, ...], assumed: str) -> Report:

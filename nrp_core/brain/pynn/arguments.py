@@ -5,15 +5,19 @@
 from __future__ import annotations
 
 import inspect
+import reprlib
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from pyNN import errors
-from pyNN.parameters import LazyArray, ParameterSpace
+from pyNN.parameters import LazyArray
 
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.errors import NetworkError, did_you_mean
+
+_NO_NUMBERS = "USc"
+"""NumPy's kinds of texts and of complex numbers."""
 
 
 class UnknownParameterError(NetworkError, errors.NonExistentParameterError):
@@ -50,27 +54,29 @@ def require_arguments(owner: str, function: Callable[..., Any], given: Iterable[
 
 
 def require_values(owner: str, given: Mapping[str, Any]) -> None:
-    """Check that values of parameters are no texts and not None.
+    """Check that values of parameters are not None, no texts and no complex numbers, nor hold any.
 
     Raises:
-        InvalidValueError: one is.
+        InvalidValueError: one is or does.
     """
     for name, value in given.items():
-        if value is None or isinstance(value, str):
-            raise InvalidValueError(
-                f"{owner}: {name} is {value!r}; it must be a number, one number for each, a "
-                "RandomDistribution or a function of the index"
-            )
+        for part in value if isinstance(value, (list, tuple)) else [value]:
+            if part is None or np.asarray(part).dtype.kind in _NO_NUMBERS:
+                raise InvalidValueError(
+                    f"{owner}: {name} is {reprlib.repr(value)}; it must be a number, one number for each, a "
+                    "RandomDistribution or a function of the index"
+                )
 
 
-def require_shape(owner: str, space: ParameterSpace, shape: tuple[int, ...]) -> None:
-    """Check that parameters given as arrays have one value for each cell or pair of cells.
+def require_shape(owner: str, space: Mapping[str, Any], shape: tuple[int, ...]) -> None:
+    """Check that parameters given as arrays or lists have one value for each cell or pair of cells.
 
     Raises:
         InvalidValueError: one has another number of values.
     """
     for name, value in space.items():
         base = value.base_value if isinstance(value, LazyArray) else value
-        if isinstance(base, np.ndarray) and base.dtype != object and base.shape not in ((), shape):
+        base = np.asarray(base) if isinstance(base, list) else base
+        if isinstance(base, np.ndarray) and base.shape not in ((), shape):
             sizes = [" x ".join(map(str, numbers)) for numbers in (base.shape, shape)]
             raise InvalidValueError(f"{owner}: {name} has {sizes[0]} values where there are {sizes[1]}")

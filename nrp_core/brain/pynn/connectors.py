@@ -259,8 +259,26 @@ class TableConnector(Connector):
 class FromListConnector(TableConnector, connectors.FromListConnector):
     """Synapses from a list of tuples: pre, post, and parameters."""
 
+    def __init__(self, conn_list: Any, column_names: Any = None, **options: Any) -> None:
+        table = _table(conn_list)
+        width = table.shape[1] if table.ndim == 2 else 0
+        if column_names is None and width not in (0, 2, 4):
+            raise NetworkError(
+                f"FromListConnector: a row has 2 indices and parameters; of rows of {width} numbers "
+                "column_names has to say which"
+            )
+        super().__init__(table, column_names, **options)
+
     def _connect(self, projection: Any) -> None:
         self._connect_table(projection)
+
+
+class ArrayConnector(Connector, connectors.ArrayConnector):
+    """The pairs of cells that a matrix of flags says."""
+
+    def _connect(self, projection: Any) -> None:
+        require_shape(f"projection '{projection.label}'", {"array": self.array}, projection.shape)
+        super()._connect(projection)
 
 
 class FromFileConnector(TableConnector, connectors.FromFileConnector):
@@ -292,7 +310,7 @@ class CSAConnector(TableConnector, connectors.CSAConnector):
 
 REPLACED = (
     FixedNumberPreConnector, FixedNumberPostConnector, FixedTotalNumberConnector, CloneConnector,
-    SmallWorldConnector, FromListConnector, FromFileConnector, CSAConnector,
+    SmallWorldConnector, ArrayConnector, FromListConnector, FromFileConnector, CSAConnector,
 )  # fmt: skip
 
 
@@ -305,6 +323,26 @@ def connector_types() -> list[type]:
         if inspect.isclass(base) and issubclass(base, connectors.Connector) and name not in replaced
     ]
     return [*own, *REPLACED]
+
+
+def _table(rows: Any) -> npt.NDArray[np.float64]:
+    """Return a list of synapses as a matrix.
+
+    Raises:
+        NetworkError: a row is not as long as the first, or has something else than numbers.
+    """
+    try:
+        return np.array(rows, dtype=float)
+    except (TypeError, ValueError):
+        wrong = next(k for k, row in enumerate(rows) if len(row) != len(rows[0]) or not _are_numbers(row))
+        raise NetworkError(
+            f"FromListConnector: row {wrong} of the list of synapses is {rows[wrong]!r}; all rows have "
+            f"equally many numbers, the first has {len(rows[0])}"
+        ) from None
+
+
+def _are_numbers(row: Any) -> bool:
+    return all(isinstance(number, (int, float, np.number)) for number in row)
 
 
 def _places(cells: Any, among: Any) -> Indices:

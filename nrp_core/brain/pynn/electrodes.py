@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,8 +41,16 @@ class CurrentSource(StandardCurrentSource):
     def set_native_parameters(self, parameters: ParameterSpace) -> None:
         """Take values, one for each parameter."""
         parameters.evaluate(simplify=True)
+        self._require_possible(parameters.as_dict())
         for name, value in parameters.as_dict().items():
             object.__setattr__(self, name, value)  # PyNN's own would come back here
+
+    def _require_possible(self, values: Mapping[str, Any]) -> None:
+        for name, value in values.items():
+            numbers = np.asarray(getattr(value, "value", value), dtype=float)
+            allowed, rule = _allowed(name, numbers)
+            if not allowed.all():
+                raise InvalidValueError(f"{type(self).__name__}: {name} is {numbers}; it must be {rule}")
 
     def get_native_parameters(self) -> ParameterSpace:
         """Return all values."""
@@ -88,8 +96,6 @@ class DCSource(CurrentSource, electrodes.DCSource):
                 f"DCSource: in a network it is on from 0 ms for ever, not from {self.start:g} to "
                 f"{self.stop:g} ms; {_HINT}"
             )
-        if not np.isfinite(self.amplitude):
-            raise InvalidValueError(f"DCSource: amplitude is {self.amplitude:g} nA; it must be finite")
         return float(self.amplitude)
 
 
@@ -122,3 +128,14 @@ class NoisyCurrentSource(CurrentSource, electrodes.NoisyCurrentSource):
     """A current of Gaussian noise."""
 
     translations = untranslated(electrodes.NoisyCurrentSource.default_parameters)
+
+
+def _allowed(name: str, values: FloatArray) -> tuple[Any, str]:
+    """Return which values of a parameter are possible, and what they must be."""
+    if name == "stop":
+        return values >= 0, "0 ms or more"
+    if name == "dt":
+        return (values > 0) & np.isfinite(values), "more than 0 ms, and finite"
+    if name == "stdev":
+        return (values >= 0) & np.isfinite(values), "0 or more, and finite"
+    return np.isfinite(values), "finite"

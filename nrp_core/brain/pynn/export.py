@@ -127,10 +127,10 @@ def _origin(projection: Projection) -> Origin:
 
 def described(value: Any) -> Any:
     """Return a parameter as a number, a flag or a text that is the same in every run; arrays as None."""
+    if isinstance(value, np.generic):  # first, as some of these are numbers of Python, too
+        return value.item()
     if isinstance(value, (bool, int, float, str)):
         return value
-    if isinstance(value, np.generic):
-        return value.item()
     if isinstance(value, RandomDistribution):
         return f"{value.name}({', '.join(f'{key}={number}' for key, number in value.parameters.items())})"
     if value is None or isinstance(value, (list, tuple, np.ndarray)):

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from pyNN import errors
 
@@ -14,6 +15,15 @@ from nrp_core.errors import NetworkError
 
 class InvalidValueError(NetworkError, errors.InvalidParameterValueError):
     """A parameter of cells is impossible."""
+
+
+class UnknownVariableError(NetworkError, errors.RecordingError):
+    """A variable that cells do not have to record."""
+
+    def __init__(self, message: str, **place: Any) -> None:
+        NetworkError.__init__(self, message, **place)
+
+    __str__ = NetworkError.__str__
 
 
 class InvalidSynapseError(NetworkError, errors.ConnectionError):

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from pyNN import common
-from pyNN.parameters import LazyArray, ParameterSpace, Sequence, simplify
+from pyNN import common, errors
+from pyNN.parameters import ArrayParameter, LazyArray, ParameterSpace, simplify
 
 from nrp_core.brain.limits import check_spike_times, check_values
 from nrp_core.brain.memory import require_memory
 from nrp_core.brain.network import FloatArray, IntArray
 from nrp_core.brain.pynn.arguments import require_names, require_shape, require_values
-from nrp_core.brain.pynn.invalid import InvalidValueError, raising
+from nrp_core.brain.pynn.invalid import InvalidValueError, UnknownVariableError, raising
 from nrp_core.brain.pynn.rng import name_streams, named
 from nrp_core.errors import NetworkError, did_you_mean
 
@@ -75,6 +75,31 @@ class _Cells(common.BasePopulation):
         require_shape(f"population '{self._owner().label}'", space, (self.size,))
         super().set(**parameters)
 
+    def initialize(self, **initial_values: Any) -> None:
+        """Set initial values of state variables, as :meth:`set` does parameters."""
+        owner = f"population '{self._owner().label}'"
+        require_values(owner, initial_values)
+        require_shape(owner, initial_values, (self.size,))
+        for variable, value in initial_values.items():
+            values = LazyArray(value, shape=(self.size,), dtype=float)
+            self._set_initial_value_array(variable, values)
+
+    def record(self, variables: Any, *arguments: Any, **options: Any) -> None:
+        """Record variables of all cells, see PyNN.
+
+        Raises:
+            UnknownVariableError: the cells have no such variable.
+        """
+        try:
+            super().record(variables, *arguments, **options)
+        except errors.RecordingError as error:
+            known = error.cell_type.recordable
+            hint = did_you_mean(error.variable.name, known)
+            cell = type(error.cell_type).__name__
+            raise UnknownVariableError(
+                f"population '{self._owner().label}': {cell} has no '{error.variable.name}' to record{hint}"
+            ) from None
+
     def _require(self, names: Iterable[str]) -> None:
         owner = self._owner()
         whose = f"population '{owner.label}': {type(owner.celltype).__name__}"
@@ -106,6 +131,11 @@ class Population(_Cells, common.Population):
         if isinstance(cellclass, type) and cellparams is None:
             cellparams = {}
         label = label or f"population{len(self._simulator.state.populations)}"
+        numbers = size if isinstance(size, tuple) else (size,)
+        if not all(isinstance(number, (int, np.integer)) for number in numbers):
+            raise InvalidValueError(
+                f"population '{label}': its size is {size!r}; it must be a whole number, or one for each axis"
+            )
         if isinstance(cellclass, str):
             raise NetworkError(
                 f"population '{label}': its cells are a model such as sim.{cellclass}(), not a text"
@@ -186,10 +216,12 @@ class Population(_Cells, common.Population):
             hint = did_you_mean(variable, known)
             raise NetworkError(f"population '{self.label}': {cell} has no state variable '{variable}'{hint}")
         name_streams({variable: values}, self._simulator, f"population/{self.label}/initial")
-        kept = self.initial_arrays.setdefault(variable, np.empty(self.size))
+        kept = self.initial_arrays.get(variable, np.empty(self.size)).copy()
         kept[where] = values.evaluate(simplify=True)
         with raising(InvalidValueError):
             check_values(f"population '{self.label}'", {variable: kept})
+        self.initial_arrays[variable] = kept
+        self.initial_values[variable] = LazyArray(kept)
 
     def _get_cell_initial_value(self, id: ID, variable: str) -> float:  # noqa: A002
         return float(self.initial_arrays[variable][self.id_to_index(id)])
@@ -221,6 +253,13 @@ class Population(_Cells, common.Population):
 class PopulationView(_Cells, common.PopulationView):
     """Some cells of a population."""
 
+    def __init__(self, parent: Any, selector: Any, label: str | None = None) -> None:
+        if not np.size(np.arange(parent.size)[selector]):
+            raise NetworkError(
+                f"a view of '{parent.label}' by {selector} has no cells; there are 0..{parent.size - 1}"
+            )
+        super().__init__(parent, selector, label)
+
     def _owner(self) -> Population:
         owner: Population = self.grandparent
         return owner
@@ -228,12 +267,6 @@ class PopulationView(_Cells, common.PopulationView):
     def _indices(self) -> IntArray:
         indices: IntArray = self.all_cells.astype(np.int64) - int(self._owner().first_id)
         return indices
-
-    def initialize(self, **initial_values: Any) -> None:
-        """Set initial values of state variables."""
-        for variable, value in initial_values.items():
-            values = LazyArray(value, shape=(self.size,), dtype=float)
-            self._set_initial_value_array(variable, values)
 
 
 class Assembly(common.Assembly):
@@ -244,6 +277,11 @@ class Assembly(common.Assembly):
     def __init__(self, *populations: Any, label: str | None = None) -> None:
         label = label or " + ".join(str(getattr(part, "label", part)) for part in populations)
         super().__init__(*populations, label=label)
+
+    @property
+    def local_size(self) -> int:
+        """Number of cells; what PyNN's connectors divide by as they report progress, but do not find."""
+        return int(self.size)
 
     @property
     def receptor_types(self) -> list[str]:
@@ -258,7 +296,7 @@ class Assembly(common.Assembly):
 
 
 def _times(owner: str, train: Any) -> FloatArray:
-    if not isinstance(train, Sequence):
+    if not isinstance(train, ArrayParameter):  # of lists of lists PyNN 0.12 makes no Sequence
         raise NetworkError(f"{owner}: {SPIKE_TIMES} given as a function must be a Sequence for each index")
     return np.asarray(train.value, float)
 

@@ -7,10 +7,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from pyNN import errors
+from pyNN.parameters import LazyArray
 from pyNN.standardmodels import StandardSynapseType, synapses
 
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.brain.pynn.arguments import require_arguments, require_names
+from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import untranslated
 from nrp_core.errors import CapabilityError, NetworkError
 
@@ -37,12 +40,32 @@ class SynapseType(StandardSynapseType):
             require_names(name, parameters, own)
         else:  # a rule made of parts takes the parts
             require_arguments(name, super().__init__, parameters)
+        self._require_possible(parameters)
         super().__init__(*args, **parameters)
         weight, delay = parameters.get("weight"), parameters.get("delay")
         self.given = {
             "weight": 0.0 if weight is None else weight,
             "delay": self._get_minimum_delay() if delay is None else delay,
         }
+
+    def _require_possible(self, parameters: Mapping[str, Any]) -> None:
+        """Check what PyNN finds only later, or says without a name.
+
+        Raises:
+            InvalidValueError: a text is no function of the distance, or a fraction no number from 0 to 1.
+        """
+        name = type(self).__name__
+        for parameter, value in parameters.items():
+            if isinstance(value, str):
+                try:
+                    LazyArray(value)
+                except errors.InvalidParameterValueError as error:
+                    raise InvalidValueError(f"{name}: {parameter} is {value!r}. {error}") from None
+        fraction = parameters.get("dendritic_delay_fraction", 1.0)
+        if not (isinstance(fraction, (int, float)) and 0 <= fraction <= 1):
+            raise InvalidValueError(
+                f"{name}: dendritic_delay_fraction is {fraction!r}; it must be a number between 0 and 1"
+            )
 
     @property
     def plasticity(self) -> Mapping[str, str]:

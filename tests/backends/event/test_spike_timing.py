@@ -81,11 +81,10 @@ class Pairing:
             if side == "post" and earlier:
                 change = rule["A_plus"] * sum(exp((other - t) / rule["tau_plus"]) for other in earlier)
                 weight += change * (rule["w_max"] - weight if multiplicative else rule["w_max"])
-                weight = min(weight, rule["w_max"])
             elif earlier:
                 change = rule["A_minus"] * sum(exp((other - t) / rule["tau_minus"]) for other in earlier)
                 weight -= change * (weight - rule["w_min"] if multiplicative else rule["w_max"])
-                weight = max(weight, rule["w_min"])
+            weight = min(max(weight, rule["w_min"]), rule["w_max"])
             past[side].append(t)
         return weight
 
@@ -112,14 +111,15 @@ times = st.lists(st.integers(1, 400).map(lambda tenths: tenths / 4), max_size=12
     pre_ms=times, post_ms=times, delay_ms=st.sampled_from([0.25, 1.0, 7.5, 30.0]),
     dendritic=st.sampled_from([0.0, 0.25, 1.0]), plasticity=st.sampled_from([ADDITIVE, MULTIPLICATIVE]),
     stops=st.lists(st.integers(1, 150 * NS_PER_MS), max_size=4).map(sorted),
-    step_ms=st.sampled_from([0.0, 0.25]),
+    step_ms=st.sampled_from([0.0, 0.25]), sign=st.sampled_from([1.0, -1.0]),
 )  # fmt: skip
 @settings(max_examples=120)
 def test_weights_are_those_of_all_pairs_whatever_the_delay_and_whenever_one_looks(
     pre_ms: list[float], post_ms: list[float], delay_ms: float, dendritic: float,
-    plasticity: dict[str, str], stops: list[int], step_ms: float,
+    plasticity: dict[str, str], stops: list[int], step_ms: float, sign: float,
 ) -> None:  # fmt: skip
-    pairing = Pairing(pre_ms, post_ms, delay_ms, dendritic, plasticity=plasticity, step_ms=step_ms)
+    rule = RULE | {name: sign * RULE[name] for name in ("A_plus", "A_minus")}
+    pairing = Pairing(pre_ms, post_ms, delay_ms, dendritic, rule, plasticity, step_ms=step_ms)
     if step_ms:
         stops = [stop - stop % from_milliseconds(step_ms) for stop in stops]
     brain = pairing.open()
@@ -200,7 +200,7 @@ def test_changed_weights_go_on_from_where_they_were_set(step_ms: float) -> None:
 def test_rules_that_are_not_known_and_limits_that_cannot_be_are_refused() -> None:
     with pytest.raises(CapabilityError, match="'pre': the rules of plasticity are SpikePairRule"):
         Pairing([], [], plasticity={"timing": "Vogels2011Rule"}).open()
-    with pytest.raises(NetworkError, match=r"w_min of synapse 0 is 2, more than its w_max of 1"):
+    with pytest.raises(NetworkError, match=r"w_min of synapse 0 \(0 -> 0\) is 2; it must be at most"):
         Pairing([], [], rule=RULE | {"w_min": 2.0}).open()
     with pytest.raises(NetworkError, match="stdp synapses need 'tau_plus'"):
         Pairing([], [], rule={name: v for name, v in RULE.items() if name != "tau_plus"}).open()

@@ -96,8 +96,12 @@ def test_the_exponential_at_its_ends(n: int, accum: int, fraction: int | None) -
 @example(0.2)
 @example(-1.52587890625e-05)
 @example(16384.63038635254)
-def test_the_host_rounds_to_nearest_with_ties_to_even(value: float) -> None:
-    assert int(to_accum(value)) == round(Fraction(value) * ONE)
+def test_the_host_rounds_what_is_written_to_nearest_with_ties_to_even(value: float) -> None:
+    assert int(to_accum(value)) == round(Decimal(repr(value)) * ONE)
+
+
+def test_a_negative_divisor_is_larger_than_any_dividend() -> None:
+    assert div(ONE, -1) == div(LARGEST, -(2**31)) == 0
 
 
 @compiling

@@ -12,6 +12,7 @@ import pytest
 from nrp_brain_spinnaker import SpinnakerBackend, fidelity, mapping
 from nrp_brain_spinnaker.activity import share_above
 from nrp_brain_spinnaker.delays import slots_available, slots_used
+from nrp_brain_spinnaker.distributions import binomial_quantile
 from nrp_brain_spinnaker.fidelity import Fidelity
 from nrp_brain_spinnaker.loader import lay_out
 from nrp_brain_spinnaker.machine_map import MachineMap
@@ -21,6 +22,7 @@ from nrp_core.brain.network import Network, Origin, Population, Projection
 
 OWN = Path(__file__).parent / "oracles" / "spinnaker_mapping.json"
 OPTIONS = SpinnakerOptions()
+FINE = "0.1 ms"
 Maker = Callable[..., Population]
 Connect = Callable[..., Projection]
 
@@ -160,6 +162,35 @@ def test_a_large_network_fills_chips_and_boards(cells: Maker) -> None:
     assert {core.core for core in seen.vertices[0].cores if core.chip == 0} == set(range(3, 18))
     assert {core.core for core in seen.vertices[0].cores if core.chip == 1} == set(range(2, 18))
     assert seen.power_w > 2 * 26.84
+
+
+def test_below_a_millisecond_a_step_synapses_have_cores_of_their_own(cells: Maker) -> None:
+    source, target = cells("s", "IF_curr_exp", 3000), cells("n", "IF_curr_exp", 300)
+    network = network_of(source, target, randomly(source, target, 0.1, 1.0))
+    row = binomial_quantile(256, 0.1, 1 - 1e-4 / (3000 * 300))
+    beside = math.ceil(row * 3000 * 30.0 / 13e6)
+    assert beside == 1
+    for step, rate, expected in (("1 ms", 30.0, 0), (FINE, 30.0, beside), (FINE, 300.0, row * 9e5 / 13e6)):
+        options = SpinnakerOptions.model_validate({"timestep": step, "spikes_per_second": rate})
+        senders, receivers = (seen := map_network(network, options)).vertices
+        assert (senders.synapse_cores, receivers.synapse_cores) == (0, math.ceil(expected))
+        assert [core.has_synapses_alone for core in receivers.cores] == (
+            2 * [False, *[True] * receivers.synapse_cores]
+        )
+        assert len({(core.chip, core.core) for core in receivers.cores}) == len(receivers.cores)
+        chips = [[core.chip for core in receivers.cores if core.first == first] for first in (0, 256)]
+        assert all(len(set(together)) == 1 for together in chips)
+        assert seen.application_cores == 12 + 2 * (1 + receivers.synapse_cores)
+
+
+def test_more_cores_for_synapses_than_a_chip_has_are_told(cells: Maker) -> None:
+    source, target = cells("s", "IF_curr_exp", 3000), cells("n", "IF_curr_exp", 300)
+    network = network_of(source, target, randomly(source, target, 0.1, 1.0))
+    options = SpinnakerOptions.model_validate({"timestep": FINE, "spikes_per_second": 3000.0})
+    seen = map_network(network, options)
+    assert any(
+        "cores for the synapses of each core of neurons; a chip has 15" in line for line in seen.advice
+    )
 
 
 def test_what_would_not_keep_up_is_said(cells: Maker) -> None:

@@ -113,6 +113,7 @@ def test_only_the_last_fifteen_post_synaptic_spikes_are_remembered(
         ({"plasticity": named("GutigWeightDependence")}, "SpikePairRule with .*, not GutigWeightDependence"),
         ({"plasticity": named(ADDITIVE, "Vogels2011Rule")}, "not AdditiveWeightDependence, Vogels2011Rule"),
         ({"dendritic_delay_fraction": 0.5}, "dendritic_delay_fraction is 0 or 1, not 0.5"),
+        ({"A_minus": -0.1}, "'s-n-excitatory': A_minus is -0.1; it must be 0 or more on the machine"),
     ],
 )
 def test_a_rule_that_the_machine_lacks_is_refused(

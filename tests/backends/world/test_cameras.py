@@ -257,7 +257,7 @@ assert "OpenGL" not in sys.modules
 """
     pytest.importorskip("mujoco")
     environment = {**os.environ, "MUJOCO_GL": "disable"}
-    subprocess.run([sys.executable, "-c", script], env=environment, check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", script], env=environment, check=True, timeout=300)
 
 
 def test_a_forced_renderer_that_does_not_work_is_an_error(parts, monkeypatch):

@@ -175,9 +175,10 @@ def test_a_snapshot_is_good_in_another_process_and_nothing_is_printed(backend, o
         input=pickle.dumps((scene, snapshot, name)),
         capture_output=True,
         check=True,
-        timeout=60,
+        timeout=300,
     )
-    assert done.stderr == b""
+    printed = done.stderr.splitlines()
+    assert [line for line in printed if not line.startswith(b"compiling numeric kernels")] == []
     assert pickle.loads(done.stdout) == world.model_motion("husky")
 
 

@@ -59,11 +59,23 @@ CASES = {
         "population 'a': the spike times",
     "sim.Population(2, sim.SpikeSourceArray(spike_times=lambda i: 3.0 * i), label='a')":
         "population 'a': spike_times given as a function must be a Sequence",
+    "sim.Population(1, sim.IF_cond_exp(tau_m=1j), label='a')": "IF_cond_exp: tau_m is 1j; it must be",
+    "sim.Population(1, sim.SpikeSourceArray(spike_times=[3, '4']))": "spike_times is [3, '4']; it must be",
+    "sim.Population(3, sim.SpikeSourceArray(spike_times=[[1], [2]]), label='a')":
+        "population 'a': spike_times has 2 values where there are 3",
+    CELL + "a.initialize(v='rest')": "population 'a': v is 'rest'; it must be a number",
+    CELL + "a.initialize(v=[1, 2, 3])": "population 'a': v has 3 values where there are 2",
+    CELL + "a[1:].initialize(v=[1, 2])": "population 'a': v has 2 values where there are 1",
+    CELL + "a.record('w')": "population 'a': IF_cond_exp has no 'w' to record; valid: gsyn_exc, gsyn_inh,",
+    CELL + "a[5:9]": "a view of 'a' by slice(5, 9, None) has no cells; there are 0..1",
+    "sim.Population(2.5, sim.IF_cond_exp(), label='a')": "population 'a': its size is 2.5; it must be",
     "sim.Population(0, sim.IF_cond_exp(), label='a')": "population 'a' has no cells",
     "sim.Population(2, 'IF_cond_exp', label='a')":
         "population 'a': its cells are a model such as sim.IF_cond_exp()",
     CELL + "a.positions = [[1, 2]]": "population 'a': positions are finite numbers (um) of shape (3, 2)",
-    CELL + "sim.DCSource(amplitude=float('nan')).inject_into(a)": "DCSource: amplitude is nan nA",
+    "sim.DCSource(amplitude=float('nan'))": "DCSource: amplitude is nan; it must be finite",
+    "sim.NoisyCurrentSource(stdev=-1.0)": "NoisyCurrentSource: stdev is -1.0; it must be 0 or more",
+    "sim.NoisyCurrentSource(dt=0.0)": "NoisyCurrentSource: dt is 0.0; it must be more than 0 ms",
     # numbers of synapses
     joined("sim.StaticSynapse(delay=-1)"): "projection 'p': delay of synapse 0 (0 -> 0) is -1",
     joined("sim.StaticSynapse(weight=float('nan'))"): "projection 'p': weight of synapse 0 (0 -> 0) is nan",
@@ -80,6 +92,17 @@ CASES = {
     "sim.FixedNumberPreConnector(n=-1)": "FixedNumberPreConnector(n=-1): an argument is impossible",
     CELL + "sim.Projection(a, a, sim.FromListConnector([(0, 5, 1.0, 1.0)]), label='p')":
         "projection 'p': postsynaptic index 5 in its list of synapses; 'a' has cells 0..1",
+    "sim.FromListConnector([(0, 1, 1.0, 1.0), (0, 1, 1.0)])":
+        "row 1 of the list of synapses is (0, 1, 1.0); all rows have equally many numbers, the first has 4",
+    "sim.FromListConnector([('a', 1)])": "row 0 of the list of synapses is ('a', 1)",
+    "sim.FromListConnector([(0, 1, 1.0)])": "of rows of 3 numbers column_names has to say which",
+    CELL + "sim.Projection(a, a, sim.ArrayConnector([[True] * 3] * 2), label='p')":
+        "projection 'p': array has 2 x 3 values where there are 2 x 2",
+    "sim.StaticSynapse(weight='d(')": "StaticSynapse: weight is 'd('. Value should be a string expressing",
+    "sim.STDPMechanism(dendritic_delay_fraction=2)": "dendritic_delay_fraction is 2; it must be a",
+    joined("sim.STDPMechanism(timing_dependence=sim.SpikePairRule(), "
+           "weight_dependence=sim.AdditiveWeightDependence(w_min=2, w_max=1))"):
+        "projection 'p': w_min of synapse 0 (0 -> 0) is 2; it must be at most its w_max, 1",
     "sim.setup(timestep=-1)": "the time step must be more than 0 ms, not -1",
 }  # fmt: skip
 

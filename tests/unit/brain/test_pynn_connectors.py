@@ -180,6 +180,15 @@ def test_an_assembly_knows_its_cells_in_another_assembly() -> None:
     assert len(projection) == 11 * 7 - 7
 
 
+def test_progress_is_reported_for_an_assembly_too() -> None:
+    sim = builder()
+    a, b = sim.Population(2, sim.IF_cond_exp()), sim.Population(3, sim.IF_cond_exp())
+    shares: list[float] = []
+    everywhere = sim.AllToAllConnector(callback=shares.append)
+    assert sim.Projection(a, a + b, everywhere, sim.StaticSynapse()).size() == 10
+    assert shares == [k / 5 for k in range(5)]
+
+
 def test_a_small_world_without_rewiring_is_a_lattice() -> None:
     (wiring,) = network_of(lambda sim, rng: sim.SmallWorldConnector(2, 0.0)).projections
     assert (abs(wiring.pre_index - wiring.post_index) < 2).all()

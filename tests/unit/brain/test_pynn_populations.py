@@ -167,11 +167,23 @@ def test_cells_have_positions_if_the_script_cares_where_they_are(sim: ModuleType
     assert populations["placed"].positions_um.tolist() == [[1, 2, 3]]
 
 
+def test_initial_values_are_read_as_they_were_drawn_and_set(sim: ModuleType) -> None:
+    drawn = sim.RandomDistribution("uniform", low=-70.0, high=-60.0)
+    cells = sim.Population(3, sim.IF_cond_exp(), initial_values={"v": drawn}, label="cells")
+    cells[1].set_initial_value("v", -50.0)
+    cells[2:].initialize(v=-51.0)
+    with pytest.raises(NetworkError, match="v of cell 0 is nan"):
+        cells[:1].initialize(v=float("nan"))
+    seen = cells.initial_values["v"].evaluate()
+    assert seen.tolist()[1:] == [-50.0, -51.0]
+    assert seen.tolist() == sim.network().populations["cells"].initial_values["v"].tolist()
+
+
 def test_recording_may_be_asked_for_but_there_are_no_data(sim: ModuleType) -> None:
     cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
     cells.record(["v", "spikes"])
     cells[0:1].record("gsyn_exc", sampling_interval=0.1)
-    with pytest.raises(errors.RecordingError, match="Cannot record"):
+    with pytest.raises(errors.RecordingError, match="IF_cond_exp has no 'w' to record"):
         cells.record("w")
     for ask in (cells.get_data, cells.get_spike_counts, (cells + cells[0:1]).get_data):
         with pytest.raises(NetworkError, match="'cells' has no data: a brain script builds the network"):

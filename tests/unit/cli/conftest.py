@@ -46,7 +46,7 @@ def nrp_process() -> Callable[..., Done]:
 
     def run(*arguments: Any) -> Done:
         command = [sys.executable, "-m", "nrp_core", *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
         return Done(done.returncode, done.stdout, done.stderr)
 
     return run

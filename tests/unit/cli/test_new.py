@@ -71,7 +71,7 @@ def test_its_methods_are_the_fewest_and_each_says_what_to_write(made, side):
 def test_its_conformance_fails_and_says_what_to_write_first(made):
     made("brain", "acme")
     command = [sys.executable, "-m", "nrp_core", "conformance", "brain", "acme", "--level", "contract"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 1
     *_, cause, verdict = done.stdout.splitlines()
     assert "failed by the same: NotImplementedError: _build: make " in cause

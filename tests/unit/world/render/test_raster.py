@@ -63,7 +63,7 @@ def cast(boxes: list[Model], camera: Pose) -> tuple[np.ndarray, np.ndarray]:
             first, second = (-half - start) / directions, (half - start) / directions
         enters, leaves = np.minimum(first, second).max(axis=2), np.maximum(first, second).min(axis=2)
         inside = (enters < leaves) & (enters >= NEAR)
-        hit, level = inside & (enters < nearest), inside & np.isclose(enters, nearest, rtol=1e-9)
+        hit, level = inside & (enters < nearest), inside & np.isclose(enters, nearest, rtol=1e-6)
         shared = level | (shared & ~hit)
         nearest[hit] = enters[hit]
         picture[hit] = bytes_of(color(number))
@@ -85,7 +85,7 @@ def test_every_pixel_shows_the_nearest_box_on_its_ray(boxes, heading):
     models = [box(number, size, pose) for number, (size, pose) in enumerate(boxes)]
     picture = cameras(*models, eye(camera)).picture(CAMERA)
     expected, shared = cast(models, camera)
-    # where a ray passes within rounding of an edge, or two faces lie in one plane, both answers are right
+    # where a ray passes within rounding of an edge, or two faces nearly share a plane, both answers are right
     assert ((picture != expected).any(axis=2) & ~shared).mean() < 0.005
 
 
