@@ -99,10 +99,10 @@ def braitenberg_step_us(timestep: str, steps: int = 300) -> float:
     def drive() -> None:
         for step in rates.tolist():
             for eye, rate in zip(eyes, step, strict=True):
-                eye.rate = rate
+                eye.rate = rate  # type: ignore[attr-defined]
             brain.run_until(brain.now_ns + 20 * MS)
             for wheel in wheels:
-                assert np.isfinite(wheel.voltage)
+                assert np.isfinite(wheel.voltage)  # type: ignore[attr-defined]
 
     return best(drive) / steps * 1e6
 

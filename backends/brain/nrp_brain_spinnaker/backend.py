@@ -38,13 +38,13 @@ class SpinnakerBackend(BrainBackend):
         )
 
     def reports(self, network: Network, options: BrainOptions) -> list[Report]:
-        from nrp_brain_spinnaker.reports import reports_of
+        from nrp_brain_spinnaker.mapping.reports import reports_of
 
         assert isinstance(options, SpinnakerOptions)
         return reports_of(network, options)
 
     def warnings(self, network: Network, options: BrainOptions) -> list[str]:
-        from nrp_brain_spinnaker.loader import lay_out
+        from nrp_brain_spinnaker.host.loader import lay_out
 
         assert isinstance(options, SpinnakerOptions)
         return lay_out(network, options)[2]

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from nrp_brain_spinnaker.conversion import to_accum
 from nrp_brain_spinnaker.device_input import DeviceInput
 from nrp_brain_spinnaker.engine import Engine
-from nrp_brain_spinnaker.generator import kiss_state
+from nrp_brain_spinnaker.host.conversion import to_accum
+from nrp_brain_spinnaker.host.loader import load
 from nrp_brain_spinnaker.live import LiveNetwork
-from nrp_brain_spinnaker.loader import load
+from nrp_brain_spinnaker.machine.generator import kiss_state
+from nrp_brain_spinnaker.machine.poisson import Sources, change_sources, draw, load_sources
 from nrp_brain_spinnaker.models import cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_brain_spinnaker.poisson import Sources, change_sources, draw, load_sources
 from nrp_brain_spinnaker.readout import read
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nrp_brain_spinnaker.cells import Grid
-from nrp_brain_spinnaker.conversion import to_accum
-from nrp_brain_spinnaker.kinds import Cells
+from nrp_brain_spinnaker.host.cells import Grid
+from nrp_brain_spinnaker.host.conversion import to_accum
+from nrp_brain_spinnaker.host.weights import weight_factors
+from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.models import CellModel
-from nrp_brain_spinnaker.weights import weight_factors
 from nrp_core.brain.network import RECEPTORS, IntArray
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nrp_brain_spinnaker.machine import Machine
-from nrp_brain_spinnaker.tick import Window, advance
+from nrp_brain_spinnaker.machine.state import Machine
+from nrp_brain_spinnaker.machine.tick import Window, advance
 from nrp_core.brain.network import IntArray
 
 _ROOM = 1024

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from nrp_brain_spinnaker.cells import Grid, load_cells, tau_syn_of_lines
-from nrp_brain_spinnaker.loader import Loaded
+from nrp_brain_spinnaker.host.cells import Grid, load_cells, tau_syn_of_lines
+from nrp_brain_spinnaker.host.loader import Loaded
+from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY, WeightArray
+from nrp_brain_spinnaker.machine.tsodyks_markram import TAU_SYN
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_brain_spinnaker.ring import LARGEST_ENTRY, WeightArray
-from nrp_brain_spinnaker.tsodyks_markram import TAU_SYN
-from nrp_brain_spinnaker.wiring import Wires
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, FloatArray, IntArray, Network, Population
 from nrp_core.errors import CapabilityError

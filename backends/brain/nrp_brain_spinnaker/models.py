@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from nrp_brain_spinnaker import kinds
+from nrp_brain_spinnaker.machine import kinds
 
 Semantics = Literal["pynn", "released"]
 
@@ -19,7 +19,7 @@ class CellModel:
     """A cell type on the machine.
 
     Args:
-        synapse, input, neuron: which kernels, codes of :mod:`~nrp_brain_spinnaker.kinds`.
+        synapse, input, neuron: which kernels, codes of :mod:`~nrp_brain_spinnaker.machine.kinds`.
         current_scale: what an injected current in nA is multiplied by.
         weights_in_mv: whether a weight says by how much the membrane jumps where the machine takes a current.
         extension: whether the released software lacks it.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_brain_spinnaker import kinds
-from nrp_brain_spinnaker.conversion import from_accum
-from nrp_brain_spinnaker.hodgkin_huxley import OPEN
-from nrp_brain_spinnaker.initial_state import GATES, ROWS, state_scale
-from nrp_brain_spinnaker.kinds import Cells
+from nrp_brain_spinnaker.host.conversion import from_accum
+from nrp_brain_spinnaker.host.initial_state import GATES, ROWS, state_scale
+from nrp_brain_spinnaker.machine import kinds
+from nrp_brain_spinnaker.machine.hodgkin_huxley import OPEN
+from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.synapse_kernels import read_values
 from nrp_brain_spinnaker.models import GSYN, ISYN, CellModel
-from nrp_brain_spinnaker.synapse_kernels import read_values
 from nrp_core.brain.network import FloatArray
 
 

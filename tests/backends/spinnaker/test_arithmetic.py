@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from nrp_brain_spinnaker.conversion import from_accum, to_accum
-from nrp_brain_spinnaker.exponential import exp_accum, exp_fraction
-from nrp_brain_spinnaker.fixed_point import (
+from nrp_brain_spinnaker.host.conversion import from_accum, to_accum
+from nrp_brain_spinnaker.machine.exponential import exp_accum, exp_fraction
+from nrp_brain_spinnaker.machine.fixed_point import (
     FRACTION_LARGEST,
     LARGEST,
     ONE,

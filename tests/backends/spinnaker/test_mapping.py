@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_spinnaker import SpinnakerBackend, fidelity, mapping
-from nrp_brain_spinnaker.activity import share_above
-from nrp_brain_spinnaker.delays import slots_available, slots_used
-from nrp_brain_spinnaker.distributions import binomial_quantile
-from nrp_brain_spinnaker.fidelity import Fidelity
-from nrp_brain_spinnaker.loader import lay_out
-from nrp_brain_spinnaker.machine_map import MachineMap
+from nrp_brain_spinnaker import SpinnakerBackend
+from nrp_brain_spinnaker.host.delays import slots_available, slots_used
+from nrp_brain_spinnaker.host.distributions import binomial_quantile
+from nrp_brain_spinnaker.host.loader import lay_out
+from nrp_brain_spinnaker.mapping import fidelity, plan
+from nrp_brain_spinnaker.mapping.activity import share_above
+from nrp_brain_spinnaker.mapping.fidelity import Fidelity
+from nrp_brain_spinnaker.mapping.machine_map import MachineMap
 from nrp_brain_spinnaker.options import SpinnakerOptions
 
 from nrp_core.brain.network import Network, Origin, Population, Projection
@@ -48,7 +49,7 @@ def network_of(*parts: Population | Projection) -> Network:
 
 def map_network(network: Network, options: SpinnakerOptions) -> MachineMap:
     cells, wires, _ = lay_out(network, options)
-    return mapping.map_network(network, cells, wires, options)
+    return plan.map_network(network, cells, wires, options)
 
 
 def weigh(network: Network, options: SpinnakerOptions) -> Fidelity:

@@ -6,18 +6,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_spinnaker import kinds
-from nrp_brain_spinnaker.cells import Grid, load_cells
-from nrp_brain_spinnaker.constants import membrane_constants, synapse_constants
-from nrp_brain_spinnaker.conversion import to_accum
-from nrp_brain_spinnaker.exponential import exp_accum, exp_fraction
-from nrp_brain_spinnaker.fixed_point import mul, scale
-from nrp_brain_spinnaker.generator import exponential_variate, next_word, valid_state
+from nrp_brain_spinnaker.host.cells import Grid, load_cells
+from nrp_brain_spinnaker.host.constants import membrane_constants, synapse_constants
+from nrp_brain_spinnaker.host.conversion import to_accum
+from nrp_brain_spinnaker.machine import kinds
+from nrp_brain_spinnaker.machine.exponential import exp_accum, exp_fraction
+from nrp_brain_spinnaker.machine.fixed_point import mul, scale
+from nrp_brain_spinnaker.machine.generator import exponential_variate, next_word, valid_state
+from nrp_brain_spinnaker.machine.poisson import draw, load_sources, mean_interval, mean_per_tick
+from nrp_brain_spinnaker.machine.ring import Ring, add_entry
+from nrp_brain_spinnaker.machine.synapse_kernels import read_values
+from nrp_brain_spinnaker.machine.tick import begin_tick, finish_tick
 from nrp_brain_spinnaker.models import cell_models
-from nrp_brain_spinnaker.poisson import draw, load_sources, mean_interval, mean_per_tick
-from nrp_brain_spinnaker.ring import Ring, add_entry
-from nrp_brain_spinnaker.synapse_kernels import read_values
-from nrp_brain_spinnaker.tick import begin_tick, finish_tick
 
 from nrp_core.brain.network import Population
 

@@ -1,0 +1,128 @@
+"""From weights in a network to raw 16-bit weights on the machine."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nrp_brain_spinnaker.host.conversion import from_accum, to_accum
+from nrp_brain_spinnaker.host.distributions import Distribution, binomial_quantile, parse_distribution
+from nrp_brain_spinnaker.host.shifts import Incoming
+from nrp_brain_spinnaker.machine import kinds
+from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.ring import WeightArray
+from nrp_brain_spinnaker.models import CellModel
+from nrp_core.brain.limits import distinct
+from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, FloatArray, Projection
+
+GENERATED_ON_MACHINE = frozenset(
+    f"{name}Connector"
+    for name in (
+        "AllToAll", "OneToOne", "FixedProbability", "FixedNumberPre", "FixedNumberPost", "FixedTotalNumber",
+    )
+)  # fmt: skip
+"""The connectors that the released software expands on the cores and not on the host."""
+
+
+def weight_scale(shift: int, scale: int) -> float:
+    """Return raw units per unit of weight: nA, or uS with a ``scale`` of 1024."""
+    return 2.0 ** (15 - shift) * scale
+
+
+def host_raw(sizes: FloatArray, shift: int, scale: int) -> WeightArray:
+    """Convert weights (without sign) as the host does: to the nearest, ties to even, low 16 bits."""
+    return _masked(np.rint(sizes * weight_scale(shift, scale)))
+
+
+def machine_raw(sizes: FloatArray, shift: int, scale: int) -> WeightArray:
+    """Convert weights as a core does that expands a connector: to s16.15 first, then ties up."""
+    return _masked(np.floor(from_accum(to_accum(sizes, "weight")) * weight_scale(shift, scale) + 0.5))
+
+
+def _masked(raw: FloatArray) -> WeightArray:
+    return (raw.astype(np.int64) & 0xFFFF).astype(np.uint16)
+
+
+def is_machine_generated(projection: Projection, model: CellModel) -> bool:
+    """Whether the released software would draw these synapses on the machine.
+
+    It cannot for what it does not have (extensions) nor for weights that follow no distribution it knows.
+    """
+    weight = projection.origin.weight
+    drawn = isinstance(weight, (int, float)) or parse_distribution(weight) is not None
+    known = projection.synapse_type != TSODYKS_MARKRAM and not model.extension
+    return known and drawn and projection.origin.connector in GENERATED_ON_MACHINE
+
+
+def weight_factors(cells: Cells, neurons: slice, model: CellModel) -> FloatArray | None:
+    """Return what weights onto neurons are multiplied by to be in the units of their synapses; None for 1.
+
+    A weight in mV becomes the current that lifts the membrane by as much in one step.
+    """
+    if not model.weights_in_mv:
+        return None
+    constants = from_accum(cells.constants[:, neurons])
+    lift = constants[kinds.IMPULSE_GAIN] * constants[kinds.R_MEMBRANE] * (1 - constants[kinds.EXP_TC])
+    return np.asarray(1 / lift)
+
+
+def sizes_of(projection: Projection, factor: FloatArray | None) -> FloatArray:
+    """Return the weights of a projection without sign, in the units of the target's synapses.
+
+    Args:
+        projection: the projection.
+        factor: of :func:`weight_factors`, for all cells of the target.
+    """
+    if factor is not None:
+        return np.abs(projection.weight) * factor[projection.post_index]
+    return np.broadcast_to(np.abs(distinct(projection.weight)), projection.weight.shape)
+
+
+def incoming_of(projection: Projection, factor: FloatArray | None, n_pre: int, n_post: int) -> Incoming:
+    """Describe a projection for the choice of the shift.
+
+    Args:
+        projection: the projection, with at least one synapse.
+        factor: of :func:`weight_factors`, for all cells of the target.
+        n_pre: cells of the population it comes from.
+        n_post: cells of the population it ends on.
+    """
+    sizes = sizes_of(projection, factor)
+    given = parse_distribution(projection.origin.weight) if factor is None else None
+    delays = parse_distribution(projection.origin.delay)
+    drawn = given or _observed(sizes)
+    largest = given.most_probable_extreme(projection.size) if given else float(sizes.max())
+    if projection.synapse_type == STDP and "w_max" in projection.synapse_parameters:
+        limit = float(np.abs(projection.synapse_parameters["w_max"]).max())
+        largest = max(largest, limit if factor is None else limit * float(factor.max()))
+    return Incoming(
+        connections=_connections(projection, n_pre, n_post),
+        largest=largest,
+        mean=abs(drawn.mean),
+        variance=drawn.variance,
+        delay_variance=delays.variance if delays else _variance(projection.delay_ms),
+    )
+
+
+def _observed(values: FloatArray) -> Distribution:
+    return Distribution(float(values.mean()), _variance(values), lambda p: float(np.quantile(values, p)))
+
+
+def _variance(values: FloatArray) -> float:
+    """Return the variance, exactly 0 for equal values."""
+    return float(values.var()) if np.ptp(values) > 0 else 0.0
+
+
+def _connections(projection: Projection, n_pre: int, n_post: int) -> int:
+    """Return the largest probable number of synapses of a projection onto one neuron."""
+    probability = connection_probability(projection)
+    if probability is not None:
+        return binomial_quantile(n_pre, probability, 1 - 1e-4 / (n_pre * n_post))
+    return int(np.bincount(projection.post_index).max())
+
+
+def connection_probability(projection: Projection) -> float | None:
+    """Return the probability with which each pair was connected; None for other connectors."""
+    value = projection.origin.parameters.get("p_connect")
+    if projection.origin.connector != "FixedProbabilityConnector" or not isinstance(value, (int, float)):
+        return None
+    return float(value)

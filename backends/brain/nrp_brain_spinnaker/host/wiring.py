@@ -1,0 +1,192 @@
+"""Projections as the machine sees them: raw weights, ticks of delay, and the shift of their receptor."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrp_brain_spinnaker.host.delays import longest_delay, to_ticks
+from nrp_brain_spinnaker.host.distributions import parse_distribution
+from nrp_brain_spinnaker.host.shifts import Expectation, Incoming, largest_input, left_shift
+from nrp_brain_spinnaker.host.weights import (
+    host_raw,
+    incoming_of,
+    is_machine_generated,
+    machine_raw,
+    sizes_of,
+    weight_factors,
+    weight_scale,
+)
+from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.ring import WeightArray
+from nrp_brain_spinnaker.models import CellModel, cell_models
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_core.brain.limits import check_synapses, distinct
+from nrp_core.brain.network import RECEPTORS, FloatArray, IntArray, Network, Projection
+from nrp_core.errors import NetworkError
+
+
+@dataclass
+class Wires:
+    """The synapses of one projection.
+
+    Args:
+        projection: where they come from; it has synapses.
+        model: of the cells they end on.
+        population: index of the target among the simulated populations.
+        pre_first, n_pre: the first global id and the size of the population it comes from.
+        post_first, post_last: the neurons of the population it ends on.
+        factor: what weights are multiplied by, per cell of the target, or None for 1.
+        ticks: delays, shape ``(n_synapses,)``, or ``(1,)`` where all are equal.
+        incoming: what the choice of the shift knows of them.
+        on_machine: whether the machine would expand the connector itself.
+        shift: the left shift of their receptor.
+    """
+
+    projection: Projection
+    model: CellModel
+    population: int
+    pre_first: int
+    n_pre: int
+    post_first: int
+    post_last: int
+    factor: FloatArray | None
+    ticks: IntArray
+    incoming: Incoming
+    on_machine: bool
+    shift: int = 0
+
+    @property
+    def receptor(self) -> int:
+        """0 excitatory, 1 inhibitory."""
+        return RECEPTORS.index(self.projection.receptor)
+
+    @property
+    def sizes(self) -> FloatArray:
+        """Weights without sign in the units of the target's synapses, shape ``(1,)`` where all are equal."""
+        return distinct(sizes_of(self.projection, self.factor))
+
+    @property
+    def scale(self) -> float:
+        """Raw units per unit of weight."""
+        return weight_scale(self.shift, self.model.weight_scale)
+
+    @property
+    def raw(self) -> WeightArray:
+        """Raw weights under the shift, broadcast where equal."""
+        return np.broadcast_to(self.converted(self.sizes), self.projection.weight.shape)
+
+    def converted(self, sizes: FloatArray) -> WeightArray:
+        """Return what becomes of weights without sign in the units of the target's synapses.
+
+        Raises:
+            NetworkError: one does not fit the arithmetic that it passes through.
+        """
+        convert = machine_raw if self.on_machine else host_raw
+        try:
+            return convert(sizes, self.shift, self.model.weight_scale)
+        except ValueError as error:
+            raise NetworkError(f"projection '{self.projection.label}': {error}") from None
+
+
+def wire(
+    network: Network, labels: Sequence[str], cells: Cells, options: SpinnakerOptions
+) -> tuple[list[Wires], list[str]]:
+    """Convert all projections that have synapses and choose the shifts; also return warnings.
+
+    Args:
+        network: the network.
+        labels: the simulated populations in the order of ``cells``.
+        cells: their neurons.
+        options: the user's.
+
+    Raises:
+        NetworkError: a weight has the wrong sign or a delay is too long.
+    """
+    projections = [projection for projection in network.projections if projection.size]
+    wires = [_wire(network, p, labels.index(p.post), cells, options) for p in projections]
+    groups = defaultdict(list)
+    for part in wires:
+        groups[part.population, part.receptor].append(part)
+    expected = Expectation(options.step_us / 1000, options.spikes_per_second, options.ring_buffer_sigma)
+    for fellows in groups.values():
+        shift = _shift([part.incoming for part in fellows], fellows[0].model, expected)
+        for part in fellows:
+            part.shift = shift
+    return wires, _lengthen(wires, options)
+
+
+def longest_ticks(wires: Sequence[Wires]) -> int:
+    """Return the longest delay in ticks, at least 1."""
+    return max((int(part.ticks.max()) for part in wires), default=1)
+
+
+def _wire(
+    network: Network, projection: Projection, population: int, cells: Cells, options: SpinnakerOptions
+) -> Wires:
+    target = network.populations[projection.post]
+    model = cell_models(options.semantics)[target.cell_type]
+    check_synapses(
+        f"projection '{projection.label}'", projection.ends, {"weight": projection.weight},
+        receptor=projection.receptor, conductance_based=target.is_conductance_based, signed=True,
+    )  # fmt: skip
+    own = cells.neurons(population)
+    factor = weight_factors(cells, own, model)
+    on_machine = options.weights == "machine" and is_machine_generated(projection, model)
+    n_pre = network.populations[projection.pre].size
+    return Wires(
+        projection=projection, model=model, population=population,
+        pre_first=network.offsets[projection.pre], n_pre=n_pre, post_first=own.start, post_last=own.stop,
+        factor=factor,
+        ticks=_ticks(projection, target.size, on_machine, options),
+        incoming=incoming_of(projection, factor, n_pre, target.size),
+        on_machine=on_machine,
+    )  # fmt: skip
+
+
+def _shift(incoming: Sequence[Incoming], model: CellModel, expected: Expectation) -> int:
+    """Return the left shift of a receptor; cells of our own do without the software's slip in the sum."""
+    total_scale = model.weight_scale if model.extension else 1
+    return left_shift(largest_input(incoming, model.weight_scale, expected, total_scale=total_scale))
+
+
+def _ticks(projection: Projection, n_post: int, on_machine: bool, options: SpinnakerOptions) -> IntArray:
+    drawn = on_machine and parse_distribution(projection.origin.delay) is not None
+    ticks = to_ticks(distinct(projection.delay_ms), options.step_us, drawn_on_machine=drawn)
+    most = longest_delay(min(n_post, options.neurons_per_core))
+    if ticks.max() > most:
+        synapse, step_ms = int(np.argmax(ticks)), options.step_us / 1000
+        raise NetworkError(
+            f"projection '{projection.label}': the delay of synapse {synapse} is "
+            f"{projection.delay_ms[synapse]:g} ms; with a time step of {step_ms:g} ms the machine reaches "
+            f"{most * step_ms:g} ms (fewer neurons_per_core reach further)"
+        )
+    return ticks
+
+
+def _lengthen(wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
+    """Make delays of less than a step one step; say so, and which others were rounded, once each."""
+    step_ms = options.step_us / 1000
+    below = [part for part in wires if distinct(part.projection.delay_ms).min() < step_ms]
+    rounded = [part for part in wires if part not in below and _is_rounded(part, step_ms)]
+    for part in wires:
+        part.ticks = np.maximum(part.ticks, 1)
+    warnings = []
+    if below:
+        warnings.append(
+            f"delays shorter than the time step of {step_ms:g} ms become one step: {_names(below)}"
+        )
+    if rounded:
+        warnings.append(f"delays become whole time steps of {step_ms:g} ms: {_names(rounded)}")
+    return warnings
+
+
+def _is_rounded(part: Wires, step_ms: float) -> bool:
+    return not np.allclose(part.ticks * step_ms, distinct(part.projection.delay_ms), atol=1e-9)
+
+
+def _names(wires: Sequence[Wires]) -> str:
+    return ", ".join(f"'{part.projection.label}'" for part in wires)

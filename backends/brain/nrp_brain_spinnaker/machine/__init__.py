@@ -1,0 +1,1 @@
+"""What the machine computes: all compiled code, in its arithmetic."""

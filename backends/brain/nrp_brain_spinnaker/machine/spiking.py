@@ -1,0 +1,13 @@
+"""How the membranes tell that a neuron spiked."""
+
+from __future__ import annotations
+
+from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_core.jit import jit
+
+
+@jit
+def note_spike(cells: Cells, i: int) -> None:
+    """Note that neuron ``i`` spiked in this tick."""
+    cells.fired[cells.n_fired[0]] = i
+    cells.n_fired[0] += 1

@@ -1,0 +1,143 @@
+"""Spike-timing-dependent plasticity: the machine's pair rule with deferred updates.
+
+The weights of a row change only when the neuron it comes from spikes; the spikes of the neurons it goes to
+wait in short histories until then. Traces are s4.11 and decay by look-up tables; weights are unpacked to
+s16.15 and packed again, so changes below the resolution of a raw weight are lost each time.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from nrp_brain_spinnaker.machine.fixed_point import mul
+from nrp_brain_spinnaker.machine.ring import Ring, WeightArray, add_entry
+from nrp_core.brain.network import IndexArray, IntArray
+from nrp_core.jit import jit
+
+TRACE_ONE: Final = 1 << 11
+"""1.0 in s4.11."""
+HISTORY: Final = 16
+"""Entries of a history; the first is a dummy, so 15 spikes are remembered."""
+
+A_PLUS, A_MINUS, W_MIN, W_MAX, MULTIPLICATIVE, SHIFT, BACK_PROPAGATES = range(7)
+PLUS_START, PLUS_LENGTH, MINUS_START, MINUS_LENGTH = range(7, 11)
+RULE_COLUMNS: Final = 11
+
+
+class StdpRows(NamedTuple):
+    """Plastic synapses: rows of one projection and one neuron they come from.
+
+    Args:
+        start: first row of each global id, shape ``(network.size + 1,)``.
+        first: first synapse of each row, shape ``(n_rows + 1,)``.
+        rule, last_tick, trace: per row.
+        line, weight, delay: per synapse.
+        rules: one per projection, shape ``(n_rules, RULE_COLUMNS)``.
+        decays: the look-up tables of all rules, s4.11.
+        rule_of: the rule whose table each neuron's own trace uses, -1 for none, shape ``(n,)``.
+        history_count: index of the last entry, shape ``(n,)``.
+        history_tick, history_trace: shape ``(n, HISTORY)``.
+    """
+
+    start: IntArray
+    first: IntArray
+    rule: IntArray
+    last_tick: IntArray
+    trace: IntArray
+    line: IndexArray
+    weight: WeightArray
+    delay: WeightArray
+    rules: IntArray
+    decays: IntArray
+    rule_of: IntArray
+    history_count: IntArray
+    history_tick: IntArray
+    history_trace: IntArray
+
+
+@jit
+def remember(rows: StdpRows, i: int, tick: int) -> None:
+    """Note a spike of neuron ``i`` in its history, if plastic synapses end on it."""
+    if rows.rule_of.size == 0 or rows.rule_of[i] < 0:
+        return
+    ticks, traces, count = rows.history_tick[i], rows.history_trace[i], rows.history_count[i]
+    rule = rows.rules[rows.rule_of[i]]
+    decay = _looked_up(rows.decays, rule[MINUS_START], rule[MINUS_LENGTH], tick - ticks[count])
+    trace = _grown(traces[count], decay)
+    if count == HISTORY - 1:
+        for entry in range(1, count):
+            ticks[entry], traces[entry] = ticks[entry + 1], traces[entry + 1]
+    else:
+        count += 1
+    ticks[count], traces[count], rows.history_count[i] = tick, trace, count
+
+
+@jit
+def deliver_plastic(rows: StdpRows, ring: Ring, neuron: int, tick: int) -> None:
+    """Send a spike of a neuron (global id) in ``tick`` through its plastic synapses, updating them first."""
+    mask = ring.slots.shape[0] - 1
+    for row in range(rows.start[neuron], rows.start[neuron + 1]):
+        rule = rows.rules[rows.rule[row]]
+        for k in range(rows.first[row], rows.first[row + 1]):
+            weight = _updated(rows, rule, row, k, tick)
+            rows.weight[k] = weight
+            add_entry(ring, (tick + np.int64(rows.delay[k])) & mask, rows.line[k], weight)
+        elapsed = tick - rows.last_tick[row]
+        decay = _looked_up(rows.decays, rule[PLUS_START], rule[PLUS_LENGTH], elapsed)
+        rows.last_tick[row], rows.trace[row] = tick, _grown(rows.trace[row], decay)
+
+
+@jit
+def _updated(rows: StdpRows, rule: IntArray, row: int, k: int, tick: int) -> int:
+    """Return the raw weight of synapse ``k`` after all pairs up to a spike in ``tick``."""
+    i = rows.line[k] % rows.rule_of.size
+    ticks, traces = rows.history_tick[i], rows.history_trace[i]
+    delay = np.int64(rows.delay[k]) * rule[BACK_PROPAGATES]
+    before = rows.last_tick[row]
+    weight = np.int64(rows.weight[k]) << rule[SHIFT]
+    last = _last_until(ticks, rows.history_count[i], max(tick - delay, 0))
+    for entry in range(_last_until(ticks, last, max(before - delay, 0)) + 1, last + 1):
+        elapsed = ticks[entry] + delay - before
+        if elapsed > 0:
+            decay = _looked_up(rows.decays, rule[PLUS_START], rule[PLUS_LENGTH], elapsed)
+            weight = _potentiated(rule, weight, ((rows.trace[row] * decay) >> 11) << 4)
+    if last > 0:
+        elapsed = tick - ticks[last] - delay
+        decay = _looked_up(rows.decays, rule[MINUS_START], rule[MINUS_LENGTH], elapsed)
+        weight = _depressed(rule, weight, ((traces[last] * decay) >> 11) << 4)
+    return int((weight >> rule[SHIFT]) & 0xFFFF)
+
+
+@jit
+def _last_until(ticks: IntArray, entry: int, tick: int) -> int:
+    """Return the last entry up to ``entry`` that is not after ``tick``; 0 is the dummy."""
+    while entry > 0 and ticks[entry] > tick:
+        entry -= 1
+    return entry
+
+
+@jit
+def _potentiated(rule: IntArray, weight: int, trace: int) -> int:
+    if rule[MULTIPLICATIVE]:
+        return int(weight + mul(mul(rule[W_MAX] - weight, rule[A_PLUS]), trace))
+    return int(min(weight + mul(rule[A_PLUS], trace), rule[W_MAX]))
+
+
+@jit
+def _depressed(rule: IntArray, weight: int, trace: int) -> int:
+    if rule[MULTIPLICATIVE]:
+        return int(weight - mul(mul(weight - rule[W_MIN], rule[A_MINUS]), trace))
+    return int(max(weight - mul(rule[A_MINUS], trace), rule[W_MIN]))
+
+
+@jit
+def _looked_up(decays: IntArray, start: int, length: int, elapsed: int) -> int:
+    return int(decays[start + elapsed]) if elapsed < length else 0
+
+
+@jit
+def _grown(trace: int, decay: int) -> int:
+    """Let a trace decay and add a spike; it is kept in 16 bits."""
+    return ((((trace * decay) >> 11) + TRACE_ONE + 0x8000) & 0xFFFF) - 0x8000

@@ -1,0 +1,101 @@
+"""One tick of the machine, and many.
+
+The order is the machine's: input is transferred from the ring, then every neuron is updated, tested against
+its threshold and its synapses decay; then the spikes go out. A spike in tick ``t`` with a delay of ``d``
+ticks acts in the update of tick ``t + d``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from nrp_brain_spinnaker.machine import kinds
+from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.neuron_kernels import gather_currents, update_neurons
+from nrp_brain_spinnaker.machine.ring import Ring, deliver, transfer
+from nrp_brain_spinnaker.machine.state import Machine, lend
+from nrp_brain_spinnaker.machine.stdp import deliver_plastic, remember
+from nrp_brain_spinnaker.machine.synapse_kernels import add_arrived, decay_synapses, read_values
+from nrp_brain_spinnaker.machine.tsodyks_markram import deliver_dynamic
+from nrp_core.brain.network import IntArray
+from nrp_core.jit import borrowed, jit
+
+
+class Window(NamedTuple):
+    """What enters and leaves the machine while it advances.
+
+    Args:
+        source_spikes: ticks and global ids of source cells, ascending in time, shape ``(2, n)``.
+        device_input: ticks, lines and s16.15 values, ascending in time, shape ``(3, n)``.
+        spikes: ticks and global ids of other cells, with room for at least those of one tick.
+        taken: how many source spikes and how much device input were used, and how many spikes came out.
+    """
+
+    source_spikes: IntArray
+    device_input: IntArray
+    spikes: IntArray
+    taken: IntArray
+
+
+@jit
+def begin_tick(cells: Cells, ring: Ring, tick: int) -> None:
+    """Transfer the input of a tick; what is recorded in a tick is the state after this."""
+    for population in range(cells.populations.shape[0]):
+        transfer(cells, ring, population, tick)
+        add_arrived(cells, population)
+
+
+@jit
+def finish_tick(cells: Cells) -> None:
+    """Update all neurons."""
+    cells.n_fired[0] = 0
+    for population in range(cells.populations.shape[0]):
+        for _ in range(cells.populations[population, kinds.SUBSTEPS]):
+            read_values(cells, population)
+            gather_currents(cells, population)
+            update_neurons(cells, population)
+            decay_synapses(cells, population)
+
+
+@jit
+def advance(machine: Machine, window: Window, tick: int, until: int) -> int:
+    """Run ticks up to ``until``, or until the room for spikes is short; return the tick reached."""
+    lent = lend(machine)
+    cells, ring = lent.cells, lent.ring
+    sources, devices = borrowed(window.source_spikes), borrowed(window.device_input)
+    taken = borrowed(window.taken)
+    room = window.spikes.shape[1] - cells.fired.size
+    while tick < until and taken[2] <= room:
+        while taken[1] < devices.shape[1] and devices[0, taken[1]] <= tick:
+            ring.device[devices[1, taken[1]]] += devices[2, taken[1]]
+            taken[1] += 1
+        begin_tick(cells, ring, tick)
+        finish_tick(cells)
+        if cells.n_fired[0] > 0:
+            _emit(lent, window, tick)
+        while taken[0] < sources.shape[1] and sources[0, taken[0]] <= tick:
+            _send(lent, sources[1, taken[0]], tick)
+            taken[0] += 1
+        tick += 1
+    return tick
+
+
+@jit
+def _emit(machine: Machine, window: Window, tick: int) -> None:
+    """Note who fired, then let the spikes go out."""
+    cells, n_fired = machine.cells, machine.cells.n_fired[0]
+    for k in range(n_fired):
+        remember(machine.plastic, cells.fired[k], tick)
+    for k in range(n_fired):
+        neuron, place = cells.ids[cells.fired[k]], window.taken[2] + k
+        window.spikes[0, place], window.spikes[1, place] = tick, neuron
+        _send(machine, neuron, tick)
+    window.taken[2] += n_fired
+
+
+@jit
+def _send(machine: Machine, neuron: int, tick: int) -> None:
+    """Send a spike of a neuron (global id) through all its synapses."""
+    deliver(machine.static, machine.ring, neuron, tick)
+    deliver_dynamic(machine.dynamic, machine.ring, neuron, tick)
+    deliver_plastic(machine.plastic, machine.ring, neuron, tick)

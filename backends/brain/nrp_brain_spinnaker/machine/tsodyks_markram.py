@@ -1,0 +1,91 @@
+"""Synapses with depression and facilitation, updated when a spike comes.
+
+Not part of the machine's software. The rule is that of Tsodyks, Uziel & Markram (2000, J. Neurosci. 20:RC50):
+resources are recovered (x), active (y, decaying with the synapse) or inactive (z), ``u`` is the share
+that a spike uses. Fractions are kept in units of 2**-31, in which 1 is a number, and products floor.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from nrp_brain_spinnaker.machine.exponential import exp_fraction
+from nrp_brain_spinnaker.machine.ring import Ring, WeightArray, add_entry
+from nrp_core.brain.network import IndexArray, IntArray
+from nrp_core.jit import jit
+
+WHOLE: Final = 1 << 31
+"""The fraction 1."""
+
+USE, TAU_REC, TAU_FACIL, TAU_SYN = range(4)
+LAST_TICK, USED, ACTIVE, INACTIVE = range(4)
+
+
+class TsodyksRows(NamedTuple):
+    """Tsodyks-Markram synapses, ordered by the neuron they come from.
+
+    Args:
+        start, line, weight, delay: as for static synapses.
+        parameters: share used by a spike (a fraction), time constants (s16.15), shape ``(4, n_synapses)``.
+        state: last tick; fractions used, active, inactive; shape ``(4, n_synapses)``.
+        step: ms a tick, s16.15.
+    """
+
+    start: IntArray
+    line: IndexArray
+    weight: WeightArray
+    delay: WeightArray
+    parameters: IntArray
+    state: IntArray
+    step: int
+
+
+@jit
+def deliver_dynamic(rows: TsodyksRows, ring: Ring, neuron: int, tick: int) -> None:
+    """Send a spike of a neuron (global id) in ``tick`` through its Tsodyks-Markram synapses."""
+    mask = ring.slots.shape[0] - 1
+    for k in range(rows.start[neuron], rows.start[neuron + 1]):
+        released = _released(rows.parameters, rows.state, k, tick, rows.step)
+        slot = (tick + np.int64(rows.delay[k])) & mask
+        add_entry(ring, slot, rows.line[k], (np.int64(rows.weight[k]) * released) >> 31)
+
+
+@jit
+def _released(parameters: IntArray, state: IntArray, k: int, tick: int, step: int) -> int:
+    """Move synapse ``k`` to ``tick`` and return the fraction of its weight that a spike releases."""
+    elapsed = (tick - state[LAST_TICK, k]) * step
+    tau_rec, tau_syn = parameters[TAU_REC, k], parameters[TAU_SYN, k]
+    recovering, ending = _decay(elapsed, tau_rec), _decay(elapsed, tau_syn)
+    active = (state[ACTIVE, k] * ending) >> 31
+    inactive = ((state[INACTIVE, k] * recovering) >> 31) + _inactivated(
+        state[ACTIVE, k], elapsed, tau_rec, tau_syn, recovering, ending
+    )
+    recovered = min(max(WHOLE - active - inactive, 0), WHOLE)
+    used = (state[USED, k] * _decay(elapsed, parameters[TAU_FACIL, k])) >> 31
+    used += (parameters[USE, k] * (WHOLE - used)) >> 31
+    released = (used * recovered) >> 31
+    state[LAST_TICK, k], state[USED, k] = tick, used
+    state[ACTIVE, k], state[INACTIVE, k] = active + released, inactive
+    return int(released)
+
+
+@jit
+def _inactivated(active: int, elapsed: int, tau_rec: int, tau_syn: int, recovering: int, ending: int) -> int:
+    """Return how much of what was active is inactive after ``elapsed``."""
+    apart = tau_syn - tau_rec
+    if abs(apart) > tau_rec >> 10:
+        return ((active * (ending - recovering)) >> 31) * tau_rec // apart
+    if tau_rec == 0 or recovering == 0:
+        return 0
+    return ((active * recovering) >> 31) * elapsed // tau_rec
+
+
+@jit
+def _decay(elapsed: int, tau: int) -> int:
+    """Return exp(-elapsed / tau) as a fraction; 0 for ``tau`` 0."""
+    if tau <= 0:
+        return 0
+    n = (elapsed << 15) // tau
+    return exp_fraction(-n) >> 1 if n > 0 else WHOLE

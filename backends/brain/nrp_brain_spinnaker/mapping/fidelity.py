@@ -1,0 +1,209 @@
+"""What a network loses on the machine: weights that are rounded, vanish or wrap, input that saturates."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY
+from nrp_brain_spinnaker.mapping.activity import share_above, spikes_per_tick
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_core.brain.network import RECEPTORS, FloatArray, Network
+
+_COARSE = 0.05
+_RARE = 1e-4
+"""Share of ticks below which an input that saturates is not worth a word."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectionFidelity:
+    """One projection.
+
+    Args:
+        label: of the projection.
+        left_shift: of its receptor.
+        quantum: the smallest difference between two weights, in the units of the model.
+        largest_sum: what a receptor can take in one tick, likewise.
+        synapses: how many there are.
+        vanished: how many have a weight that became 0.
+        wrapped: how many have a weight beyond 16 bits, of which the low ones stay.
+        mean_error, largest_error: of the other weights, relative.
+        moved_delays: how many delays are not whole time steps.
+        largest_move_ms: by how much one of them moved.
+    """
+
+    label: str
+    left_shift: int
+    quantum: float
+    largest_sum: float
+    synapses: int
+    vanished: int
+    wrapped: int
+    mean_error: float
+    largest_error: float
+    moved_delays: int
+    largest_move_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class ReceptorFidelity:
+    """What arrives at one receptor of a population, as expected from the rates assumed.
+
+    Args:
+        population: its label.
+        receptor: its name.
+        left_shift: of its ring buffers.
+        largest_sum: what it can take in one tick, in the units of the target's synapses.
+        mean_sum, deviation: what a neuron gets in a tick, likewise.
+        saturating: share of ticks in which a neuron gets more than it can take.
+    """
+
+    population: str
+    receptor: str
+    left_shift: int
+    largest_sum: float
+    mean_sum: float
+    deviation: float
+    saturating: float
+
+
+@dataclass(frozen=True, slots=True)
+class Fidelity:
+    """All projections and receptors, and what to do about the worst.
+
+    Args:
+        projections: in definition order, those with synapses.
+        receptors: those that projections end on.
+        losses: which weights are destroyed and why.
+        advice: what else is lost.
+    """
+
+    projections: tuple[ProjectionFidelity, ...]
+    receptors: tuple[ReceptorFidelity, ...]
+    losses: tuple[str, ...]
+    advice: tuple[str, ...]
+
+
+def weigh(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> Fidelity:
+    """Return what a network loses on the machine.
+
+    Args:
+        network: the network.
+        wires: its projections on the machine.
+        options: the user's.
+    """
+    seen = [_of_projection(part, options) for part in wires]
+    receptors = _receptors(network, wires, options)
+    coarse = [_coarse(part, projection, wires) for part, projection in zip(wires, seen, strict=True)]
+    advice = [*filter(None, coarse), *filter(None, map(_saturation, receptors))]
+    return Fidelity(tuple(seen), tuple(receptors), tuple(losses(wires, options)), tuple(advice))
+
+
+def losses(wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
+    """Return which weights do not survive the 16 bits of the machine, and why."""
+    return [line for part in wires if _is_distorted(part) for line in _losses(part, wires, options)]
+
+
+def _is_distorted(part: Wires) -> bool:
+    """Whether a weight wraps or vanishes; looks at the extremes only."""
+    present = part.sizes[part.sizes > 0]
+    if not present.size:
+        return False
+    wraps = float(present.max()) * part.scale >= LARGEST_ENTRY + 0.5
+    return wraps or not part.converted(present.min(keepdims=True)).any()
+
+
+def _losses(part: Wires, wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
+    seen = _of_projection(part, options)
+    where, lines = f"projection '{seen.label}'", []
+    if seen.wrapped:
+        lines.append(
+            f"{where}: {seen.wrapped} of {seen.synapses} weights wrap around, being larger than the "
+            f"{seen.largest_sum:.3g} that fit 16 bits; give them as a list, so that the scale follows them"
+        )
+    if seen.vanished:
+        lost = f"{seen.vanished} of {seen.synapses} weights become 0 (in steps of {seen.quantum:.3g})"
+        lines.append(f"{where}: {lost}; {_remedy(part, wires)}")
+    return lines
+
+
+def _of_projection(part: Wires, options: SpinnakerOptions) -> ProjectionFidelity:
+    sizes = part.sizes
+    kept = part.converted(sizes) / part.scale
+    wrapped = sizes * part.scale >= LARGEST_ENTRY + 0.5
+    vanished = (kept == 0) & (sizes > 0) & ~wrapped
+    errors = _relative(kept, sizes)[~vanished & ~wrapped & (sizes > 0)]
+    moves = np.abs(part.ticks * options.step_us / 1000 - part.projection.delay_ms)
+    each = part.projection.size // sizes.size
+    quantum = 1 / (part.scale * (1.0 if part.factor is None else float(part.factor.min())))
+    return ProjectionFidelity(
+        label=part.projection.label, left_shift=part.shift,
+        quantum=quantum, largest_sum=quantum * LARGEST_ENTRY,
+        synapses=part.projection.size,
+        vanished=int(vanished.sum()) * each, wrapped=int(wrapped.sum()) * each,
+        mean_error=float(errors.mean()) if errors.size else 0.0,
+        largest_error=float(errors.max()) if errors.size else 0.0,
+        moved_delays=int((moves > 1e-9).sum()), largest_move_ms=float(moves.max()),
+    )  # fmt: skip
+
+
+def _relative(kept: FloatArray, given: FloatArray) -> FloatArray:
+    return np.abs(kept - given) / np.where(given > 0, given, 1.0)
+
+
+def _receptors(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> list[ReceptorFidelity]:
+    groups: dict[tuple[str, int], list[Wires]] = defaultdict(list)
+    for part in wires:
+        groups[part.projection.post, part.receptor].append(part)
+    return [_of_receptor(network, parts, options) for parts in groups.values()]
+
+
+def _of_receptor(network: Network, parts: Sequence[Wires], options: SpinnakerOptions) -> ReceptorFidelity:
+    """Return what a neuron may expect: spikes come as Poisson variates, each with its weight."""
+    first = parts[0]
+    n_post = first.post_last - first.post_first
+    mean = variance = 0.0
+    for part in parts:
+        spikes = spikes_per_tick(network.populations[part.projection.pre], options)
+        spikes *= part.projection.size / n_post
+        mean += spikes * float(part.sizes.mean())
+        variance += spikes * float(np.square(part.sizes).mean())
+    largest = LARGEST_ENTRY / first.scale
+    return ReceptorFidelity(
+        first.projection.post, RECEPTORS[first.receptor], first.shift, largest, mean, variance**0.5,
+        share_above(largest, mean, variance),
+    )  # fmt: skip
+
+
+def _saturation(seen: ReceptorFidelity) -> str | None:
+    if seen.saturating < _RARE:
+        return None
+    return (
+        f"population '{seen.population}': its {seen.receptor} input is cut off in {seen.saturating:.2%} of "
+        f"all time steps (at {seen.largest_sum:.3g}; {seen.mean_sum:.3g} is expected); say by "
+        "spikes_per_second how active the network is, or use more ring_buffer_sigma"
+    )
+
+
+def _coarse(part: Wires, seen: ProjectionFidelity, wires: Sequence[Wires]) -> str | None:
+    if seen.mean_error <= _COARSE:
+        return None
+    lost = f"weights change by {seen.mean_error:.0%} on average (in steps of {seen.quantum:.3g})"
+    return f"projection '{seen.label}': {lost}; {_remedy(part, wires)}"
+
+
+def _remedy(part: Wires, wires: Sequence[Wires]) -> str:
+    """Return what set the scale of a receptor, and how to have a finer one."""
+    if part.on_machine and part.model.is_conductance_based:
+        return "give weights as a list, or use the option weights: host, to keep more of them"
+    fellows = [w for w in wires if (w.population, w.receptor) == (part.population, part.receptor)]
+    strongest = max(fellows, key=lambda fellow: fellow.incoming.largest * fellow.incoming.connections)
+    weight, n = strongest.incoming.largest, strongest.incoming.connections
+    return (
+        f"'{strongest.projection.label}' sets the scale, with weights up to {weight:.3g} and {n} synapses "
+        "on a neuron; make the two more alike, or let its delays differ so that less is expected at once"
+    )

@@ -1,0 +1,159 @@
+"""How a network is cut into cores, and the routing keys that tell their neurons apart.
+
+Slices are contiguous and the first ones are full. A key reads, from the top: population, core of the
+population, stage of a delay extension, neuron, colour (the sender's tick modulo 16).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from nrp_brain_spinnaker.hardware import (
+    COLOUR_BITS,
+    CORES_FOR_SYSTEM,
+    CORES_FOR_SYSTEM_ON_ETHERNET_CHIP,
+    CORES_PER_CHIP,
+    NEURONS_PER_CORE,
+    POISSON_SOURCES_PER_CORE,
+)
+from nrp_brain_spinnaker.host.delays import bits_for, slots_available, stages
+from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.mapping.synapse_cores import synapse_cores
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_core.brain.network import Network
+
+
+@dataclass(frozen=True, slots=True)
+class Core:
+    """A core and its neurons.
+
+    Args:
+        chip: index of the chip, filled one after another.
+        core: number on the chip.
+        first, last: neurons within the population, ``last`` excluded.
+        key, mask: of the packets it sends, None if it sends none.
+        has_synapses_alone: whether it serves the core before it, which has the neurons.
+    """
+
+    chip: int
+    core: int
+    first: int
+    last: int
+    key: int | None = None
+    mask: int | None = None
+    has_synapses_alone: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Vertex:
+    """What becomes cores: a population or the delay extension of one.
+
+    Args:
+        label: of the population, ``<label>_delayed`` for an extension.
+        cell_type: of the population, ``DelayExtension`` for an extension.
+        size: neurons.
+        per_core: most of them on a core.
+        sends: whether anything listens.
+        stages: of a delay extension, else 0.
+        synapse_cores: beside each core with neurons.
+    """
+
+    label: str
+    cell_type: str
+    size: int
+    per_core: int
+    sends: bool
+    stages: int = 0
+    synapse_cores: int = 0
+
+    @property
+    def slices(self) -> list[tuple[int, int]]:
+        """The neurons on each core."""
+        starts = range(0, self.size, self.per_core)
+        return [(first, min(first + self.per_core, self.size)) for first in starts]
+
+    @property
+    def local_bits(self) -> int:
+        """Bits of a key that tell apart what one core sends."""
+        stage_bits = bits_for(self.stages) if self.stages else 0
+        return bits_for(min(self.size, self.per_core)) + stage_bits + COLOUR_BITS
+
+    @property
+    def core_bits(self) -> int:
+        """Bits of a key that tell the cores apart."""
+        return (len(self.slices) - 1).bit_length()
+
+
+def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> list[Vertex]:
+    """Return the populations in definition order, then the delay extensions that long delays need."""
+    senders = {part.projection.pre for part in wires}
+    vertices = [
+        Vertex(
+            label, p.cell_type, p.size, _per_core(p.cell_type, p.size, options.neurons_per_core),
+            sends=label in senders,
+            synapse_cores=synapse_cores([part for part in wires if part.projection.post == label], options),
+        )
+        for label, p in network.populations.items()
+    ]  # fmt: skip
+    for label, n_stages in _extensions(network, wires, options.neurons_per_core).items():
+        size = network.populations[label].size
+        vertices.append(
+            Vertex(f"{label}_delayed", "DelayExtension", size, NEURONS_PER_CORE, sends=True, stages=n_stages)
+        )
+    return vertices
+
+
+def _per_core(cell_type: str, size: int, neurons_per_core: int) -> int:
+    if cell_type == "SpikeSourceArray":
+        return size
+    return POISSON_SOURCES_PER_CORE if cell_type == "SpikeSourcePoisson" else neurons_per_core
+
+
+def _extensions(network: Network, wires: Sequence[Wires], neurons_per_core: int) -> dict[str, int]:
+    """Return the stages that the senders of long delays need."""
+    needed: dict[str, int] = {}
+    for part in wires:
+        on_core = min(network.populations[part.projection.post].size, neurons_per_core)
+        longest = int(part.ticks.max())
+        if longest > slots_available(on_core):
+            label = part.projection.pre
+            needed[label] = max(needed.get(label, 0), stages(on_core, longest))
+    return needed
+
+
+def place(vertices: Sequence[Vertex], senders: Sequence[str]) -> dict[str, list[Core]]:
+    """Put vertices onto chips in order and give keys to those that send.
+
+    Args:
+        vertices: in order of placement.
+        senders: labels in the order in which keys are given.
+    """
+    keys = _keys([vertex for label in senders for vertex in vertices if vertex.label == label])
+    placed: dict[str, list[Core]] = {}
+    chip, core = 0, CORES_FOR_SYSTEM_ON_ETHERNET_CHIP
+    for vertex in vertices:
+        cores = []
+        for index, (first, last) in enumerate(vertex.slices):
+            if core + vertex.synapse_cores >= CORES_PER_CHIP:  # they share a chip
+                chip, core = chip + 1, CORES_FOR_SYSTEM
+            key, mask = keys[vertex.label][index] if vertex.label in keys else (None, None)
+            cores.append(Core(chip, core, first, last, key, mask))
+            core += 1
+            for _ in range(vertex.synapse_cores):
+                cores.append(Core(chip, core, first, last, has_synapses_alone=True))
+                core += 1
+        placed[vertex.label] = cores
+    return placed
+
+
+def _keys(senders: Sequence[Vertex]) -> dict[str, list[tuple[int, int]]]:
+    """Return key and mask of each core; all populations have a block of the largest one's size."""
+    block = max((vertex.core_bits + vertex.local_bits for vertex in senders), default=0)
+    return {
+        vertex.label: [
+            ((index << block) | (core << vertex.local_bits), (0xFFFFFFFF << vertex.local_bits) & 0xFFFFFFFF)
+            for core in range(len(vertex.slices))
+        ]
+        for index, vertex in enumerate(senders)
+    }
