@@ -59,6 +59,7 @@ class PhysicsEngine(Engine):
         self._cameras: Cameras | None = None
         self._depths: Cameras | None = None
         self._colors: dict[str, Rgba] = {}
+        self._glows: dict[str, bool] = {}
 
     @property
     def step_ns(self) -> int:
@@ -125,6 +126,12 @@ class PhysicsEngine(Engine):
     def set_color(self, visual: str, rgba: Rgba) -> None:
         self._colors[visual] = rgba
         self._do_set_color(visual, rgba)
+
+    @final
+    def set_glow(self, visual: str, glows: bool) -> None:
+        self._glows[visual] = glows
+        for cameras in self._opened_cameras():
+            cameras.set_glow(visual, glows)
 
     @final
     def set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
@@ -205,6 +212,8 @@ class PhysicsEngine(Engine):
         """Give cameras that were just opened the colours of now."""
         for visual, rgba in self._colors.items():
             cameras.set_color(visual, rgba)
+        for visual, glows in self._glows.items():
+            cameras.set_glow(visual, glows)
         return cameras
 
     def _opened_cameras(self) -> Iterator[Cameras]:
@@ -219,7 +228,7 @@ class PhysicsEngine(Engine):
         """Forget what followed from the scene, because it has changed."""
         self._bodies = {}
         self._space = None
-        self._colors = {}
+        self._colors, self._glows = {}, {}
         self._close_cameras()
 
     def _lacks(self, what: str) -> CapabilityError:

@@ -18,18 +18,20 @@ from pydantic import BaseModel, ConfigDict
 
 from nrp_core.clock import milliseconds
 from nrp_core.diagnosis import Diagnosis
-from nrp_core.errors import CapabilityError, DivergedError, TimestepError
+from nrp_core.errors import CapabilityError, DivergedError, SceneError, TimestepError, did_you_mean
 from nrp_core.simulation import Simulation
 from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
 from nrp_core.world.changes import Changeable, change
 from nrp_core.world.engine import PhysicsEngine
+from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.parts.base import ImageArray as ImageArray
 from nrp_core.world.parts.base import ModelMotion, Part
 from nrp_core.world.parts.build import parts_of
+from nrp_core.world.parts.color import ColorPart
 from nrp_core.world.parts.forces import ForcesPart
 from nrp_core.world.parts.model_states import StatesPart
 from nrp_core.world.physics.bodies import body_of
-from nrp_core.world.scene.model import Light, Model, Scene
+from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 from nrp_core.world.services import Services
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Stamped, check_message
@@ -134,9 +136,12 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
         """Put a model somewhere; what does not float is held there and does not move.
 
         Raises:
-            SceneError: there is no such model.
+            SceneError: there is no such model, or where it is to be is not finite.
             CapabilityError: the engine cannot do that.
         """
+        told = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
+        if not all(map(isfinite, told)):
+            raise SceneError(f"'{model}' cannot be put where numbers are not finite: {motion}")
         if self._floats(model):
             self._do_place(model, motion)
         elif self.scene.model(model).pose != motion.pose:
@@ -144,8 +149,34 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
 
     @change
     def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        """Put joints of a model at positions (rad, m), at rest."""
+        """Put joints of a model at positions (rad, m), at rest.
+
+        Raises:
+            SceneError: there are no such joints, or a position is not finite.
+            CapabilityError: the engine cannot do that.
+        """
+        known = [joint.name for joint in self.scene.model(model).joints if joint.kind != "fixed"]
+        for name, position in positions.items():
+            if name not in known:
+                raise SceneError(f"'{model}' has no joint '{name}' that moves{did_you_mean(name, known)}")
+            if not isfinite(position):
+                raise SceneError(f"the joint '{name}' of '{model}' cannot be put at {position}")
         self._do_set_joints(model, positions)
+
+    @change
+    def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
+        """Give a visual a colour, and say whether it has that in any light.
+
+        Args:
+            visual: its path, ``model/link/visual``.
+            rgba: the colour, 0..1.
+            glows: as realistic pictures show it; None: as before.
+        """
+        topic = f"/{visual}/color"
+        self.advertise(topic).publish(ColorRGBA(*rgba))
+        part = self._parts[topic]
+        if glows is not None and isinstance(part, ColorPart):
+            part.set_glow(glows)
 
     @change
     def set_lights(self, lights: Iterable[Light]) -> None:

@@ -22,6 +22,7 @@ from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 
 FAR_AWAY = 1e9
+HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of what hardly yields: friction of joints, couplings
 SMALLEST = 1e-12  # MuJoCo refuses a range that is empty
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
@@ -102,6 +103,7 @@ class _Builder:
     ) -> None:
         self._scene, self._spec, self._optics, self._with_visuals = scene, spec, optics, with_visuals
         self._physical = physical
+        self._stiff = [2 * spec.option.timestep, 1.0]  # time constant (s), the shortest, and damping ratio
         self._shapes = Shapes(spec)
         self._bodies: dict[str, list[tuple[Body, Any]]] = {}
         self._joints: dict[str, dict[str, Any]] = {}
@@ -133,10 +135,11 @@ class _Builder:
         for index, body in enumerate(bodies):
             elements.append(self._add_body(model.name, index, bodies, elements))
             if body.joint is not None and body.joint.kind != "fixed":
-                joints[body.joint.name] = _add_joint(elements[-1], model.name, body.joint)
+                joints[body.joint.name] = self._add_joint(elements[-1], model.name, body.joint)
         self._separate(elements)
         self._bodies[model.name] = list(zip(bodies, elements, strict=True))
         self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
+        self._couple(model, joints)
         for drive in model.drives:
             servo = servo_of(model, drive, bodies, self._scene.gravity, self._physical)
             actuators = self._add_servo(f"{model.name}/{drive.name}", servo, elements[servo.body], joints)
@@ -145,6 +148,21 @@ class _Builder:
             if name in joints:
                 limit = next(joint.effort for joint in model.joints if joint.name == name)
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
+
+    def _add_joint(self, element: Any, model: str, joint: Joint) -> Any:
+        kinds = mujoco.mjtJoint
+        limited = joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper))
+        return element.add_joint(
+            name=f"{model}/{joint.name}",
+            type=kinds.mjJNT_SLIDE if joint.kind == "prismatic" else kinds.mjJNT_HINGE,
+            axis=joint.axis,
+            limited=limited,
+            range=_range(joint) if limited else [0, 0],
+            damping=[joint.damping, 0, 0],
+            frictionloss=joint.friction,
+            solref_friction=self._stiff,
+            solimp_friction=HARD,
+        )
 
     def _add_body(self, model: str, index: int, bodies: Sequence[Body], elements: Sequence[Any]) -> Any:
         body = bodies[index]
@@ -200,24 +218,26 @@ class _Builder:
         actuator.gainprm[0] = 1.0  # the control is an effort
         return actuator
 
+    def _couple(self, model: Model, joints: Mapping[str, Any]) -> None:
+        """Let joints follow those that they mimic."""
+        for joint in model.joints:
+            if joint.mimic is not None and joint.name in joints:
+                polynomial = [joint.mimic.offset, joint.mimic.multiplier]
+                self._spec.add_equality(
+                    type=mujoco.mjtEq.mjEQ_JOINT,
+                    objtype=mujoco.mjtObj.mjOBJ_JOINT,
+                    name1=joints[joint.name].name,
+                    name2=joints[joint.mimic.leader].name,
+                    data=[*polynomial, *[0.0] * (mujoco.mjNEQDATA - len(polynomial))],
+                    solref=self._stiff,
+                    solimp=HARD,
+                )
+
     def _separate(self, elements: Sequence[Any]) -> None:
         """Let the parts of one model pass through each other."""
         names = [element.name for element in elements if element is not self._spec.worldbody]
         for one, other in combinations(names, 2):
             self._spec.add_exclude(bodyname1=one, bodyname2=other)
-
-
-def _add_joint(element: Any, model: str, joint: Joint) -> Any:
-    kinds = mujoco.mjtJoint
-    limited = joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper))
-    return element.add_joint(
-        name=f"{model}/{joint.name}",
-        type=kinds.mjJNT_SLIDE if joint.kind == "prismatic" else kinds.mjJNT_HINGE,
-        axis=joint.axis,
-        limited=limited,
-        range=_range(joint) if limited else [0, 0],
-        damping=[joint.damping, 0, 0],
-    )
 
 
 def _range(joint: Joint) -> list[float]:

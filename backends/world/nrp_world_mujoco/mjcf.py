@@ -148,7 +148,9 @@ class _Writer:
             effort = min([effort, *(each.force for each in self._actuators if each.joint == joint)])
             yield f"<axis><xyz>{_text(m.jnt_axis[joint])}</xyz>"
             yield f"<limit><lower>{lower}</lower><upper>{upper}</upper><effort>{effort}</effort></limit>"
-            dynamics = f"<damping>{m.dof_damping[m.jnt_dofadr[joint]]}</damping>"
+            dof = m.jnt_dofadr[joint]
+            dynamics = f"<damping>{m.dof_damping[dof]}</damping>"
+            dynamics += f"<friction>{m.dof_frictionloss[dof]}</friction>"
             spring = float(np.ravel(m.jnt_stiffness[joint])[0])
             dynamics += f"<spring_stiffness>{spring}</spring_stiffness>" if spring else ""
             yield f"<dynamics>{dynamics}</dynamics></axis>"

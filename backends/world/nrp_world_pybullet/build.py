@@ -27,6 +27,8 @@ from nrp_world_pybullet.shapes import (
 
 BASE = -1
 UNLIMITED_SPEED = 1e6
+UNLIMITED_FORCE = 1e6
+FIRM = 0.2  # the share of an error of position that a coupling takes away in a step
 FAR_AWAY = 1e9
 MASSLESS = Inertial(0.0)
 
@@ -134,6 +136,7 @@ class _Builder:
             b.joint.name: places[i] for i, b in enumerate(bodies) if b.joint and b.joint.kind != "fixed"
         }
         self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
+        self._couple(model)
         for drive in model.drives:
             self._drives[model.name, drive.name] = servo_of(
                 model, drive, bodies, self._scene.gravity, self._physical
@@ -207,8 +210,9 @@ class _Builder:
     def _set_joint(self, place: Place, joint: Joint) -> None:
         where, client = (place.multibody, place.link), self._client
         bullet.changeDynamics(*where, jointDamping=joint.damping, physicsClientId=client)
-        # a new joint has a motor that brakes it
-        bullet.setJointMotorControl2(*where, bullet.VELOCITY_CONTROL, force=0, physicsClientId=client)
+        # a new joint has a motor that brakes it: as friction does
+        friction = joint.friction
+        bullet.setJointMotorControl2(*where, bullet.VELOCITY_CONTROL, force=friction, physicsClientId=client)
         if joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper)):
             bullet.changeDynamics(  # together with other arguments the limits would be ignored
                 *where,
@@ -216,6 +220,25 @@ class _Builder:
                 jointUpperLimit=min(joint.upper, FAR_AWAY),
                 physicsClientId=client,
             )
+
+    def _couple(self, model: Model) -> None:
+        """Let joints follow those that they mimic."""
+        places, client = self._joints[model.name], self._client
+        for joint in model.joints:
+            if joint.mimic is not None and joint.name in places:
+                ends = [(p.multibody, p.link) for p in (places[joint.name], places[joint.mimic.leader])]
+                origin = (0.0, 0.0, 0.0)
+                coupling = bullet.createConstraint(
+                    *ends[0], *ends[1], bullet.JOINT_GEAR, (1, 0, 0), origin, origin, physicsClientId=client
+                )
+                bullet.changeConstraint(
+                    coupling,
+                    gearRatio=-joint.mimic.multiplier,
+                    relativePositionTarget=joint.mimic.offset,
+                    erp=FIRM,
+                    maxForce=UNLIMITED_FORCE,
+                    physicsClientId=client,
+                )
 
     def _feel(self, model: Model, bodies: Sequence[Body], places: Mapping[int, Place]) -> None:
         """Let PyBullet tell what the joints carry that have a sensor for it."""

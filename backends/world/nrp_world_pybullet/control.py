@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.world.engine import FloatArray
 from nrp_core.world.parts.base import BodyPath, JointAim, Touch, Wrench
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.physics.joint_servo import ExplicitServos, servoed_joints
-from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_world_pybullet.build import Built, Place
 from nrp_world_pybullet.engine import bullet
@@ -18,42 +19,72 @@ from nrp_world_pybullet.motion import Moving
 
 JointPath = tuple[str, str]
 
+STRONG = 0.1
+"""The share of a joint's velocity that a damper takes away in a step, from which on it is strong."""
+
 
 class Tree:
     """The joints of one multi-body, with servos.
 
+    PyBullet takes the forces of dampers at the start of a step: where one takes away much of a joint's
+    velocity in a step, the joints shake to pieces. There the servos do what all dampers of the tree do.
+
     Args:
-        paths: of all movable joints, in PyBullet's order.
-        places: of the same.
-        servos: theirs.
+        joints: all movable ones, in PyBullet's order.
+        model: the name of their model.
+        places: theirs.
         floats: whether the base does.
         client: the physics client.
+        step_s: the physics step.
     """
 
     def __init__(
         self,
-        paths: Sequence[JointPath],
+        joints: Sequence[Joint],
+        model: str,
         places: Sequence[Place],
-        servos: ExplicitServos,
         floats: bool,
         client: int,
+        step_s: float,
     ) -> None:
-        self.paths, self.servos = paths, servos
+        self.paths = [(model, joint.name) for joint in joints]
         self._multibody, self._links = places[0].multibody, [place.link for place in places]
         self._base, self._client = 6 if floats else 0, client
+        dampers = np.array([joint.damping for joint in joints])
+        self.strongly_damped = bool(self._share(dampers) * step_s > STRONG)
+        if self.strongly_damped:
+            for link in self._links:
+                bullet.changeDynamics(self._multibody, link, jointDamping=0, physicsClientId=client)
+        limits = [joint.effort for joint in joints]
+        self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None)
 
-    def push(self) -> Mapping[JointPath, float]:
-        """Return the efforts of the next step."""
+    def push(self) -> tuple[Mapping[JointPath, float], Mapping[JointPath, float]]:
+        """Return the efforts of the next step: of the servos, and of the dampers."""
         states = bullet.getJointStates(self._multibody, self._links, self._client)
         positions, velocities = np.array([state[:2] for state in states]).T
+        efforts = self.servos.push(positions, velocities, self._inertia(positions))
+        braking = self._by_path(self.servos.braking) if self.strongly_damped else {}
+        return self._by_path(efforts), braking
+
+    def _by_path(self, efforts: FloatArray) -> Mapping[JointPath, float]:
+        return dict(zip(self.paths, efforts.tolist(), strict=True))
+
+    def _inertia(self, positions: FloatArray) -> FloatArray:
+        """Return the inertia of the joints against each other, the base following freely."""
         where = positions.tolist()
         mass = np.array(bullet.calculateMassMatrix(self._multibody, where, physicsClientId=self._client))
         n = self._base
-        inertia = mass[n:, n:]
+        inertia: FloatArray = mass[n:, n:]
         if n:  # what the base yields
             inertia = inertia - mass[n:, :n] @ np.linalg.solve(mass[:n, :n], mass[:n, n:])
-        efforts = self.servos.push(positions, velocities, inertia)
-        return dict(zip(self.paths, efforts.tolist(), strict=True))
+        return inertia
+
+    def _share(self, dampers: FloatArray) -> float:
+        """Return which share of a velocity the dampers take away in a second, with all joints at 0."""
+        if not dampers.any():
+            return 0.0
+        inertia = self._inertia(np.zeros(len(dampers)))
+        return float(abs(np.linalg.eigvals(np.linalg.solve(inertia, np.diag(dampers)))).max())
 
 
 class Control:
@@ -68,27 +99,27 @@ class Control:
 
     def __init__(self, built: Built, scene: Scene, client: int, step_s: float) -> None:
         self._built, self._client, self._step_s = built, client, step_s
-        self._trees = [
-            tree for model in scene.models if servoed_joints(model) for tree in self._trees_of(model)
-        ]
+        self._trees = [tree for model in scene.models for tree in self._trees_of(model)]
         self._numbers = {path: (tree, n) for tree in self._trees for n, path in enumerate(tree.paths)}
         self._efforts: dict[JointPath, float] = {}
         self._wrenches: dict[BodyPath, Wrench] = {}
         self._applied: dict[JointPath, float] = {}
 
     def _trees_of(self, model: Model) -> Iterator[Tree]:
-        joints = self._built.joints[model.name]
-        limits = {joint.name: joint.effort for joint in model.joints}
+        """Yield the trees of a model that have something to do."""
+        places = self._built.joints[model.name]
+        told = {body.joint.name: body.joint for body, _ in self._built.bodies[model.name] if body.joint}
         floating = {place.multibody for body, place in self._built.bodies[model.name] if body.floats}
-        servoed = servoed_joints(model)
-        for multibody in sorted({joints[name].multibody for name in servoed if name in joints}):
+        servoed = {places[name].multibody for name in servoed_joints(model) if name in places}
+        for multibody in sorted({place.multibody for place in places.values()}):
             names = sorted(
-                (name for name, place in joints.items() if place.multibody == multibody),
-                key=lambda name: joints[name].link,
+                (name for name, place in places.items() if place.multibody == multibody),
+                key=lambda name: places[name].link,
             )
-            servos = ExplicitServos([limits[name] for name in names], self._step_s)
-            paths, places = [(model.name, name) for name in names], [joints[name] for name in names]
-            yield Tree(paths, places, servos, multibody in floating, self._client)
+            joints, where = [told[name] for name in names], [places[name] for name in names]
+            tree = Tree(joints, model.name, where, multibody in floating, self._client, self._step_s)
+            if multibody in servoed or tree.strongly_damped:
+                yield tree
 
     @property
     def active(self) -> bool:
@@ -121,14 +152,18 @@ class Control:
         """Set the forces of the next step."""
         client, joints = self._client, self._built.joints
         self._applied = dict(self._efforts)
+        braking: dict[JointPath, float] = {}
         for tree in self._trees:
             if not tree.servos.idle:
-                for path, effort in tree.push().items():
+                efforts, brakes = tree.push()
+                braking |= brakes
+                for path, effort in efforts.items():
                     self._applied[path] = self._efforts.get(path, 0.0) + effort
-        for (model, joint), effort in self._applied.items():
+        for path, effort in self._applied.items():
+            (model, joint), force = path, effort + braking.get(path, 0.0)
             place = joints[model][joint]
             bullet.setJointMotorControl2(
-                place.multibody, place.link, bullet.TORQUE_CONTROL, force=effort, physicsClientId=client
+                place.multibody, place.link, bullet.TORQUE_CONTROL, force=force, physicsClientId=client
             )
         for (model, index), wrench in self._wrenches.items():
             self._pull(*self._built.bodies[model][index], wrench)
@@ -174,11 +209,18 @@ class Control:
     def joint_wrench(self, body: Body, place: Place) -> Wrench:
         """Return what a body did to its parent in the last step, at the body's origin.
 
-        PyBullet tells what the joint does to the body, at its centre of mass and along its inertial axes.
+        PyBullet tells what the joint does to the body, at its centre of mass and along its inertial axes, but
+        for what its motor does, which is friction.
         """
         assert body.inertial is not None
+        assert body.joint is not None
         state = bullet.getJointState(place.multibody, place.link, self._client)
         reaction, moment = np.array(state[2][:3]), np.array(state[2][3:])
+        friction = state[3] * np.array(body.inertial.pose.rotate_back(body.joint.axis))
+        if body.joint.kind == "prismatic":
+            reaction += friction
+        else:
+            moment += friction
         _, orientation = bullet.getLinkState(place.multibody, place.link, 0, 1, self._client)[:2]
         turn = np.reshape(bullet.getMatrixFromQuaternion(orientation), (3, 3))
         force, torque = turn @ reaction, turn @ moment

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from math import isfinite
 
 import numpy as np
@@ -98,11 +98,13 @@ class JointReader:
 
     Args:
         joints: places of the joints by name, in the order of the file.
+        driven: those of them whose motors PyBullet drives; the motors of others are friction.
         client: the physics client.
     """
 
-    def __init__(self, joints: Mapping[str, Place], client: int) -> None:
+    def __init__(self, joints: Mapping[str, Place], driven: Collection[str], client: int) -> None:
         self._names, self._places, self._client = tuple(joints), tuple(joints.values()), client
+        self._driven = np.array([float(name in driven) for name in joints])
 
     def finite(self) -> bool:
         """Tell whether all positions are finite numbers."""
@@ -114,4 +116,4 @@ class JointReader:
         states = [bullet.getJointState(place.multibody, place.link, self._client) for place in self._places]
         rows = np.array([(position, velocity, effort) for position, velocity, _, effort in states])
         positions, velocities, efforts = rows.reshape(-1, 3).T
-        return JointStates(self._names, positions, velocities, efforts)
+        return JointStates(self._names, positions, velocities, efforts * self._driven)

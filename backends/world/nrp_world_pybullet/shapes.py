@@ -27,6 +27,7 @@ from nrp_world_pybullet.engine import bullet
 MAX_SHAPES = 16
 """PyBullet's limit of shapes in one link; beyond it the process crashes."""
 NO_SHAPE = -1
+GROUND_M, GROUND_DEPTH_M = 2000.0, 100.0
 
 T = TypeVar("T")
 
@@ -69,10 +70,15 @@ def add_collisions(collisions: Sequence[Collision], client: int) -> int:
     """Load collision shapes as one compound and return its id."""
     if not collisions:
         return NO_SHAPE
-    shapes = [(collision.geometry, collision.pose) for collision in collisions]
-    normals = [(0, 0, 1)] * len(collisions)
-    arguments = _arguments(shapes, "collision")
-    return int(bullet.createCollisionShapeArray(**arguments, planeNormals=normals, physicsClientId=client))
+    shapes = [_touched(collision.geometry, collision.pose) for collision in collisions]
+    return int(bullet.createCollisionShapeArray(**_arguments(shapes, "collision"), physicsClientId=client))
+
+
+def _touched(geometry: Geometry, pose: Pose) -> tuple[Geometry, Pose]:
+    """Return what is collided; for a plane the top of a block, because boxes that slide on a plane rattle."""
+    if not isinstance(geometry, Plane):
+        return geometry, pose
+    return Box((GROUND_M, GROUND_M, GROUND_DEPTH_M)), pose @ Pose((0.0, 0.0, -GROUND_DEPTH_M / 2))
 
 
 def add_visuals(visuals: Sequence[tuple[str, Visual]], client: int) -> int:
@@ -113,6 +119,8 @@ def _row(geometry: Geometry) -> dict[str, Any]:
         "flags": 0,
     }
     match geometry:
+        case Plane():
+            raise AssertionError("planes are drawn as plates and collided as blocks")
         case Box((x, y, z)):
             return unused | {"shapeTypes": bullet.GEOM_BOX, "halfExtents": (x / 2, y / 2, z / 2)}
         case Sphere(radius):
@@ -121,8 +129,6 @@ def _row(geometry: Geometry) -> dict[str, Any]:
             return unused | {"shapeTypes": bullet.GEOM_CYLINDER, "radii": radius, "lengths": length}
         case Capsule(radius, length):
             return unused | {"shapeTypes": bullet.GEOM_CAPSULE, "radii": radius, "lengths": length}
-        case Plane():
-            return unused | {"shapeTypes": bullet.GEOM_PLANE}
         case Heightmap(path, scale):
             concave = {"shapeTypes": bullet.GEOM_MESH, "flags": bullet.GEOM_FORCE_CONCAVE_TRIMESH}
             return unused | concave | {"fileNames": str(path), "meshScales": scale}

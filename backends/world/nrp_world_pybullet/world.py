@@ -60,7 +60,13 @@ class PybulletWorld(PhysicsWorld):
             physical=options.drive == "physical",
         )
         self._drives = {path: self._drive_of(path, step_s) for path in self._built.drives}
-        self._joints = {name: JointReader(joints, client) for name, joints in self._built.joints.items()}
+        wheels = {
+            (model, wheel.joint) for (model, _), servo in self._built.drives.items() for wheel in servo.wheels
+        }
+        self._joints = {
+            name: JointReader(joints, {joint for joint in joints if (name, joint) in wheels}, client)
+            for name, joints in self._built.joints.items()
+        }
         self._control = Control(self._built, scene, client, step_s)
         # of these not even the base moves, by which divergence would be noticed
         self._anchored = [self._joints[model.name] for model in scene.models if _is_anchored(model)]

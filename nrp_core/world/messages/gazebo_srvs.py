@@ -286,7 +286,7 @@ class DeleteModelResponse:
 @message("gazebo_msgs/msg/SetVisualPropertiesRequest")
 @dataclass(slots=True)
 class SetVisualPropertiesRequest:
-    """Give a visual another look: ``material:script:name`` or ``material:diffuse``."""
+    """Give a visual another look: ``material:script:name``, ``material:diffuse``, ``material:emissive``."""
 
     model_name: str = ""
     link_name: str = ""

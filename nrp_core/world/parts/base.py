@@ -161,6 +161,10 @@ class Engine(ABC):
         """Colour a visual (``model/link/visual``)."""
 
     @abstractmethod
+    def set_glow(self, visual: str, glows: bool) -> None:
+        """Let a visual have its colour in any light, or not."""
+
+    @abstractmethod
     def set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         """Let a drive aim at a velocity of the body."""
 

@@ -35,7 +35,7 @@ def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
         for sensor in link.sensors:
             yield _SENSORS[type(sensor)](sensor, model, link.name, engine)
         for visual in link.visuals:
-            yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, engine)
+            yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, visual.glows, engine)
     for drive in model.drives:
         yield DrivePart(drive, model, engine)
     for joint in dict.fromkeys(controller.joint for controller in model.controllers):

@@ -1,4 +1,4 @@
-"""Colours of visuals."""
+"""Colours of visuals, and whether they glow."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from nrp_core.world.topics import Direction, TopicInfo
 class ColorPart(Part):
     """Serves ``/<model>/<link>/<visual>/color``: read it, or set it."""
 
-    def __init__(self, visual: str, rgba: Rgba, engine: Engine) -> None:
-        self._visual, self._initial, self._engine = visual, rgba, engine
-        self._rgba = rgba
+    def __init__(self, visual: str, rgba: Rgba, glows: bool, engine: Engine) -> None:
+        self._visual, self._initial, self._engine = visual, (rgba, glows), engine
+        self._rgba, self._glows = rgba, glows
         what = f"colour of the visual {visual}"
         self.topics = (TopicInfo(f"/{visual}/color", ColorRGBA, Direction.BOTH, what=what, limits=(0, 1)),)
 
@@ -25,14 +25,22 @@ class ColorPart(Part):
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         self._set((float(message.r), float(message.g), float(message.b), float(message.a)))
 
+    def set_glow(self, glows: bool) -> None:
+        """Let the visual have its colour in any light from now on, or not."""
+        self._glows = glows
+        self._engine.set_glow(self._visual, glows)
+
     def reset(self) -> None:
-        self._set(self._initial)
+        self.restore(self._initial)
 
     def save(self) -> object:
-        return self._rgba
+        return self._rgba, self._glows
 
     def restore(self, saved: Any) -> None:
-        self._set(saved)
+        rgba, glows = saved
+        self._set(rgba)
+        if glows is not self._glows:
+            self.set_glow(glows)
 
     def _set(self, rgba: Rgba) -> None:
         self._rgba = rgba

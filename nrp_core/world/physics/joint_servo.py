@@ -2,7 +2,7 @@
 
 Engines that integrate velocities implicitly do this by themselves, with ``damping + stiffness * step`` as
 damping. For those that take forces at the start of a step, :class:`ExplicitServos` find the efforts that do
-the same.
+the same; and likewise what dampers of joints do, which such engines shake to pieces where they are strong.
 """
 
 from __future__ import annotations
@@ -76,12 +76,18 @@ class ExplicitServos:
         efforts = wanted - step * damping * a,    M a = efforts - l,    l = last efforts - M * (last a)
 
     Args:
-        limits: of the efforts, shape ``(n,)``.
+        limits: of the efforts of the servos, shape ``(n,)``.
         step_s: the physics step.
+        dampers: N m s/rad or N s/m, of the joints' dampers, which the engine leaves to this; None for none.
+
+    Attributes:
+        braking: the efforts of the dampers in the next step, which have no limit.
     """
 
-    def __init__(self, limits: Sequence[float], step_s: float) -> None:
+    def __init__(self, limits: Sequence[float], step_s: float, dampers: FloatArray | None = None) -> None:
         self._limits, self._step_s = np.array(limits), step_s
+        self._dampers = np.zeros(len(limits)) if dampers is None else dampers
+        self.braking = np.zeros(len(limits))
         self._aims = [JointAim()] * len(limits)
         self._efforts = np.zeros(len(limits))
         self._velocities: FloatArray | None = None
@@ -90,7 +96,7 @@ class ExplicitServos:
     @property
     def idle(self) -> bool:
         """Whether they do nothing."""
-        return not any(aim != JointAim() for aim in self._aims)
+        return not (self._dampers.any() or any(aim != JointAim() for aim in self._aims))
 
     def aim(self, number: int, aim: JointAim) -> None:
         """Let one joint aim at something."""
@@ -108,7 +114,7 @@ class ExplicitServos:
         self._constant = stiffness * position + damping * velocity + effort
 
     def push(self, positions: FloatArray, velocities: FloatArray, inertia: FloatArray) -> FloatArray:
-        """Return the efforts of the next step, from the joints' state at its start, shape ``(n,)``.
+        """Return the servos' efforts in the next step, from the joints' state at its start, shape ``(n,)``.
 
         Args:
             positions: shape ``(n,)``.
@@ -120,9 +126,18 @@ class ExplicitServos:
         if self._velocities is not None:
             load = self._efforts - inertia @ (velocities - self._velocities) / dt
         wanted = self._constant - self._stiffness * positions - self._damping * velocities
-        ahead = np.linalg.solve(inertia + np.diag(dt * self._damping), wanted - load)
-        efforts: FloatArray = (wanted - dt * self._damping * ahead).clip(-self._limits, self._limits)
-        self._efforts, self._velocities = efforts, velocities
+        damping, dampers = self._damping, self._dampers
+        for _ in range(2):
+            free = wanted - dampers * velocities - load
+            ahead = np.linalg.solve(inertia + np.diag(dt * (damping + dampers)), free)
+            efforts: FloatArray = (wanted - dt * damping * ahead).clip(-self._limits, self._limits)
+            strained = abs(efforts) == self._limits
+            if not (strained.any() and dampers.any()):
+                break
+            # the dampers brake what a servo at its limit does, not what it wanted
+            wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
+        self.braking = -dampers * (velocities + dt * ahead)
+        self._efforts, self._velocities = efforts + self.braking, velocities
         return efforts
 
     def forget(self) -> None:

@@ -220,7 +220,8 @@ def _root(index: int, bodies: Sequence[Body]) -> int:
 def without_wheel_friction(model: Model, bodies: Sequence[Body], physical: bool = False) -> tuple[Body, ...]:
     """Return the bodies with wheels that roll, and bases without wheels that slide, without friction.
 
-    Their traction is the servo's, but where wheels are ``physical``.
+    Their traction is the servo's, but where wheels are ``physical``. Nor do friction and dampers of their
+    joints brake such wheels, whose motors are not those that move the robot.
     """
     wheels = {
         name
@@ -240,7 +241,8 @@ def _slippery(body: Body) -> Body:
         replace(link, collisions=tuple(replace(collision, friction=0.0) for collision in link.collisions))
         for link in body.links
     )
-    return replace(body, links=links)
+    joint = body.joint and replace(body.joint, damping=0.0, friction=0.0)
+    return replace(body, links=links, joint=joint)
 
 
 def _wheel(model: Model, drive: Drive, bodies: Sequence[Body], joint: str) -> Body:

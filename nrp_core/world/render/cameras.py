@@ -36,6 +36,9 @@ class Cameras(ABC):
     def set_color(self, visual: str, rgba: Rgba) -> None:
         """Colour a visual, named by its path, from the next picture on."""
 
+    def set_glow(self, visual: str, glows: bool) -> None:
+        """Let a visual have its colour in any light, or not; flat colours do not show it."""
+
     def set_lights(self, lights: Sequence[Light]) -> None:
         """Let these be the lights, from the next picture on; flat colours do not show them."""
 

@@ -77,11 +77,15 @@ def paint(seen: IntArray, palette: npt.NDArray[np.uint8], picture: npt.NDArray[n
         picture: the result.
     """
     for row in range(seen.shape[0]):
+        surface = NOTHING  # which finds the last one
+        red, green, blue = palette[surface]
         for column in range(seen.shape[1]):
-            surface = seen[row, column]  # NOTHING finds the last one
-            picture[row, column, 0] = palette[surface, 0]
-            picture[row, column, 1] = palette[surface, 1]
-            picture[row, column, 2] = palette[surface, 2]
+            if seen[row, column] != surface:  # mostly it is that of the pixel before
+                surface = seen[row, column]
+                red, green, blue = palette[surface]
+            picture[row, column, 0] = red
+            picture[row, column, 1] = green
+            picture[row, column, 2] = blue
 
 
 @jit
@@ -174,12 +178,15 @@ def _fill(polygon: FloatArray, corners: int, surface: int, nearness: NearnessArr
     for row in range(max(0, ceil(top - 0.5)), min(height, ceil(bottom - 0.5))):
         left, right = _span(polygon, corners, row + 0.5)
         first, last = max(0, ceil(left - 0.5)), min(width, ceil(right - 0.5))
+        if first >= last:
+            continue
         start = w + across * (0.5 - x) + down * (row + 0.5 - y)
-        for column in range(first, last):
-            near = np.float32(start + across * column)
-            if near > nearness[row, column]:
-                nearness[row, column] = near
-                seen[row, column] = surface
+        nearest, shown = nearness[row, first:last], seen[row, first:last]  # many pixels in one instruction
+        for i in range(last - first):
+            near = np.float32(start + across * (first + i))
+            if near > nearest[i]:
+                nearest[i] = near
+                shown[i] = surface
 
 
 @inlined

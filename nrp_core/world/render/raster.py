@@ -81,6 +81,9 @@ class RasterCameras(Cameras):
     def set_color(self, visual: str, rgba: Rgba) -> None:
         self._mesh.set_color(visual, rgba)
 
+    def set_glow(self, visual: str, glows: bool) -> None:
+        self._mesh.set_glow(visual, glows)
+
     @staticmethod
     def _eye(
         bodies: Sequence[Body], path: CameraPath, numbers: Mapping[BodyPath, int]

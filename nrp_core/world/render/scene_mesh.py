@@ -67,6 +67,10 @@ class SceneMesh:
         self.palette[number] = bytes_of(color)
         self.shown[number] = color[3] > 0
 
+    def set_glow(self, visual: str, glows: bool) -> None:
+        """Let a visual have its colour in any light, or not."""
+        self.glowing[self._numbers[visual]] = glows
+
 
 def frames_of(bodies: Mapping[str, Sequence[Body]]) -> dict[BodyPath, int]:
     """Number the frames of bodies that move and carry a visual or a camera, from 1; 0 is the world's."""

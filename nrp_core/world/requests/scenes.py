@@ -13,7 +13,7 @@ from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.messages.std_srvs import EmptyRequest, EmptyResponse
 from nrp_core.world.parts.poses import pose_of
-from nrp_core.world.scene.materials import color_of
+from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.model import Light, Model, Rgba
 from nrp_core.world.scene.pose import Pose
 
@@ -63,13 +63,11 @@ class SceneRequests:
 
     def set_visual(self, request: srv.SetVisualPropertiesRequest) -> srv.SetVisualPropertiesResponse:
         """Give a visual another colour."""
-        topic = f"/{request.model_name}/{request.link_name}/{request.visual_name}/color"
-        known = [f"/{path}/color" for path in self._world.scene.visuals]
-        if topic not in known:
-            raise SceneError(f"no visual '{topic[1:-6]}'{did_you_mean(topic, known)}")
-        self._world.advertise(topic).publish(
-            ColorRGBA(*_color(request.property_name, request.property_value))
-        )
+        path = f"{request.model_name}/{request.link_name}/{request.visual_name}"
+        known = self._world.scene.visuals
+        if path not in known:
+            raise SceneError(f"no visual '{path}'{did_you_mean(path, known)}")
+        self._world.set_material(path, *_look(request.property_name, request.property_value))
         return srv.SetVisualPropertiesResponse()
 
     def light_names(self, _request: srv.GetLightsNameRequest) -> srv.GetLightsNameResponse:
@@ -127,19 +125,23 @@ def _model(name: str, text: str, pose: Pose) -> Model:
     from nrp_core.world.scene.sdf import read_model  # readers of files are needed by few runs
 
     with TemporaryDirectory() as folder:
-        path = Path(folder) / f"{name or 'model'}.sdf"
+        path = Path(folder) / "model.sdf"
         path.write_text(text)
         return read_model(path, name=name or None, pose=pose)
 
 
-def _color(kind: str, value: str) -> Rgba:
-    """Return the colour that a property of a visual stands for."""
-    if kind in ("material:diffuse", "material:ambient"):
+def _look(kind: str, value: str) -> tuple[Rgba, bool | None]:
+    """Return the colour that a property of a visual stands for, and whether it glows; None: as before."""
+    if kind in _COLORS:
         try:
             red, green, blue, *alpha = map(float, value.split())
         except ValueError:
             raise SceneError(f"a colour is 'red green blue alpha', each 0..1, not '{value}'") from None
-        return red, green, blue, alpha[0] if alpha else 1.0
+        return (red, green, blue, alpha[0] if alpha else 1.0), _COLORS[kind]
     if kind not in ("", "material:script:name"):
-        raise SceneError(f"'{kind}' of a visual cannot be set; material:script:name and material:diffuse can")
-    return color_of(value)
+        can = f"material:script:name, {', '.join(_COLORS)}"
+        raise SceneError(f"'{kind}' of a visual cannot be set; these can: {can}")
+    return color_of(value), glows(value)
+
+
+_COLORS = {"material:diffuse": None, "material:ambient": None, "material:emissive": True}

@@ -36,6 +36,8 @@ def check_model(model: Model) -> None:
     for joint in model.joints:
         for end, valid in ((joint.parent, [*links, WORLD]), (joint.child, links)):
             _require(end, valid, f"the joint '{joint.name}' of {owner} names the link")
+        if joint.mimic is not None:
+            _require(joint.mimic.leader, joints, f"the joint '{joint.name}' of {owner} names the joint")
     for drive in model.drives:
         for joint_name in drive.joints:
             _require(joint_name, joints, f"the drive '{drive.name}' of {owner} names the joint")

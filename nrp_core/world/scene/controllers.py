@@ -48,7 +48,7 @@ def _generic(plugin: Element, joints: Collection[str], reading: Reading) -> Iter
         kind = _kind(each, each.word("type", "position"))
         gains = each.find("pid")
         pid = Pid(*gains.numbers(3)) if gains else None
-        topic = each.word("topic", f"{joint}/{TOPICS[kind]}")
+        topic = each.word("topic", reading.topic_of(joint, TOPICS[kind]))
         yield JointController(joint, kind, resolve_name(topic, reading.robot), pid)
 
 

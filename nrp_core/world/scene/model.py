@@ -142,6 +142,15 @@ class Link:
 
 
 @dataclass(frozen=True, slots=True)
+class Mimic:
+    """A joint that follows another one: its position is ``multiplier * leader + offset``."""
+
+    leader: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Joint:
     """A joint between two links.
 
@@ -155,6 +164,8 @@ class Joint:
         effort: limit of force or torque, N or N m.
         velocity: limit, rad/s or m/s.
         damping: N m s/rad or N s/m.
+        friction: what holds the joint up to that effort, N or N m.
+        mimic: the joint it follows, if it does.
     """
 
     name: str
@@ -168,6 +179,8 @@ class Joint:
     effort: float = inf
     velocity: float = inf
     damping: float = 0.0
+    friction: float = 0.0
+    mimic: Mimic | None = None
 
 
 @dataclass(frozen=True, slots=True)

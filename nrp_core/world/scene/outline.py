@@ -128,6 +128,8 @@ def _joint(joint: Joint, held: dict[str, list[Joint]], links: dict[str, Link]) -
     if isfinite(joint.lower) or isfinite(joint.upper):
         unit = "m" if joint.kind == "prismatic" else "rad"
         text += f", {joint.lower:.3g} to {joint.upper:.3g} {unit}"
+    if joint.mimic is not None:
+        text += f", mimics {joint.mimic.leader}"
     return Entry(text, (_link(links[joint.child], held, links),))
 
 

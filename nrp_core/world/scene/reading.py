@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from nrp_core.world.scene.left_out import Places
 from nrp_core.world.scene.resources import Resources
@@ -36,6 +36,7 @@ class Reading:
         resources: finds meshes and included files.
         notes: takes warnings.
         robot: name of the whole model; relative topics in its file resolve below it.
+        scope: what comes before the names of parts of a model nested in it, ``arm::``.
         without: what is left out of files.
         lenient: whether an included file that is not there is left out, with a warning, instead of refused.
     """
@@ -43,5 +44,14 @@ class Reading:
     resources: Resources
     notes: Notes
     robot: str = ""
+    scope: str = ""
     without: Places = field(default_factory=dict)
     lenient: bool = False
+
+    def within(self, prefix: str) -> Reading:
+        """Return the reading of a nested model."""
+        return replace(self, scope=self.scope + prefix)
+
+    def topic_of(self, part: str, name: str) -> str:
+        """Return the topic that a part of the model (a link, a joint) has by default."""
+        return f"{self.scope}{part}/{name}".replace("::", "/")

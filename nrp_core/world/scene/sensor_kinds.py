@@ -68,7 +68,7 @@ def _count(angles: Element, default: int) -> int:
 
 def _laser_topics(sensor: Element, link: str, layers: int, reading: Reading) -> tuple[str, str | None]:
     """Return the topics of scans and points: those that ROS plugins name, else those of gz-sim."""
-    scans = sensor.word("topic", f"{link}/{sensor.attribute('name')}/scan".replace("::", "/"))
+    scans = sensor.word("topic", reading.topic_of(link, f"{sensor.attribute('name')}/scan"))
     points = f"{scans}/points" if layers > 1 else None
     for plugin in sensor.all("plugin"):
         usual = _LASER_OUTPUTS.get(plugin_name(plugin))
@@ -90,16 +90,15 @@ def read_imu(sensor: Element, link: str, reading: Reading, place: Place) -> Imu:
     noise = noise_of(sensor.section("imu").section("linear_acceleration").section("x"), reading)
     for plugin in sensor.all("plugin") if not noise else ():
         noise = Noise(0.0, plugin.number("gaussianNoise", 0.0))
-    topic = topic_of(sensor, f"{link}/{name}/imu".replace("::", "/"), _IMU_TOPICS, reading)
+    topic = topic_of(sensor, reading.topic_of(link, f"{name}/imu"), _IMU_TOPICS, reading)
     return Imu(name, topic, rate_of(sensor, reading), place(sensor), noise=noise)
 
 
 def read_contact(sensor: Element, link: str, reading: Reading, place: Place) -> ContactSensor:
     """Read a contact sensor."""
     name, contact = sensor.attribute("name"), sensor.section("contact")
-    topic = topic_of(
-        sensor, contact.word("topic") or f"{link}/{name}/contact".replace("::", "/"), _CONTACT_TOPICS, reading
-    )
+    usual = contact.word("topic") or reading.topic_of(link, f"{name}/contact")
+    topic = topic_of(sensor, usual, _CONTACT_TOPICS, reading)
     collisions = tuple(each.text.rpartition("::")[2] for each in contact.all("collision"))
     return ContactSensor(name, topic, rate_of(sensor, reading), collisions, place(sensor))
 
@@ -110,7 +109,7 @@ def read_force_torque(sensor: Element, joint: str, reading: Reading) -> ForceTor
     frame = section.word("frame", "child")
     if frame not in ("child", "parent", "sensor"):
         raise section.error(f"a <frame> is child, parent or sensor, not '{frame}'")
-    topic = topic_of(sensor, f"{joint}/{name}/forcetorque".replace("::", "/"), _FORCE_TOPICS, reading)
+    topic = topic_of(sensor, reading.topic_of(joint, f"{name}/forcetorque"), _FORCE_TOPICS, reading)
     onto_child = section.word("measure_direction", "child_to_parent") == "parent_to_child"
     return ForceTorque(name, topic, rate_of(sensor, reading), joint, frame, onto_child)
 

@@ -88,7 +88,7 @@ def _clip(clip: Element) -> tuple[float, float]:
 def _topics(sensor: Element, link: str, reading: Reading) -> tuple[str, str | None, str | None]:
     """Return the topics of pictures, depth and optics: those that the ROS plugin names, else Gazebo's."""
     name, deep = sensor.attribute("name"), sensor.attribute("type") in _DEPTH
-    picture = sensor.word("topic", f"{link}/{name}/image".replace("::", "/"))
+    picture = sensor.word("topic", reading.topic_of(link, f"{name}/image"))
     depth = f"{picture.removesuffix('/image')}/depth_image" if deep else ""
     info = ""
     for plugin in sensor.all("plugin"):

@@ -8,6 +8,7 @@ import os
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -148,6 +149,19 @@ def test_a_listener_that_is_killed_holds_up_nobody_who_does_not_wait_for_it(ros2
             there.publish(large)
         assert time.monotonic() - began_s < 5.0
         assert there.peers() == 1  # DDS does not know yet
+
+
+@needs_ros2
+def test_a_node_that_cannot_be_announced_leaves_no_thread(
+    ros2: Ros2, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_arguments: object) -> None:
+        raise RuntimeError("DDS is full")
+
+    monkeypatch.setattr("nrp_world_ros.ros2.node.announce", fail)
+    with pytest.raises(RuntimeError, match="DDS is full"):
+        join(Ros.TWO, "under_test", domain=ros2.domain)
+    assert "ros2" not in {thread.name for thread in threading.enumerate()}
 
 
 @needs_ros2

@@ -8,13 +8,17 @@ from __future__ import annotations
 
 import socket
 import struct
+from collections.abc import Callable
 from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
 import pytest
+from nrp_core.errors import TopicError
+from nrp_core.registry import worlds
+from nrp_core.world.scene.model import Scene
 
 from conftest import Ros, needs_ros
-from nrp_world_ros.calls import _EXACT
+from nrp_world_ros.calls import _EXACT, Calls
 from nrp_world_ros.ros1.wire import CODEC
 
 SUMS = {
@@ -86,3 +90,29 @@ def test_answers_without_a_field_are_empty_and_have_room_for_an_error(ros: Ros) 
     done, why = call(ros, "/gazebo/clear_body_wrenches", SUMS["BodyRequest"], text("husky::nose"))
     assert not done
     assert b"no link 'nose'" in why
+
+
+class Offered:
+    """A node that keeps what it is to answer calls with."""
+
+    has_services = True
+    codec = CODEC
+
+    def __init__(self) -> None:
+        self.answers: dict[str, Callable[[bytes], memoryview]] = {}
+
+    def serve(
+        self, service: str, _request: str, _response: str, answer: Callable[[bytes], memoryview]
+    ) -> None:
+        self.answers[service] = answer
+
+
+def test_a_call_that_nobody_waits_for_any_more_is_not_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nrp_world_ros.calls.PATIENCE_S", 0.01)
+    backend, node = worlds().load("mujoco"), Offered()
+    with backend.open(Scene(()), seed=1, options=backend.options()) as world:
+        calls = Calls(world, node)  # type: ignore[arg-type]
+        with pytest.raises(TopicError, match="pause_physics: no answer within 0"):
+            node.answers["/gazebo/pause_physics"](b"")
+        calls.answer()
+        assert not world.paused

@@ -95,6 +95,16 @@ def test_the_wheels_spin_as_commanded(open_world, parts, driver):
     assert speeds["front_right"] == pytest.approx(0.5 + 0.8 * 0.571 / 2, abs=2e-3)
 
 
+def test_dampers_of_wheels_brake_neither_the_wheels_nor_the_robot(open_world, parts, driver):
+    robot = parts.husky()
+    joints = tuple(replace(joint, damping=20.0) for joint in robot.joints)
+    world = open_world(parts.floor(), replace(robot, joints=joints))
+    pose = driver(world).drive(0.5, 0.8, 1.0)
+    assert off(pose, unicycle([(0.5, 0.8)], 1.0)) == pytest.approx((0, 0), abs=0.2)
+    speeds = world.joint_states("husky").velocities * 0.17775
+    assert sorted(speeds[:2]) == pytest.approx([0.5 - 0.8 * 0.571 / 2, 0.5 + 0.8 * 0.571 / 2], abs=2e-3)
+
+
 def test_a_wheel_joint_that_points_right_turns_the_other_way_round(open_world, parts, driver):
     robot = parts.husky()
     joints = tuple(

@@ -99,6 +99,31 @@ def test_what_glows_has_its_colour_in_the_shadow_too_and_in_another_colour(open_
     assert picture(world)[12, 16].tolist() == [0, 128, 0]
 
 
+@pytest.mark.parametrize(
+    ("kind", "value", "seen"),
+    [
+        ("material:script:name", "Gazebo/GreenGlow", [0, 255, 0]),
+        ("material:emissive", "0 0.5 0 1", [0, 128, 0]),
+        ("material:diffuse", "0 1 0 1", [0, 102, 0]),
+    ],
+)
+def test_a_visual_that_is_given_a_glowing_material_glows_until_it_is_reset(
+    open_world, parts, kind, value, seen
+):
+    screen = parts.thing("screen", Box((1.0, 1.0, 1.0)), Pose((2.0, 0.0, 0.5)), rgba=WHITE)
+    camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24)
+    eye = Model("eye", (Link("eye", sensors=(camera,)),), pose=Pose((0.0, 0.0, 0.5)), static=True)
+    world = open_world(Scene((screen, eye)), renderer="realistic")
+    request = ("screen", "link", "visual", kind, value)
+    assert world.call("/gazebo/set_visual_properties", *request).success
+    assert picture(world)[12, 16].tolist() == seen
+    kept = world.snapshot()
+    world.reset()
+    assert picture(world)[12, 16].tolist() == grey(AMBIENT)
+    world.restore(kept)
+    assert picture(world)[12, 16].tolist() == seen
+
+
 @pytest.mark.parametrize("kind", ["directional", "point", "spot"])
 def test_each_kind_of_light_throws_the_shadow_of_what_is_before_it(looking, kind):
     lamp = Light("lamp", kind, Pose((4.0, 0.0, 6.0)), diffuse=SUN.diffuse, cone=(1.5, 1.6))

@@ -112,7 +112,29 @@ def test_joints_can_be_put_at_positions(open_world, parts):
     ).link_state.pose.orientation.y == pytest.approx(np.sin(0.35))
 
 
+@pytest.mark.parametrize("position", [float("nan"), float("inf")])
+def test_a_joint_is_not_put_where_no_number_is(open_world, parts, advance, position):
+    world = open_world(parts.hanging("continuous", (0, 1, 0)))
+    answer = world.call("/gazebo/set_model_configuration", "hanging", "", ["joint"], [position])
+    assert answer.status_message == f"the joint 'joint' of 'hanging' cannot be put at {position}"
+    advance(world, 0.1)
+    with pytest.raises(SceneError, match="'hanging' has no joint 'joynt' that moves; did you mean 'joint'"):
+        world.set_joints("hanging", {"joynt": 0.0})
+
+
+def test_a_model_is_not_put_where_no_number_is(world, advance):
+    with pytest.raises(SceneError, match="'box' cannot be put where numbers are not finite"):
+        world.place("box", ModelMotion(ScenePose((0.0, float("nan"), 1.0))))
+    advance(world, 0.1)
+
+
 # -- models that come and go
+
+
+def test_a_spawned_model_may_have_any_name(world):
+    for name in ("a/b", "x" * 300, "\N{SNOWMAN} with blanks"):
+        assert world.call("/gazebo/spawn_sdf_entity", name, SPHERE, "", at(0.0, -3.0, 2.0)).success
+        assert world.call("/gazebo/delete_model", name).success
 
 
 def test_a_model_can_be_spawned_and_deleted(world, advance):

@@ -47,8 +47,8 @@ def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
 
 def _script(material: Element, reading: Reading) -> tuple[Rgba, bool] | None:
     script = material.section("script")
-    name = script.find("name")
-    if name is None or not name.text:
+    name = script.find("name") or script  # as old files write it
+    if not name.text:
         return None
     places = [reading.resources.locate(uri) for uri in script.all("uri")]
     found = script_color(name.text, [place for place in places if place])

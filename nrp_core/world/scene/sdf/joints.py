@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from math import hypot, inf
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.checks import MODEL, WORLD
-from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.model import Joint, Mimic
 from nrp_core.world.scene.pose import Vector
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.sdf.frames import Frames
@@ -80,7 +81,44 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
         effort=_maximum(limit, "effort"),
         velocity=_maximum(limit, "velocity"),
         damping=axis.section("dynamics").number("damping", 0.0),
+        friction=max(0.0, axis.section("dynamics").number("friction", 0.0)),
+        mimic=_mimic(axis, name),
     )
+
+
+def _mimic(axis: Element, name: str) -> Mimic | None:
+    """Return which joint this one follows; its ``<reference>`` is where the leader is at 0 of that."""
+    mimic = axis.find("mimic")
+    if mimic is None:
+        return None
+    leader, multiplier = mimic.attribute("joint"), mimic.number("multiplier", 1.0)
+    if leader == name:
+        raise mimic.error(f"the joint '{name}' mimics itself")
+    offset = mimic.number("offset", 0.0) - multiplier * mimic.number("reference", 0.0)
+    return Mimic(leader, multiplier, offset)
+
+
+def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> Iterator[Joint]:
+    """Yield joints, those free that would mimic one that does not move.
+
+    Raises:
+        SceneError: one mimics a joint that is not there.
+    """
+    joints = tuple(joints)
+    kinds = {joint.name: joint.kind for joint in joints}
+    for joint in joints:
+        if joint.mimic is not None:
+            leader = joint.mimic.leader
+            named = (each for each in model.all("joint") if each.attribute("name") == joint.name)
+            element = next(named, model)
+            if leader not in kinds:
+                hint = did_you_mean(leader, kinds)
+                raise element.error(f"the joint '{joint.name}' mimics '{leader}', which is not there{hint}")
+            if kinds[leader] == "fixed":
+                message = f"the joint '{joint.name}' mimics '{leader}', which is fixed: it moves freely"
+                reading.notes.warn(element, message)
+                joint = replace(joint, mimic=None)
+        yield joint
 
 
 def _ends(joint: Element, frames: Frames) -> tuple[str, str]:

@@ -15,8 +15,9 @@ from nrp_core.world.scene.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.repairs import with_default_masses
+from nrp_core.world.scene.sdf.casters import with_sliding_balls
 from nrp_core.world.scene.sdf.frames import Frames, model_scope
-from nrp_core.world.scene.sdf.joints import read_joints, without_loops
+from nrp_core.world.scene.sdf.joints import read_joints, with_leaders, without_loops
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sensor_kinds import joint_sensors, read_sensor_plugin, renamed
@@ -52,7 +53,14 @@ class Parts:
             for link in self.links
         ]
         joints = [
-            replace(j, name=named(j.name), parent=named(j.parent), child=named(j.child), pose=pose @ j.pose)
+            replace(
+                j,
+                name=named(j.name),
+                parent=named(j.parent),
+                child=named(j.child),
+                pose=pose @ j.pose,
+                mimic=j.mimic and replace(j.mimic, leader=named(j.mimic.leader)),
+            )
             for j in self.joints
         ]
         drives = tuple(drive.renamed(named) for drive in self.drives)
@@ -70,9 +78,13 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     """
     model, source = placed.element, placed.source
     inner_models = read_placed(model, source, reading, "model")
-    nested = [(inner, read_parts(inner, reading, static=static)) for inner in inner_models]
+    nested = [
+        (inner, read_parts(inner, reading.within(model_scope(inner.name, inner.merged)[0]), static=static))
+        for inner in inner_models
+    ]
     frames = _frames(model, nested)
-    links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
+    own_links = (read_link(link, frames, reading, static=static) for link in model.all("link"))
+    links = list(with_sliding_balls(own_links, model))
     joints = list(read_joints(model, frames, source.version, reading))
     for joint in model.all("joint"):
         joint_sensors(joint, links, reading)
@@ -157,7 +169,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     if placed.static:
         return Model(name, links, pose=pose, static=True)
     topic = _joint_states_topic(placed, parts.joints, name)
-    joints = without_loops(parts.joints, element, reading)
+    joints = tuple(with_leaders(without_loops(parts.joints, element, reading), element, reading))
     model = Model(
         name, links, joints, parts.drives, pose, joint_states_topic=topic, controllers=parts.controllers
     )

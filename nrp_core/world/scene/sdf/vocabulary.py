@@ -44,6 +44,7 @@ _CHILDREN = {
     "joint": "parent child gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch axis axis2 "
     "physics frame pose sensor",
     "axis": "initial_position xyz use_parent_model_frame dynamics limit mimic",
+    "mimic": "multiplier offset reference",
     "dynamics": "damping friction spring_reference spring_stiffness",
     "limit": "lower upper effort velocity stiffness dissipation",
     "sensor": "always_on update_rate visualize enable_metrics topic frame pose plugin air_flow "
@@ -78,8 +79,6 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("link", "projector"): (),
     ("link", "velocity_decay"): (),
     ("inertial", "fluid_added_mass"): (),
-    ("axis", "mimic"): (),
-    ("dynamics", "friction"): ("0", "0.0"),
     ("dynamics", "spring_stiffness"): ("0", "0.0"),
     ("spot", "falloff"): ("1", "1.0"),
 }

@@ -9,7 +9,7 @@ from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.plugins import warn_of_plugin
 from nrp_core.world.scene.pose import Pose, Vector
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading import Notes, Reading
 from nrp_core.world.scene.sdf.frames import Frames, read_pose
 from nrp_core.world.scene.sdf.lights import read_light
 from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
@@ -29,11 +29,14 @@ class _State:
     deleted: set[str] = field(default_factory=set)
 
     @classmethod
-    def read(cls, states: Iterable[Element]) -> _State:
+    def read(cls, states: Iterable[Element], notes: Notes) -> _State:
         result = cls()
         for state in states:
             for thing in state.all("model", "light"):
                 result.poses[thing.tag, thing.attribute("name")] = read_pose(thing, WORLD)[0]
+                scale = thing.section("scale")
+                if scale.text and any(part != 1 for part in scale.numbers(3)):
+                    notes.warn(scale, f"the <scale> {scale.text} of a <{thing.tag}> is not read")
             result.inserted += state.all("insertions")
             result.deleted |= {
                 name.text for deletions in state.all("deletions") for name in deletions.all("name")
@@ -49,7 +52,7 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
     """
     for plugin in world.all("plugin"):
         warn_of_plugin(plugin, reading)
-    state = _State.read(world.all("state"))
+    state = _State.read(world.all("state"), reading.notes)
     placed = [
         thing
         for part in (world, *state.inserted)

@@ -15,11 +15,11 @@ from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.reading import Notes
 from nrp_core.world.scene.urdf.elements import from_attributes, new, numbers, pose
 from nrp_core.world.scene.urdf.gazebo import apply_block
-from nrp_core.world.scene.urdf.transmissions import transmitted
+from nrp_core.world.scene.urdf.transmissions import controlled, transmitted
 from nrp_core.world.scene.xml_tree import Element
 
 _READ = ("link", "joint", "material", "gazebo")
-_ELSEWHERE = ("ros2_control", "sensor")  # for controllers and drivers, not for the body
+_ELSEWHERE = ("sensor",)  # for drivers, not for the body
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +47,11 @@ class _Robot:
 
     def joint_name(self, joint: Element) -> str:
         """Return the name of a joint; in SDF it must not be that of a link."""
-        name = joint.attribute("name")
-        return f"{name}_joint" if name in self.links else name
+        return self.renamed(joint.attribute("name"))
+
+    def renamed(self, joint: str) -> str:
+        """Return what a joint of a name is called in SDF."""
+        return f"{joint}_joint" if joint in self.links else joint
 
 
 def to_sdf(element: Element, notes: Notes) -> Element:
@@ -66,13 +69,27 @@ def to_sdf(element: Element, notes: Notes) -> Element:
             model.children.append(_joint(child, robot))
         elif child.tag == "transmission":
             model.children += transmitted(child, notes)
+        elif child.tag == "ros2_control":
+            model.children += controlled(child, notes)
         elif child.tag not in _READ:
             known = child.tag in _ELSEWHERE
             reason = "is not read" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"
             notes.warn(child, f"the <{child.tag}> of a <robot> {reason}")
     for block in element.all("gazebo"):
         apply_block(block, model, notes)
+    for plugin in model.all("plugin"):
+        _name_joints(plugin, robot)
     return new("sdf", element, model, version="1.11")
+
+
+def _name_joints(element: Element, robot: _Robot) -> None:
+    """Let what names a joint in a plugin name it as SDF does."""
+    if "joint" in element.tag.lower():
+        element.text = robot.renamed(element.text)
+    if "joint_name" in element.attributes:
+        element.attributes["joint_name"] = robot.renamed(element.attributes["joint_name"])
+    for child in element.children:
+        _name_joints(child, robot)
 
 
 # -- links
@@ -142,7 +159,7 @@ def _joint(joint: Element, robot: _Robot) -> Element:
         joint,
         *(new(end.tag, end, text=end.attribute("link")) for end in ends),
         pose(joint, relative_to=_parent_frame(joint)),
-        _axis(joint),
+        _axis(joint, robot),
         name=robot.joint_name(joint),
         type=joint.attribute("type"),
     )
@@ -153,10 +170,13 @@ def _parent_frame(joint: Element) -> str:
     return MODEL if parent == WORLD else parent
 
 
-def _axis(joint: Element) -> Element:
+def _axis(joint: Element, robot: _Robot) -> Element:
     axis = joint.find("axis") or joint
     parts = [new("xyz", axis, text=numbers(axis, "xyz", "1 0 0"))]
-    for child in joint.all("limit", "dynamics", "mimic"):
+    for mimic in joint.all("mimic"):
+        leader = robot.renamed(mimic.attribute("joint"))
+        parts.append(new("mimic", mimic, *from_attributes(mimic, "multiplier", "offset"), joint=leader))
+    for child in joint.all("limit", "dynamics"):
         values = list(from_attributes(child, "lower", "upper", "effort", "velocity", "damping", "friction"))
         if child.tag == "limit":  # in URDF a limit that is not given is 0
             values += [new(tag, child, text="0") for tag in ("lower", "upper") if tag not in child.attributes]

@@ -24,7 +24,13 @@ _SOLVER = {
     *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor", "dampingFactor"),
     *("disableFixedJointLumping", "preserveFixedJoint"),
 }
-_ROS_CONTROL = "gazebo_ros_control"  # runs what commands transmissions, which need nothing else here
+# run what commands joints, which needs nothing else here
+_ROS_CONTROL = (
+    "gazebo_ros_control",
+    "gazebo_ros2_control",
+    "gz_ros2_control-system",
+    "ign_ros2_control-system",
+)
 
 
 def apply_block(block: Element, model: Element, notes: Notes) -> None:
@@ -39,7 +45,7 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
             return
         target = named[name]
     for child in block.children:
-        control = child.tag == "plugin" and plugin_name(child) == _ROS_CONTROL
+        control = child.tag == "plugin" and plugin_name(child) in _ROS_CONTROL
         if child.tag not in _SOLVER and not control:
             _give(child, target)
 

@@ -75,11 +75,15 @@ class Calls:
         try:
             return call.answer.result(PATIENCE_S)
         except TimeoutError:
+            if not call.answer.cancel():  # it is being answered this moment
+                return call.answer.result()
             raise TopicError(f"{service}: no answer within {PATIENCE_S:g} s; does time pass?") from None
 
     def answer(self) -> None:
-        """Answer all that wait."""
+        """Answer all that wait; what somebody has given up waiting for is not done."""
         while (call := self._next()) is not None:
+            if not call.answer.set_running_or_notify_cancel():
+                continue
             try:
                 call.answer.set_result(self._codec.encode(self._do(call)))
             except NrpError as error:

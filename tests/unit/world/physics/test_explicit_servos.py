@@ -57,6 +57,31 @@ def test_efforts_end_at_their_limit():
     assert efforts.tolist() == [0.5, 0.5]
 
 
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.01, 1e5), st.floats(0.001, 10.0), st.floats(-50.0, 50.0))
+def test_a_joint_brakes_under_load_as_by_backward_euler_however_strong_its_damper_is(damper, inertia, load):
+    servos = ExplicitServos([np.inf], DT, np.array([damper]))
+    v = expected = 0.0
+    for step in range(200):
+        servos.push(np.zeros(1), np.array([v]), np.array([[inertia]]))
+        v += DT * float(servos.braking[0] - load) / inertia
+        implicit = (inertia * expected - DT * load) / (inertia + DT * damper)
+        expected = implicit if step else v  # the load of the first step is not known before
+    assert v == pytest.approx(expected, rel=1e-6, abs=1e-9)
+
+
+def test_a_servo_at_its_limit_drives_a_strong_damper_as_fast_as_it_can():
+    servos = ExplicitServos([2.0], DT, np.array([50.0]))
+    servos.aim(0, JointAim(1e6, 1e3, position=1.0))
+    position, velocity, inertia = np.zeros(1), np.zeros(1), np.array([[0.001]])
+    for _ in range(500):
+        effort = servos.push(position, velocity, inertia)
+        velocity = velocity + DT * np.linalg.solve(inertia, effort + servos.braking)
+        position = position + DT * velocity
+    assert effort.tolist() == [2.0]
+    assert velocity == pytest.approx([2.0 / 50.0])
+
+
 def test_stiff_gains_are_critically_damped():
     gains = stiff_gains(0.3)
     assert gains.d**2 == pytest.approx(4 * gains.p * 0.3)

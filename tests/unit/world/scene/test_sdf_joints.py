@@ -6,7 +6,7 @@ from math import inf, pi, sqrt
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.model import Joint, Model
+from nrp_core.world.scene.model import Joint, Mimic, Model
 
 ModelReader = Callable[..., Model]
 
@@ -142,6 +142,23 @@ def test_what_is_no_simple_joint_is_fixed_with_a_warning(model: ModelReader, kin
     assert any(warning in each for each in read.warnings)
 
 
+@pytest.mark.parametrize(
+    ("kind", "shape", "friction"),
+    [
+        ("ball", "<sphere><radius>0.1</radius></sphere>", 0.0),
+        ("ball", "<box><size>1 1 1</size></box>", 1.0),
+        ("fixed", "<sphere><radius>0.1</radius></sphere>", 1.0),
+    ],
+)
+def test_the_ball_of_a_caster_slides_without_friction(
+    model: ModelReader, kind: str, shape: str, friction: float
+) -> None:
+    collision = f'<collision name="c"><geometry>{shape}</geometry></collision>'
+    links = f'<link name="base"><inertial/></link><link name="arm">{collision}</link>'
+    read = model(f'{links}<joint name="j" type="{kind}"><parent>base</parent><child>arm</child></joint>')
+    assert read.links[1].collisions[0].friction == friction
+
+
 def test_a_gearbox_is_left_out_with_a_warning(model: ModelReader) -> None:
     joints = "".join(
         f'<joint name="{kind}" type="{kind}"><parent>base</parent><child>arm</child></joint>'
@@ -225,14 +242,38 @@ def test_two_joints_of_one_name_are_refused(model: ModelReader) -> None:
     refuse(model, joint + joint, "the name 'j' is taken by the <joint> in line 6", 7)
 
 
-def test_springs_and_dry_friction_are_warned_of(model: ModelReader) -> None:
-    dynamics = "<dynamics><friction>0.1</friction><spring_stiffness>0</spring_stiffness></dynamics>"
+def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(model: ModelReader) -> None:
+    numbers = "<multiplier>2</multiplier><offset>0.5</offset><reference>0.1</reference>"
+    mimic = f'<mimic joint="first">{numbers}</mimic>'
+    text = (
+        LINKS
+        + '<link name="tip"><inertial/></link>'
+        + "".join(
+            f'<joint name="{name}" type="revolute"><parent>{parent}</parent><child>{child}</child>'
+            f"<axis>{more}</axis></joint>"
+            for name, parent, child, more in (("first", "base", "arm", ""), ("second", "arm", "tip", mimic))
+        )
+    )
+    assert model(text).joints[1].mimic == Mimic("first", 2.0, pytest.approx(0.3))
+    with pytest.raises(
+        SceneError, match="the joint 'second' mimics 'fist', which is not there; did you mean"
+    ):
+        model(text.replace('mimic joint="first"', 'mimic joint="fist"'))
+    with pytest.raises(SceneError, match="the joint 'second' mimics itself"):
+        model(text.replace('mimic joint="first"', 'mimic joint="second"'))
+    (warning,) = model(text.replace('"first" type="revolute"', '"first" type="fixed"')).warnings
+    assert "the joint 'second' mimics 'first', which is fixed: it moves freely" in warning
+
+
+def test_springs_are_warned_of(model: ModelReader) -> None:
+    dynamics = "<dynamics><friction>0.1</friction><spring_stiffness>3</spring_stiffness></dynamics>"
     text = (
         f'{LINKS}<joint name="j" type="revolute"><parent>base</parent><child>arm</child>'
         f"<axis>{dynamics}</axis></joint>"
     )
     (warning,) = model(text).warnings
-    assert "robot.sdf:6: <friction> 0.1 of a <dynamics> is not simulated" in warning
+    assert "robot.sdf:6: <spring_stiffness> 3 of a <dynamics> is not simulated" in warning
+    assert model(text).joints[0].friction == 0.1
 
 
 def test_an_oblique_axis_keeps_its_direction(joint: JointReader) -> None:

@@ -146,6 +146,7 @@ def test_the_colour_is_what_glows_else_what_is_lit(
         ("<diffuse>1 0 0 1</diffuse><emissive>0 0 0 1</emissive>", False),
         ("<script><name>Gazebo/BlueGlow</name></script>", True),
         ("<script><name>Gazebo/Blue</name></script>", False),
+        ("<script>Gazebo/BlueGlow</script>", True),
         ("", False),
     ],
 )

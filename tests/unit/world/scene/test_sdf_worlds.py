@@ -107,6 +107,15 @@ def test_a_saved_world_has_its_things_where_they_were_last(world: WorldReader) -
     assert scene.lights[0].pose.position == (0, 0, 2)
 
 
+@pytest.mark.parametrize(("scale", "warned"), [("1 1 1", False), ("1 2 1", True)])
+def test_what_was_scaled_in_a_saved_world_is_warned_of(world: WorldReader, scale: str, warned: bool) -> None:
+    scene = world(
+        f'<model name="ball">{LINK}</model>'
+        f'<state world_name="room"><model name="ball"><scale>{scale}</scale></model></state>'
+    )
+    assert any("the <scale> 1 2 1 of a <model> is not read" in each for each in scene.warnings) is warned
+
+
 # -- includes
 
 

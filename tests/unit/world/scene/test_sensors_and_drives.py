@@ -252,6 +252,18 @@ def test_a_drive_that_cannot_be_is_refused(drive: DriveReader, inside: str, mess
     assert refusal.value.line == line
 
 
+def test_nested_models_that_are_alike_have_topics_of_their_own(model: ModelReader) -> None:
+    camera = '<sensor name="eye" type="camera"><camera/></sensor>'
+    read = model(
+        "".join(
+            f'<model name="{side}"><link name="head"><inertial/>{camera}</link></model>'
+            for side in ("left", "right")
+        )
+    )
+    topics = [sensor.topic for link in read.links for sensor in link.sensors]
+    assert topics == ["/robot/left/head/eye/image", "/robot/right/head/eye/image"]
+
+
 def test_a_drive_of_a_nested_model_keeps_its_wheels(model: ModelReader) -> None:
     plugin = (
         '<plugin name="d" filename="libgazebo_ros_diff_drive.so"><leftJoint>bl_joint</leftJoint>'

@@ -11,7 +11,7 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Inertial, Mesh, Model, Sphere
+from nrp_core.world.scene.model import Box, Capsule, Cylinder, Inertial, Mesh, Mimic, Model, Sphere
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
 
@@ -231,8 +231,8 @@ def test_a_block_about_what_is_not_there_is_ignored_with_a_warning(urdf: UrdfRea
 
 
 def test_what_is_unknown_or_meant_for_others_is_warned_of(urdf: UrdfReader) -> None:
-    other, unknown = urdf(f'<link name="base">{MASS}</link><ros2_control name="t"/><lnk/>').warnings
-    assert "robot.urdf:2: the <ros2_control> of a <robot> is not read" in other
+    other, unknown = urdf(f'<link name="base">{MASS}</link><sensor name="t"/><lnk/>').warnings
+    assert "robot.urdf:2: the <sensor> of a <robot> is not read" in other
     assert "the <lnk> of a <robot> is unknown: ignored; did you mean 'link'?" in unknown
 
 
@@ -279,3 +279,52 @@ def test_a_transmission_lets_a_joint_be_commanded(urdf):
         assert controller.topic == f"/{read.name}/hinge/{topic}"
         assert not read.warnings
     assert "cannot be commanded by 'ImuInterface'" in urdf(arm + transmission("ImuInterface")).warnings[0]
+
+
+def test_an_interface_of_ros2_control_lets_a_joint_be_commanded(urdf):
+    def system(*interfaces: str) -> str:
+        commands = "".join(f'<command_interface name="{name}"/>' for name in interfaces)
+        joint = f'<joint name="hinge">{commands}<state_interface name="position"/></joint>'
+        return f'<ros2_control name="all" type="system"><hardware/>{joint}</ros2_control>'
+
+    arm = (
+        f'<link name="base">{MASS}</link><link name="hand">{MASS}</link>'
+        '<joint name="hinge" type="continuous"><parent link="base"/><child link="hand"/></joint>'
+        '<gazebo><plugin name="control" filename="libgazebo_ros2_control.so"/></gazebo>'
+    )
+    read = urdf(arm + system("position", "effort"))
+    assert [(each.joint, each.kind) for each in read.controllers] == [
+        ("hinge", "position"),
+        ("hinge", "effort"),
+    ]
+    assert not read.warnings
+    assert "joints cannot be commanded by 'impedance'" in urdf(arm + system("impedance")).warnings[0]
+
+
+def test_a_joint_follows_the_one_it_mimics_and_has_dry_friction(urdf):
+    links = "".join(f'<link name="{name}">{MASS}</link>' for name in ("base", "left", "right"))
+    joints = "".join(
+        f'<joint name="{name}" type="continuous"><parent link="base"/><child link="{name}"/>{more}</joint>'
+        for name, more in (
+            ("left", '<dynamics friction="0.2"/>'),
+            ("right", '<mimic joint="left" multiplier="-2" offset="0.1"/>'),
+        )
+    )
+    read = urdf(links + joints)
+    assert [joint.friction for joint in read.joints] == [0.2, 0.0]
+    assert [joint.mimic for joint in read.joints] == [None, Mimic("left_joint", -2.0, 0.1)]
+    assert not read.warnings
+
+
+def test_a_plugin_names_a_joint_that_has_the_name_of_a_link(urdf):
+    wheels = "".join(
+        f'<link name="{name}">{MASS}</link><joint name="{name}" type="continuous"><parent link="base"/>'
+        f'<child link="{name}"/></joint>'
+        for name in ("left", "right")
+    )
+    drive = (
+        '<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so">'
+        "<leftJoint>left</leftJoint><rightJoint>right</rightJoint></plugin></gazebo>"
+    )
+    (read,) = urdf(f'<link name="base">{MASS}</link>{wheels}{drive}').drives
+    assert (read.left, read.right) == (("left_joint",), ("right_joint",))

@@ -55,11 +55,12 @@ class Ros2Node(Node):
         self._queue = queue
         self._types = DdsTypes(self.codec)
         self._domain, self._participant = participate(domain_number(domain))
-        self._mail = Mail(self._participant, self.inbox, self.codec)
         self._writers: dict[str, _Ros2Publisher] = {}
         self._matched: tuple[dict[str, int], float] = ({}, time.monotonic())
         self._joined_s = time.monotonic()
         self._presence = announce(name, self._participant, self.codec, self._types)
+        # its thread starts when all else is there
+        self._mail = Mail(self._participant, self.inbox, self.codec)
 
     # -- topics
 

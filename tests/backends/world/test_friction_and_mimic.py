@@ -1,0 +1,101 @@
+"""Dry friction in joints, and joints that follow others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Mimic, Model, Scene
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.sensing import ForceTorque
+
+MASS = 2.0
+MOMENTS = (1e-4, 1e-4, 1e-4, 0.0, 0.0, 0.0)
+
+
+def sliding(parts, friction, pull):
+    """Return a mass on a rail along x, which is pulled along it."""
+    model = parts.hanging("prismatic", (1, 0, 0), com=(0, 0, 0))
+    joints = tuple(replace(joint, friction=friction) for joint in model.joints)
+    return Scene((replace(model, joints=joints),), gravity=(pull / MASS, 0.0, 0.0))
+
+
+def gripper(*followers: Mimic) -> Model:
+    """Return a hand in the air whose first finger takes commands; the others follow."""
+    finger = Inertial(0.05, inertia=MOMENTS)
+    names = ["thumb", *(f"finger_{number}" for number in range(len(followers)))]
+    links = [Link("palm", inertial=Inertial(1.0, inertia=(0.01,) * 3 + (0.0,) * 3))]
+    links += [Link(name, Pose((0.0, 0.1 * n, 0.0)), inertial=finger) for n, name in enumerate(names)]
+    joints = [Joint("mount", "fixed", "world", "palm")]
+    joints += [
+        Joint(f"{name}_joint", "prismatic", "palm", name, links[n + 1].pose, (1.0, 0.0, 0.0), mimic=mimic)
+        for n, (name, mimic) in enumerate(zip(names, (None, *followers), strict=True))
+    ]
+    control = JointController("thumb_joint", "position", "/hand/thumb", gains=None)
+    topic = "/hand/joint_states"
+    return Model("hand", tuple(links), tuple(joints), controllers=(control,), joint_states_topic=topic)
+
+
+def test_friction_holds_a_joint_until_it_is_pulled_harder(open_world, parts, advance):
+    held, moved = (open_world(sliding(parts, 5.0, pull)) for pull in (4.5, 7.0))
+    for world in (held, moved):
+        advance(world, 2.0)
+    assert held.joint_states("hanging").positions == pytest.approx([0.0], abs=2e-3)
+    states = moved.joint_states("hanging")
+    assert states.velocities == pytest.approx([(7.0 - 5.0) / MASS * 2.0], rel=5e-3)
+    assert states.efforts == pytest.approx([0.0])  # what a motor does, and there is none
+
+
+def test_a_load_cell_feels_what_friction_holds(open_world, parts, advance):
+    model = parts.hanging("revolute", (0, 1, 0), com=(0.5, 0, 0))
+    joints = tuple(replace(joint, friction=20.0) for joint in model.joints)
+    bob = replace(model.links[0], sensors=(ForceTorque("cell", "/cell", 50.0, "joint"),))
+    world = open_world(replace(model, links=(bob,), joints=joints))
+    advance(world, 0.5)
+    load = world.joint_wrench("hanging", "joint")
+    assert load.force == pytest.approx((0.0, 0.0, -MASS * 9.8), abs=0.02)
+    assert load.torque == pytest.approx((0.0, MASS * 9.8 * 0.5, 0.0), abs=0.02)
+
+
+def test_joints_follow_the_one_they_mimic(open_world, advance):
+    world = open_world(gripper(Mimic("thumb_joint"), Mimic("thumb_joint", -2.0, 0.01)))
+    world.advertise("/hand/thumb").publish(Float64(0.03))
+    advance(world, 2.0)
+    assert world.joint_states("hand").positions == pytest.approx([0.03, 0.03, -0.05], abs=2e-4)
+
+
+def test_what_a_follower_meets_is_felt_by_its_leader(open_world, parts, advance):
+    hand = gripper(Mimic("thumb_joint"))
+    finger = replace(hand.links[2], collisions=(Collision("tip", Box((0.02, 0.02, 0.02))),))
+    wall = parts.thing("wall", Box((0.1, 0.5, 0.5)), Pose((0.075, 0.1, 0.0)))  # 15 mm from the tip
+    world = open_world(replace(hand, links=(*hand.links[:2], finger)), wall)
+    world.advertise("/hand/thumb").publish(Float64(0.1))
+    advance(world, 1.0)
+    assert world.joint_states("hand").positions == pytest.approx([0.015, 0.015], abs=2e-3)
+
+
+def test_a_snapshot_goes_on_bit_for_bit_with_followers_and_friction(open_world, advance):
+    hand = gripper(Mimic("thumb_joint", 0.5))
+    joints = tuple(replace(joint, friction=0.01) for joint in hand.joints)
+    world = open_world(replace(hand, joints=joints))
+    world.advertise("/hand/thumb").publish(Float64(0.04))
+    advance(world, 0.05)
+    kept = world.snapshot()
+    ends = []
+    for _ in range(2):
+        advance(world, 0.1)
+        ends.append(world.joint_states("hand"))
+        world.restore(kept)
+    assert np.array_equal(ends[0].positions, ends[1].positions)
+    assert np.array_equal(ends[0].velocities, ends[1].velocities)
+    assert np.array_equal(ends[0].efforts, ends[1].efforts)
+
+
+def test_the_leader_of_a_joint_must_be_there(open_world):
+    with pytest.raises(SceneError, match="names the joint 'thum_joint', which is not there; did you mean"):
+        open_world(gripper(Mimic("thum_joint")))
