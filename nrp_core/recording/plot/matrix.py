@@ -6,11 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patheffects import withStroke
 
 from nrp_core.brain.network import FloatArray
 from nrp_core.recording.plot.story import Series
-from nrp_core.recording.plot.style import PAPER
 from nrp_core.recording.plot.traces import draw_series, short_labels
 
 _MOST_CURVES = 4
@@ -19,7 +17,7 @@ _ROW = 0.13
 _COLUMNS = 1200
 _MOST_LABELS = 24
 """More rows than this are too low for a label each."""
-_LONGEST_LABEL = 40
+_LONGEST_LABEL = 20
 
 
 def height_of(series: Sequence[Series], least: float) -> float:
@@ -44,12 +42,9 @@ def draw_matrix(axes: Axes, series: Sequence[Series], end_s: float) -> None:
     )  # fmt: skip
     every = -(-len(series) // _MOST_LABELS)
     labels = short_labels(series, _LONGEST_LABEL)[::every]
-    for row, label in enumerate(labels):
-        axes.text(
-            0.004, row * every + 0.5, label, transform=axes.get_yaxis_transform(), va="center_baseline",
-            fontsize=_points(axes, labels), path_effects=[withStroke(linewidth=1.6, foreground=PAPER)],
-        )  # fmt: skip
-    axes.set_yticks([])
+    rows = np.arange(len(labels)) * every + 0.5
+    axes.set_yticks(rows, labels, fontsize=_points(axes, labels))
+    axes.tick_params(axis="y", length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
     scale = f"from {low:.3g} (dark) to {high:.3g} (bright)"
@@ -65,4 +60,4 @@ def sampled(one: Series, end_s: float) -> FloatArray:
 
 def _points(axes: Axes, labels: Sequence[str]) -> float:
     height_pt = axes.bbox.height * 72 / axes.figure.dpi
-    return float(np.clip(0.9 * height_pt / max(len(labels), 1), 4.0, 8.0))
+    return float(np.clip(0.9 * height_pt / max(len(labels), 1), 4.0, 7.0))

@@ -29,6 +29,8 @@ SIZE_INCHES = (12.8, 8.0)
 DPI = 150
 PICTURES = 8
 _LEFT, _RIGHT = 0.045, 0.985
+_NAMES = 0.055
+"""Room for the names of rows beside the traces."""
 
 
 def draw_page(story: Story, pictures: Sequence[Picture]) -> Figure:
@@ -38,8 +40,8 @@ def draw_page(story: Story, pictures: Sequence[Picture]) -> Figure:
     bottom = 0.262 if pictures else 0.075
     has_room = bool(story.markers or story.tracks)
     grid = figure.add_gridspec(
-        1, 2 if has_room else 1, left=_LEFT, right=_RIGHT, bottom=bottom, top=0.865,
-        width_ratios=(1.0, 1.3) if has_room else (1.0,), wspace=0.17,
+        1, 2 if has_room else 1, left=_LEFT if has_room else _LEFT + _NAMES, right=_RIGHT, bottom=bottom,
+        top=0.865, width_ratios=(1.0, 1.3) if has_room else (1.0,), wspace=0.22,
     )  # fmt: skip
     coloured = story.coloured()
     if has_room:

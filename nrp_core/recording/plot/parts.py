@@ -16,7 +16,8 @@ from nrp_core.recording.plot.traces import by_unit, draw_raster, moving, shade
 from nrp_core.recording.read import Recording
 
 _WIDE = (12.0, 5.0)
-_SQUARE = (8.0, 8.0)
+_ROOM, _ROOM_EDGE = 8.0, 0.8
+"""Longer side of the room, and what title and axes take beside it."""
 _PICTURES, _COLUMNS = 12, 4
 
 
@@ -56,8 +57,11 @@ def _raster(story: Story) -> Figure | None:
 def _trajectory(story: Story) -> Figure | None:
     if not story.tracks:
         return None
-    figure = Figure(figsize=_SQUARE, dpi=DPI, layout="constrained")
-    draw_room(figure.add_subplot(title="Room from above"), story, story.coloured())
+    figure = Figure(figsize=(_ROOM, _ROOM), dpi=DPI, layout="constrained")
+    axes = figure.add_subplot(title="Room from above")
+    draw_room(axes, story, story.coloured())
+    sides = np.array([np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())])
+    figure.set_size_inches(_ROOM * np.maximum(sides / sides.max(), 0.3) + _ROOM_EDGE)
     return figure
 
 

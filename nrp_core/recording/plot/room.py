@@ -10,11 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
-from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
 from matplotlib.ticker import MaxNLocator
 
 from nrp_core.brain.network import FloatArray
 from nrp_core.recording.layout import WORLD_FRAME
+from nrp_core.recording.plot.labels import keep_apart, label, label_ends
 from nrp_core.recording.plot.story import Coloured, Rgb, Story, Track
 from nrp_core.recording.plot.style import FAINT, time_colours
 from nrp_core.world.messages.visualization_msgs import CYLINDER, SPHERE, Marker
@@ -25,8 +26,6 @@ _OVERHEAD_M = 2.2
 _FLAT_M = 0.06
 """What does not rise above this is ground."""
 _MARGIN_M = 0.35
-_LABEL_APART_M = 0.6
-_HALO = [withStroke(linewidth=2.5, foreground="white", alpha=0.8)]
 
 
 @dataclass(frozen=True)
@@ -75,15 +74,19 @@ def draw_room(axes: Axes, story: Story, coloured: Iterable[Coloured]) -> None:
     fixed = [p for p in prints if p.marker.header.frame_id == WORLD_FRAME and not p.is_overhead]
     for piece in sorted(fixed, key=lambda p: p.top):
         _draw_piece(axes, piece)
-    _draw_coloured(axes, fixed, list(coloured), story)
+    labels = _draw_coloured(axes, fixed, list(coloured), story)
     standing = [piece.outline for piece in fixed if not piece.is_ground]
+    reaches = {}
     for name, track in story.tracks.items():
         _draw_track(axes, track, story.end_s)
         body = [p for p in prints if p.marker.header.frame_id == name]
         for index in (0, -1):
             standing += _draw_robot(axes, body, track, index, story.end_s)
-        _label_ends(axes, name, track)
+        reaches[name] = max((float(np.hypot(*p.outline.T).max()) for p in body), default=0.0)
     _set_limits(axes, standing, story.tracks.values())
+    for name, track in story.tracks.items():
+        labels += label_ends(axes, name, track, reaches[name])
+    keep_apart(axes, labels)
 
 
 def _draw_piece(axes: Axes, piece: Footprint) -> None:
@@ -98,8 +101,11 @@ def _pale(rgb: Rgb, white: float) -> Rgb:
     return r, g, b
 
 
-def _draw_coloured(axes: Axes, fixed: list[Footprint], coloured: list[Coloured], story: Story) -> None:
-    """Draw what changed its colour as a bold bar, with its name and when that was."""
+def _draw_coloured(
+    axes: Axes, fixed: list[Footprint], coloured: list[Coloured], story: Story
+) -> list[Annotation]:
+    """Draw what changed its colour as a bold bar; return its names and when that was."""
+    labels = []
     inside = _middle(story.tracks.values())
     for piece in fixed:
         intervals = [interval for interval in coloured if interval.visual == piece.marker.ns]
@@ -113,27 +119,14 @@ def _draw_coloured(axes: Axes, fixed: list[Footprint], coloured: list[Coloured],
         centre, normal = np.array([xs.mean(), ys.mean()]), np.array([-along[1], along[0]])
         outwards = normal if normal @ (centre - inside) >= 0 else -normal
         angle = (np.degrees(np.arctan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
-        _label(axes, text, centre, outwards, distance=11, angle=float(angle))
+        labels.append(label(axes, text, centre, outwards, distance=11, angle=float(angle)))
+    return labels
 
 
 def _middle(tracks: Iterable[Track]) -> FloatArray:
     """Return the middle of where the robots were."""
     points = [np.column_stack([track.xs, track.ys]).mean(axis=0) for track in tracks]
     return np.mean(points, axis=0) if points else np.zeros(2)
-
-
-def _label(
-    axes: Axes, text: str, place: FloatArray, away: FloatArray, *, distance: float, angle: float = 0.0
-) -> None:
-    """Write a text beside a place, so many points away from it in a direction."""
-    length = float(np.hypot(*away))
-    offset = away / length * distance if length else np.array([0.0, distance])
-    flat = angle == 0.0 and abs(offset[0]) > abs(offset[1])
-    axes.annotate(
-        text, (place[0], place[1]), (offset[0], offset[1]), textcoords="offset points", fontsize=8,
-        ha=("left" if offset[0] > 0 else "right") if flat else "center", va="center", rotation=angle,
-        rotation_mode="anchor", path_effects=_HALO, zorder=9,
-    )  # fmt: skip
 
 
 def _longest_axis(outline: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -175,18 +168,6 @@ def _draw_robot(
     return outlines
 
 
-def _label_ends(axes: Axes, name: str, track: Track) -> None:
-    """Write when the robot was where it started and where it ended; once, where that is one place."""
-    start, end = (np.array([track.xs[i], track.ys[i]]) for i in (0, -1))
-    texts = [(start, f"{name} {track.times_s[0]:g} s"), (end, f"{track.times_s[-1]:.3g} s")]
-    if np.hypot(*(start - end)) < _LABEL_APART_M:
-        texts = [(end, f"{texts[0][1]} and {texts[1][1]}")]
-    for place, text in texts:
-        # across the way to the other end, on the side that is on the right
-        across = np.array([-(end - start)[1], (end - start)[0]])
-        _label(axes, text, place, across if across[0] >= 0 else -across, distance=26)
-
-
 def _set_limits(axes: Axes, standing: Iterable[FloatArray], tracks: Iterable[Track]) -> None:
     corners = [*standing, *(np.column_stack([track.xs, track.ys]) for track in tracks)]
     points = np.concatenate(corners) if corners else np.array([[-1.0, -1.0], [1.0, 1.0]])
@@ -196,5 +177,5 @@ def _set_limits(axes: Axes, standing: Iterable[FloatArray], tracks: Iterable[Tra
         axis.set_major_locator(
             MaxNLocator("auto", steps=[1, 2, 5, 10])
         )  # short numbers, for the margin is narrow
-    axes.yaxis.labelpad = 1
+    axes.yaxis.labelpad = 3
     axes.tick_params(color=FAINT)

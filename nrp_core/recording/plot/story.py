@@ -170,7 +170,7 @@ class Story:
 
 
 def _label(topic: Topic, path: str) -> str:
-    return topic.name if path == "data" else f"{topic.name.rsplit('/', 1)[-1]}.{path}"
+    return topic.name if path == "data" else f"{topic.name}.{path}"
 
 
 def numbers_in(message: Any, path: str = "") -> Iterator[tuple[str, float]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
@@ -156,7 +155,7 @@ def draw_series(axes: Axes, series: Sequence[Series], end_s: float) -> None:
             label=label,
         )  # fmt: skip
     axes.grid(axis="y")
-    if len(series) == 1 and labels == [axes.get_title(loc="left")]:
+    if len(series) == 1 and series[0].label == axes.get_title(loc="left"):
         return
     axes.legend(
         loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, ncols=len(series), handlelength=1.1,
@@ -165,8 +164,29 @@ def draw_series(axes: Axes, series: Sequence[Series], end_s: float) -> None:
 
 
 def short_labels(series: Sequence[Series], longest: int = _LONGEST_LABEL) -> list[str]:
-    """Return labels without the path that all of them share, and none longer than fits."""
-    parts = [re.split(r"(?<=[/.])", one.label) for one in series]
-    shared = sum(1 for _ in takewhile(lambda column: len(set(column)) == 1, zip(*parts, strict=False)))
-    labels = ["".join(words[shared if len(parts) > 1 else 0 :]) for words in parts]
+    """Return labels without what all of them share, and none longer than fits.
+
+    What they end with is left out where the title of the axes says it (of values without a unit), or where
+    there is no room.
+    """
+    labels = [one.label for one in series]
+    if len(labels) == 1:
+        labels = [label.rsplit("/", 1)[-1] if label.startswith("/") else label for label in labels]
+    for borders, is_tight in (("/.", False), ("/._", True)):
+        labels = _without_start(labels, borders)
+        if series and (is_tight or not series[0].unit):
+            labels = [label[::-1] for label in _without_start([label[::-1] for label in labels], borders)]
+        if all(len(label) <= longest for label in labels):
+            break
     return [label if len(label) <= longest else f"…{label[1 - longest :]}" for label in labels]
+
+
+def _without_start(labels: list[str], borders: str) -> list[str]:
+    """Return labels without what all begin with, up to a border; a number keeps the word before it."""
+    if len(set(labels)) < 2:
+        return labels
+    shared = [column[0] for column in takewhile(lambda c: len(set(c)) == 1, zip(*labels, strict=False))]
+    cuts = [i + 1 for i, letter in enumerate(shared) if letter in borders]
+    if cuts and all(label[cuts[-1] :].isdigit() for label in labels):
+        cuts.pop()
+    return [label[cuts[-1] :] for label in labels] if cuts else labels

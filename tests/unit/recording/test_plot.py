@@ -1,22 +1,25 @@
 """The figure, and the story it is drawn from."""
 
 import json
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from nrp_core.errors import ExperimentError
-from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Pictures
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Pictures, Role
 from nrp_core.recording.plot import check_target, plot
+from nrp_core.recording.plot.labels import keep_apart
 from nrp_core.recording.plot.page import draw_page
 from nrp_core.recording.plot.room import footprint
 from nrp_core.recording.plot.story import Coloured, Series, Story, moments, numbers_in, pictures
 from nrp_core.recording.plot.style import style
-from nrp_core.recording.plot.traces import groups, short_labels
-from nrp_core.recording.read import Recording
+from nrp_core.recording.plot.traces import by_unit, groups, moving, short_labels
+from nrp_core.recording.read import Recorded, Recording, Topic
 from nrp_core.recording.scenery import markers
 from nrp_core.recording.writer import McapFile
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -145,6 +148,40 @@ def test_labels_lose_what_they_share() -> None:
     assert short_labels(series) == ["left_wheel", "right_wheel"]
     assert short_labels(series[:1]) == ["drive/left_wheel"]
     assert short_labels([Series("x" * 100, "")])[0].startswith("…x")
+    pulls = [Series(f"turn/pulls/{i}", "Hz") for i in range(3)]
+    assert short_labels(pulls) == ["pulls/0", "pulls/1", "pulls/2"]
+    joints = [Series(f"/walker/{side}_knee/cmd_pos", "") for side in ("left", "right")]
+    assert short_labels(joints) == ["left_knee", "right_knee"]
+    assert short_labels(joints[:1]) == ["cmd_pos"]
+    legs = [Series(f"move_{leg}/lifting", "Hz") for leg in ("left", "right")]
+    assert short_labels(legs) == ["move_left/lifting", "move_right/lifting"]
+    assert short_labels(legs, 15) == ["left", "right"]
+    legs.append(Series("move_left/forward", "Hz"))
+    assert short_labels(legs, 15) == ["left/lifting", "right/lifting", "left/forward"]
+
+
+def test_values_of_two_robots_are_told_apart() -> None:
+    names = [f"/{robot}/cmd_vel" for robot in ("red", "blue")]
+    story = Story({})
+    for name in names:
+        topic = Topic(name, "geometry_msgs/msg/Twist", "", {"role": Role.PUBLISHED.value})
+        story._take(topic, Recorded(name, 0, Twist(Vector3(1.0))))
+    assert short_labels(by_unit(moving(story.commands))["m/s"]) == [
+        "red/cmd_vel.linear.x", "blue/cmd_vel.linear.x",
+    ]  # fmt: skip
+
+
+def test_names_on_the_map_stay_in_it_and_cover_no_other() -> None:
+    figure = Figure(figsize=(4.0, 4.0))
+    axes = figure.add_subplot(xlim=(0, 1), ylim=(0, 1), aspect="equal")
+    labels = [
+        axes.annotate(f"robot {x}", (x, 0.5), (0, 9), textcoords="offset points", ha="center")
+        for x in (0.0, 0.1, 0.15, 1.0)
+    ]
+    keep_apart(axes, labels)
+    frame, boxes = axes.get_window_extent(), [label.get_window_extent() for label in labels]
+    assert all(box.x0 >= frame.x0 - 1 and box.x1 <= frame.x1 + 1 for box in boxes)
+    assert not any(a.shrunk(0.9, 0.9).overlaps(b) for a, b in combinations(boxes, 2))
 
 
 def test_many_devices_are_rows_of_colours_and_no_name_leaves_the_figure() -> None:
