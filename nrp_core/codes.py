@@ -310,6 +310,21 @@ class Code(Enum):
         "The function never returns, and the run waits for it until its time limit ends it.",
         "Leave the loop with `break` or `return`; what takes time goes over many steps.",
     )
+    NRP252 = _E(
+        "An item is taken of what has none, or not so many.",
+        "The function raises TypeError or IndexError when it comes to that line.",
+        "A number, a message and a single device have no items; those of a device group begin at 0.",
+    )
+    NRP253 = _E(
+        "A parameter is given another value, and then used as if it were still what it stood for.",
+        "Assigning to the name changes neither a variable nor a device; the name is only something else.",
+        "Set what it has: `kept.value = ...`, `eye.rate = ...`, or take another name.",
+    )
+    NRP254 = _E(
+        "A row that does not fit the headers of its file.",
+        "Cells stand below headers that are not theirs.",
+        "Record one value for each header; headers are a list of texts.",
+    )
 
     @property
     def summary(self) -> str:

@@ -6,6 +6,7 @@ stand in an attribute or in an element, as XMI writes it. Only what cannot be un
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +50,18 @@ def model_of(root: Element) -> Bibi:
         root = found[0]
     if _local(root.tag) not in _ROOTS:
         raise root.error(f"a BIBI document begins with <bibi>, not <{root.tag}>")
-    model: Bibi = _Reading(root, Bibi).node()
+    model: Bibi = _Reading(_with_properties(root), Bibi).node()
     return model
+
+
+def _with_properties(element: Element) -> Element:
+    """Return an element in which ``name="device.voltage"`` of references are a name and a property."""
+    given = dict(element.attributes)
+    name, dot, path = given.get("name", "").partition(".")
+    is_reference = any(_says_type(one) and _local(text) == "ArgumentReference" for one, text in given.items())
+    if dot and is_reference and "property" not in given:
+        given |= {"name": name, "property": path}
+    return replace(element, attributes=given, children=[_with_properties(one) for one in element.children])
 
 
 class _Reading:

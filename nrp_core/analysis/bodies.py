@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 
-from nrp_core.analysis.events import Add, Compute, Event, Return, Write
+from nrp_core.analysis.events import Add, Compute, Event, Index, Rename, Return, Write
 from nrp_core.analysis.expressions import Expressions, with_hidden
 from nrp_core.analysis.shapes import UNKNOWN, Shape, attribute, item_of, joined
 
@@ -80,6 +80,8 @@ class Body(Expressions):
                 found: Shape = self._row(node.value.elts, list)
             else:
                 found = self.shape(node.value)
+            if isinstance(target, ast.Name) and not _is_part_of(node.value, target.id):
+                self.saw(Rename(target, self.names.get(target.id, UNKNOWN)))
             self.bind(target, found)
 
     def _do_annassign(self, node: ast.AnnAssign) -> None:
@@ -109,6 +111,7 @@ class Body(Expressions):
 
     def _do_for(self, node: ast.For | ast.AsyncFor) -> None:
         items = self.shape(node.iter)
+        self.saw(Index(node.iter, items, None))
         self._loop(node, lambda: self.bind(node.target, item_of(items)))
 
     _do_asyncfor = _do_for
@@ -174,6 +177,13 @@ class Body(Expressions):
 
     def _do_classdef(self, node: ast.ClassDef) -> None:
         self.names[node.name] = UNKNOWN
+
+
+def _is_part_of(value: ast.expr, name: str) -> bool:
+    """Whether an expression is what a name stands for, or something in it: ``camera.value``."""
+    while isinstance(value, (ast.Attribute, ast.Subscript)):
+        value = value.value
+    return isinstance(value, ast.Name) and value.id == name
 
 
 def _loaded(target: ast.expr) -> ast.expr:

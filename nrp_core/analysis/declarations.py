@@ -3,36 +3,35 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator
+from inspect import signature
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from nrp_core.analysis.bodies import assigned
 from nrp_core.analysis.declared import Declared, Function, Unread, found_in, stub_of
-from nrp_core.analysis.evaluation import Evaluation
-from nrp_core.analysis.events import Call, Event, Read, missing_name
+from nrp_core.analysis.evaluation import FAILURES
+from nrp_core.analysis.events import Call, Event, Index, Read, missing_name
 from nrp_core.analysis.imports import Imports
-from nrp_core.analysis.shapes import UNKNOWN, Known, Shape
+from nrp_core.analysis.shapes import UNKNOWN, Known, Names, Shape
+from nrp_core.analysis.statements import Statements, Written, changed_in
 from nrp_core.dsl.binding import Mapping
 from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
 from nrp_core.dsl.function import TIME, TransferFunction
 from nrp_core.dsl.kinds import DeviceKind
-from nrp_core.dsl.listing import Listing
+from nrp_core.dsl.listing import Listing, Source
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, MapVariable
+from nrp_core.dsl.selectors import Selector
 from nrp_core.dsl.topics import PreprocessedTopic
-from nrp_core.errors import CapabilityError, ExperimentError, NrpError, TopicError
+from nrp_core.errors import CapabilityError, ExperimentError, TopicError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
 _FUNCTION_DECORATORS = (Neuron2Robot, Robot2Neuron)
-_FAILURES = (
-    NrpError, TypeError, ValueError, LookupError, AttributeError, ArithmeticError, RecursionError,
-)  # fmt: skip
-"""What our own constructors raise when they are given what cannot be."""
 _NO_TOPIC = (MapSpikeSink, MapSpikeSource, MapVariable)
 
 
-class Declarations(Evaluation):
+class Declarations(Statements):
     """Reads a listing.
 
     Args:
@@ -41,6 +40,7 @@ class Declarations(Evaluation):
     Attributes:
         functions: the transfer functions that it declares.
         findings: what is wrong with their declarations.
+        slices: where neurons are chosen by a slice, of which ones, and the slice.
         is_complete: whether there are none that it cannot read.
     """
 
@@ -48,50 +48,60 @@ class Declarations(Evaluation):
         framework = listing.names.get("nrp")
         ours = [value for value in vars(framework).values() if callable(value)] if framework else []
         ours += [listing.names[name] for name in ("Topic",) if name in listing.names]
-        super().__init__({name: Known(value) for name, value in listing.names.items()}, ours, Path())
+        changed = {name for source in listing.sources for name in changed_in(source.tree)}
+        super().__init__({name: Known(value) for name, value in listing.names.items()}, ours, Path(), changed)
         self.functions: list[Declared] = []
         self.findings: list[Finding] = []
+        self.slices: list[tuple[Source, ast.expr, Selector, slice]] = []
         self.is_complete = True
         self._is_wrong = False
         self._is_read = True
         self._imports = Imports(listing)
         for self._source in listing.sources:
             self.path = self._source.path
-            for statement in self._source.tree.body:
-                self._statement(statement)
-        hidden = [name for source in listing.sources for name in _changed(source.tree)]
+            self.follow_file(self._source.tree.body)
+        for self._source in listing.sources:
+            within = set(map(id, ast.walk(self._source.tree)))
+            for written in self.written:
+                if id(written.node) in within and not written.is_followed:
+                    self._note_declared(written.node)
+        self.findings += (Finding.of(error, Code.NRP218) for error in self._imports.neighbours.errors)
         for function in self.functions:
-            function.names = {**self.names, **dict.fromkeys(hidden, UNKNOWN)}
+            function.names = {**self.names, **dict.fromkeys(changed, UNKNOWN), **function.names}
+
+    @property
+    def neighbours(self) -> list[Source]:
+        """The modules beside its files that they import."""
+        return list(self._imports.neighbours.sources.values())
 
     # -- statements of the file
 
-    def _statement(self, node: ast.stmt) -> None:
+    def statement(self, node: ast.stmt) -> None:
         match node:
             case ast.Import() | ast.ImportFrom():
                 self._import(node)
-            case ast.FunctionDef() | ast.AsyncFunctionDef():
-                made = self._function(node) if node.decorator_list else None
+            case ast.FunctionDef(decorator_list=[_, *_]) | ast.AsyncFunctionDef(decorator_list=[_, *_]):
+                made = self._function(node)
                 self.names[node.name] = UNKNOWN if made is None else Known(made.function)
                 self.functions += [] if made is None else [made]
-            case ast.Assign(targets=targets, value=value):
-                found = self._quietly(value)
-                for target in targets:
-                    self.bind(target, found)
-            case ast.AnnAssign(target=target, value=ast.expr() as value):
-                self.bind(target, self._quietly(value))
-            case ast.ClassDef(name=name):
-                self.names[name] = UNKNOWN
             case _:
-                self._skip(node)
+                super().statement(node)
 
     def bind(self, target: ast.expr, shape: Shape) -> None:
         match target, shape:
-            case ast.Attribute(value, ("priority" | "active") as name), Known(given):
-                owner = self.shape(value)
-                if isinstance(owner, Known) and isinstance(owner.value, TransferFunction):
-                    setattr(owner.value, name, given)
+            case ast.Attribute(value, ("priority" | "active" | "name") as name), _:
+                self._settle(self.shape(value), name, shape)
             case _:
                 super().bind(target, shape)
+
+    def _settle(self, owner: Shape, name: str, shape: Shape) -> None:
+        """Set what a statement sets of a transfer function."""
+        made = owner.value if isinstance(owner, Known) else None
+        if isinstance(made, TransferFunction) and isinstance(shape, Known):
+            setattr(made, name, shape.value)
+        for declared in self.functions:
+            if name == "name" and declared.function is made and not isinstance(shape, Known):
+                declared.is_read = False
 
     def _import(self, node: ast.Import | ast.ImportFrom) -> None:
         for imported in self._imports.of(node, self.path):
@@ -99,27 +109,24 @@ class Declarations(Evaluation):
             if imported.wrong:
                 self.findings.append(found_in(self._source, Code.NRP218, node, imported.wrong))
 
-    def _skip(self, node: ast.stmt) -> None:
-        """Pass over a statement whose effect is known only when it is executed."""
+    def skip(self, node: ast.stmt) -> None:
+        self._note_declared(node)
+        super().skip(node)
+
+    def _note_declared(self, node: ast.AST) -> None:
+        """Note the transfer functions that are declared in something that is not followed."""
         for one in ast.walk(node):
-            if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef)):
-                self.names[one.name] = UNKNOWN
-                if any(self._is_declaration(decorator) for decorator in one.decorator_list):
-                    self._note(one, f"'{one.name}' is declared only when the file is executed")
-            if isinstance(one, (ast.Import, ast.ImportFrom)):
-                names = [alias.asname or alias.name.partition(".")[0] for alias in one.names]
-                self.names.update(dict.fromkeys(names, UNKNOWN))
-        self.names.update(dict.fromkeys(assigned([node]), UNKNOWN))
+            called = self.names.get(one.id) if isinstance(one, ast.Name) else None
+            if isinstance(called, Known) and isinstance(called.value, Written):
+                called.value.is_lost = True
+            if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef)) and any(
+                map(self._is_declaration, one.decorator_list)
+            ):
+                self._note(one, f"'{one.name}' is declared only when the file is executed")
 
     def _is_declaration(self, decorator: ast.expr) -> bool:
-        found = self._quietly(decorator.func if isinstance(decorator, ast.Call) else decorator)
+        found = self.quietly(decorator.func if isinstance(decorator, ast.Call) else decorator)
         return isinstance(found, Known) and self.is_ours(found.value)
-
-    def _quietly(self, node: ast.expr) -> Shape:
-        try:
-            return self.shape(node)
-        except _FAILURES:
-            return UNKNOWN
 
     def _note(self, node: ast.AST, message: str) -> None:
         self.is_complete = False
@@ -143,7 +150,7 @@ class Declarations(Evaluation):
             self.findings.append(found_in(self._source, Code.NRP221, first, message))
             self.is_complete = False
             return None
-        declared = Declared(stub_of(node, self.path), node, self._source, {}, {})
+        declared = Declared(stub_of(node, self.path), node, self._source, self.local, {})
         declared.is_read = self._is_read and len(made) == len(decorators)
         for one, value in reversed(made):
             if not self._apply(declared, one, value):
@@ -155,7 +162,9 @@ class Declarations(Evaluation):
 
     def saw(self, event: Event) -> None:
         match event:
-            case Read(node, Known(ModuleType()), _, False):
+            case Index(node, Known(value), Known(slice() as index)) if isinstance(value, Selector):
+                self.slices.append((self._source, node, value, index))
+            case Read(node, Known(ModuleType()) | Names(), _, False):
                 self._is_wrong = True
                 self.findings.append(found_in(self._source, Code.NRP241, node, missing_name(event)))
 
@@ -170,9 +179,9 @@ class Declarations(Evaluation):
         except CapabilityError as error:
             self.findings.append(found_in(self._source, Code.NRP216, node, str(error)))
             return self._substitute_of(node)
-        except _FAILURES as error:
-            message = str(error).replace("__init__()", "it")
-            self.findings.append(found_in(self._source, Code.NRP240, node, f"this cannot be: {message}"))
+        except FAILURES as error:
+            message = self._failure(node, error)
+            self.findings.append(found_in(self._source, Code.NRP240, node, message))
             return self._substitute_of(node)
         value = found.value if isinstance(found, Known) else None
         if isinstance(value, (Mapping, *_FUNCTION_DECORATORS)):
@@ -183,16 +192,27 @@ class Declarations(Evaluation):
             return value()
         return None
 
+    def _failure(self, node: ast.expr, error: Exception) -> str:
+        """Return what to say of a decorator that Python does not take."""
+        called = re.fullmatch(r"[\w.]*__init__\(\) (.*)", str(error))
+        if called is None or not isinstance(node, ast.Call):
+            return f"this cannot be: {error}"
+        kind = self.quietly(node.func)
+        valid = list(signature(kind.value).parameters) if isinstance(kind, Known) else []
+        unknown = re.search(r"unexpected keyword argument '(\w+)'", str(error))
+        hint = did_you_mean(unknown[1], valid) if unknown else f"; it takes {', '.join(valid)}"
+        return f"{ast.unparse(node.func)} {called[1]}{hint}"
+
     def _substitute_of(self, node: ast.expr) -> Any:
         """Return what takes the place of a decorator that was refused, so that the rest is still checked."""
         if not isinstance(node, ast.Call):
             return None
-        callee = self._quietly(node.func)
+        callee = self.quietly(node.func)
         kind = callee.value if isinstance(callee, Known) else None
         if isinstance(kind, type) and issubclass(kind, _FUNCTION_DECORATORS):
             return self._plain(kind)
         first = node.args[0] if node.args else next((k.value for k in node.keywords if k.arg == "key"), None)
-        name = self._quietly(first) if first is not None else UNKNOWN
+        name = self.quietly(first) if first is not None else UNKNOWN
         if isinstance(name, Known) and isinstance(name.value, str):
             return self.at(node, Unread, name.value)
         return None
@@ -241,8 +261,8 @@ class Declarations(Evaluation):
         """Return what kind of mistake there is in a mapping to a device."""
         if not isinstance(node, ast.Call):
             return Code.NRP210
-        callee = self._quietly(node.func)
-        kinds = [found.value for found in map(self._quietly, [*node.args, *(k.value for k in node.keywords)])
+        callee = self.quietly(node.func)
+        kinds = [found.value for found in map(self.quietly, [*node.args, *(k.value for k in node.keywords)])
                  if isinstance(found, Known) and isinstance(found.value, DeviceKind)]  # fmt: skip
         mapping = callee.value if isinstance(callee, Known) else None
         if not kinds or not isinstance(mapping, type):
@@ -281,8 +301,3 @@ def _unmapped(declared: Declared) -> Iterator[Finding]:
         if name not in function.mappings:
             message = f"nothing is mapped to the parameter '{name}' of transfer function '{function.name}'"
             yield declared.finding(Code.NRP219, declared.parameter(name), message)
-
-
-def _changed(tree: ast.Module) -> Sequence[str]:
-    """Return the names of a module that functions in it change."""
-    return [name for node in ast.walk(tree) if isinstance(node, ast.Global) for name in node.names]

@@ -3,19 +3,40 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterable, Mapping
-from itertools import count
+import operator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import count, islice
 from pathlib import Path
 from typing import Any
 
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.expressions import Expressions
-from nrp_core.analysis.shapes import NEURONS, UNKNOWN, Known, Row, Shape
+from nrp_core.analysis.shapes import NEURONS, UNKNOWN, Known, Row, Shape, joined
 from nrp_core.errors import NrpError
 
-_PLAIN: tuple[Any, ...] = (slice, range, int, float, str, bool, list, tuple, len, min, max, abs, round)
+_PLAIN: tuple[Any, ...] = (
+    slice, range, int, float, str, bool, list, tuple, dict, len, min, max, sum, abs, round, enumerate, zip,
+    sorted, reversed,
+)  # fmt: skip
+_METHODS: dict[type, tuple[str, ...]] = {
+    str: ("format", "upper", "lower", "title", "capitalize", "replace", "split", "strip", "join"),
+    dict: ("items", "keys", "values", "get"),
+}
+"""Methods of constants that only tell something."""
+FAILURES = (
+    NrpError, TypeError, ValueError, LookupError, AttributeError, ArithmeticError, RecursionError,
+)  # fmt: skip
+"""What our own constructors raise when they are given what cannot be."""
 _LIMIT = 100_000
 """How many items a range, list or map may have that is evaluated here."""
+
+_COMPARISONS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le,
+    ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Is: operator.is_, ast.IsNot: operator.is_not,
+    ast.In: lambda left, right: left in right, ast.NotIn: lambda left, right: left not in right,
+}  # fmt: skip
+_DECIDING = (int, float, str, tuple, list, dict, type(None))
+"""Constants of which it is known what they are equal to, and whether they are true."""
 
 
 class UnreadableError(NrpError):
@@ -38,8 +59,13 @@ class Evaluation(Expressions):
 
     def is_ours(self, value: Any) -> bool:
         """Whether something may be called."""
-        if isinstance(getattr(value, "__self__", None), NEURONS):
+        owner = getattr(value, "__self__", None)
+        if isinstance(owner, NEURONS):
             return True
+        if isinstance(owner, str) and value.__name__ == "format":
+            return ":" not in owner  # a width could be any
+        if type(owner) in _METHODS:
+            return value.__name__ in _METHODS[type(owner)]
         return id(value) in self._ours or (isinstance(value, type) and hasattr(value, "__msgtype__"))
 
     def called(self, call: Call) -> Shape:
@@ -57,7 +83,10 @@ class Evaluation(Expressions):
             named = {name: value_of(shape) for name, shape in call.named.items()}
         except UnreadableError:
             return self.called_in_part(call)
-        return Known(self.at(call.node, call.callee.value, *given, **named)) if call.is_whole else UNKNOWN
+        if not call.is_whole:
+            return UNKNOWN
+        found = self.at(call.node, call.callee.value, *given, **named)
+        return Known(tuple(islice(found, _LIMIT)) if isinstance(found, Iterator) else found)
 
     def called_in_part(self, call: Call) -> Shape:
         """Return what a call gives of which not all arguments are known."""
@@ -76,6 +105,31 @@ class Evaluation(Expressions):
         return eval(code, {"function": function, "given": given, "named": named, "__builtins__": {}})
 
     # -- what has a value here that a body only has a shape of
+
+    def attribute_of(self, owner: Shape, name: str) -> Shape | None:
+        if isinstance(owner, Known) and name in _METHODS.get(type(owner.value), ()):
+            return Known(getattr(owner.value, name))
+        return super().attribute_of(owner, name)
+
+    def item_of(self, owner: Shape, index: Shape) -> Shape:
+        match owner, index:
+            case Known(dict() | list() | str() | range() as value), Known(key):
+                return Known(value[key])
+        return super().item_of(owner, index)
+
+    def _compare(self, node: ast.Compare) -> Shape:
+        sides = [self.shape(side) for side in (node.left, *node.comparators)]
+        work = _COMPARISONS.get(type(node.ops[0])) if len(node.ops) == 1 else None
+        match sides:
+            case [Known(left), Known(right)] if work and isinstance(left, _DECIDING):
+                return Known(work(left, right))
+        return UNKNOWN
+
+    def _ifexp(self, node: ast.IfExp) -> Shape:
+        decided = truth_of(self.shape(node.test))
+        if decided is None:
+            return joined(self.shape(node.body), self.shape(node.orelse))
+        return self.shape(node.body if decided else node.orelse)
 
     def _dict(self, node: ast.Dict) -> Shape:
         keys, values = map(self.shape, node.keys), [self.shape(value) for value in node.values]
@@ -106,13 +160,11 @@ class Evaluation(Expressions):
         if isinstance(node, ast.DictComp) or len(node.generators) != 1 or node.generators[0].ifs:
             return self._comprehension(node)
         part, kept = node.generators[0], dict(self.names)
-        items = self.shape(part.iter)
-        if isinstance(items, Known) and isinstance(items.value, (range, list, tuple)):
-            items = Row(tuple(map(Known, _few(items.value))))
-        if not isinstance(items, Row):
+        items = items_of(self.shape(part.iter))
+        if items is None:
             return UNKNOWN
         found: list[Shape] = []
-        for item in items.items:
+        for item in items:
             self.bind(part.target, item)
             found.append(self.shape(node.elt))
         self.names = kept
@@ -140,6 +192,26 @@ def value_of(shape: Shape) -> Any:
         case Row(items):
             return [value_of(item) for item in items]
     raise UnreadableError("it is known only when the file is executed")
+
+
+def items_of(shape: Shape) -> list[Shape] | None:
+    """Return the items of a constant, None of what is none."""
+    match shape:
+        case Row(items):
+            return list(items)
+        case Known(range() | list() | tuple() | str() | dict() as values):
+            return list(map(Known, _few(values)))
+    return None
+
+
+def truth_of(shape: Shape) -> bool | None:
+    """Return whether a constant counts as true, None of what is none."""
+    match shape:
+        case Row(items):
+            return bool(items)
+        case Known(value) if isinstance(value, _DECIDING):
+            return bool(value)
+    return None
 
 
 def _few(values: Any) -> Any:

@@ -62,11 +62,37 @@ class Add:
 
 
 @dataclass(frozen=True, slots=True)
+class Multiply:
+    """Something is multiplied."""
+
+    node: ast.BinOp
+    left: Shape
+    right: Shape
+
+
+@dataclass(frozen=True, slots=True)
 class Compute:
     """Something is computed with, or compared by size."""
 
     node: ast.expr
     operand: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """An item is taken; of a loop, which takes all, ``index`` is None."""
+
+    node: ast.expr
+    owner: Shape
+    index: Shape | None
+
+
+@dataclass(frozen=True, slots=True)
+class Rename:
+    """What a parameter stood for is out of reach: its name is given another value."""
+
+    node: ast.Name
+    owner: Shape
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +103,7 @@ class Return:
     value: Shape | None
 
 
-Event: TypeAlias = Read | Write | Call | Divide | Add | Compute | Return
+Event: TypeAlias = Read | Write | Call | Divide | Add | Multiply | Compute | Index | Rename | Return
 
 
 def missing_name(event: Read) -> str:

@@ -8,7 +8,7 @@ import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from nrp_core.analysis.events import Add, Call, Compute, Divide, Event, Read
+from nrp_core.analysis.events import Add, Call, Compute, Divide, Event, Index, Multiply, Read
 from nrp_core.analysis.shapes import (
     NEURONS,
     UNKNOWN,
@@ -70,17 +70,26 @@ class Expressions:
 
     def _attribute(self, node: ast.Attribute) -> Shape:
         owner = self.shape(node.value)
-        found = attribute(owner, node.attr)
+        found = self.attribute_of(owner, node.attr)
         self.saw(Read(node, owner, node.attr, found is not None))
         return UNKNOWN if found is None else found
 
+    def attribute_of(self, owner: Shape, name: str) -> Shape | None:
+        """Return what is known of an attribute; None: there is no such attribute."""
+        return attribute(owner, name)
+
     def _subscript(self, node: ast.Subscript) -> Shape:
         owner, index = self.shape(node.value), self.shape(node.slice)
+        self.saw(Index(node, owner, index))
         if isinstance(owner, Known) and isinstance(owner.value, NEURONS):
             neurons: Any = owner.value
             return Known(neurons[index.value]) if isinstance(index, Known) else UNKNOWN
         if isinstance(node.slice, ast.Slice):
             return owner if isinstance(owner, Items) else UNKNOWN
+        return self.item_of(owner, index)
+
+    def item_of(self, owner: Shape, index: Shape) -> Shape:
+        """Return what is known of an item of a sequence."""
         if isinstance(index, Known) and isinstance(index.value, int):
             found = _item_at(owner, index.value)
             if found is not None:
@@ -115,6 +124,8 @@ class Expressions:
             self.saw(Divide(node, left, right))
         if isinstance(node.op, (ast.Add, ast.Sub)):
             self.saw(Add(node, left, right))
+        if isinstance(node.op, ast.Mult):
+            self.saw(Multiply(node, left, right))
         match left, right:
             case Known(a), Known(b):
                 return _folded(node.op, a, b)
@@ -227,7 +238,7 @@ def _unpacked(shape: Shape, count: int) -> list[Shape]:
     match shape:
         case Row(items) if len(items) == count:
             return list(items)
-        case Known(tuple() as values) if len(values) == count:
+        case Known(tuple() | list() as values) if len(values) == count:
             return [Known(value) for value in values]
     return [item_of(shape)] * count
 

@@ -11,7 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
-from nrp_core.analysis.shapes import MODULES, UNKNOWN, Known, Shape
+from nrp_core.analysis.neighbours import Neighbours
+from nrp_core.analysis.shapes import MODULES, UNKNOWN, Known, Names, Shape, attribute
 from nrp_core.dsl.listing import Listing
 from nrp_core.dsl.messages import message_packages
 from nrp_core.errors import did_you_mean
@@ -37,10 +38,19 @@ class Imports:
 
     Args:
         listing: what imports.
+
+    Attributes:
+        neighbours: the modules beside its files.
     """
 
     def __init__(self, listing: Listing) -> None:
         self._scope, self._folders = listing.imports, listing.folders
+        nodes = [node for source in listing.sources for node in ast.walk(source.tree)]
+        self.neighbours = Neighbours(
+            node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+        )
+        # code of another platform may mean something else than it says
+        self._reads = listing.scope is None
 
     def of(self, node: ast.Import | ast.ImportFrom, path: Path) -> Iterator[Imported]:
         """Yield what a statement in a file imports."""
@@ -69,6 +79,7 @@ class Imports:
                 continue
             found = _member(module, alias.name)
             missing = names is not None and alias.name not in names and found == UNKNOWN
+            missing = missing and self._neighbour(f"{name}.{alias.name}", path) is None
             hint = did_you_mean(alias.name, names or ()) if missing else ""
             reason = wrong or (f"'{name}' has no '{alias.name}'{hint}" if missing else "")
             yield Imported(alias.asname or alias.name, found, reason)
@@ -83,7 +94,10 @@ class Imports:
                 return Known(importlib.import_module(name)), ""
             except ImportError as error:
                 return UNKNOWN, str(error)
-        if self._neighbour(name, path) or self._is_package(root, path):
+        file = self._neighbour(name, path)
+        if file is not None and self._reads and file.stem == name:
+            return self.neighbours.names_of(file, self.of) or UNKNOWN, ""
+        if file is not None or self._is_package(root, path):
             return UNKNOWN, ""
         if (parent := self._scope.substitute(root)) is not None:
             known = [one for one in dir(parent) if not one.startswith("_")]
@@ -112,6 +126,8 @@ class Imports:
 
     def _names(self, name: str, module: Shape, path: Path) -> list[str] | None:
         """Return the names in a module, None where they are not known."""
+        if isinstance(module, Names):
+            return list(module.names)
         if isinstance(module, Known) and isinstance(module.value, ModuleType):
             return [one for one in dir(module.value) if not one.startswith("__")]
         file = self._neighbour(name, path)
@@ -134,7 +150,7 @@ def _member(module: Shape, name: str) -> Shape:
             return Known(getattr(module.value, name))
         except (AttributeError, ImportError):
             return UNKNOWN
-    return UNKNOWN
+    return attribute(module, name) or UNKNOWN if isinstance(module, Names) else UNKNOWN
 
 
 def _defined(file: Path) -> list[str] | None:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import FunctionType, MethodType, ModuleType
 from typing import Any, TypeAlias, get_args, get_origin, get_type_hints
+
+import numpy as np
 
 from nrp_core.dsl.binding import Adapter
 from nrp_core.dsl.devices import Device, Reading, Setting
@@ -65,7 +68,15 @@ class Row:
     items: tuple[Shape, ...]
 
 
-Shape: TypeAlias = Unknown | Known | Instance | Number | Items | Row
+@dataclass(frozen=True, slots=True, eq=False)
+class Names:
+    """A module that is read and not executed."""
+
+    module: str
+    names: Mapping[str, Shape]
+
+
+Shape: TypeAlias = Unknown | Known | Instance | Number | Items | Row | Names
 
 UNKNOWN = Unknown()
 
@@ -109,12 +120,16 @@ def attribute(shape: Shape, name: str) -> Shape | None:
             return _of_adapter(adapter, name)
         case Known(ModuleType() as module):
             return _of_module(module, name)
+        case Names(_, names):
+            return UNKNOWN if name.startswith("__") else names.get(name)
         case Known(value) if isinstance(value, NEURONS) and not name.startswith("_"):
             return Known(getattr(value, name))
         case Known(type() as cls) if dataclasses.is_dataclass(cls):
             return Known(getattr(cls, name)) if hasattr(cls, name) else None
         case Instance(cls):
             return _of_instance(cls, name)
+        case Number():  # some are NumPy's
+            return UNKNOWN if hasattr(np.float64, name) else None
     return UNKNOWN
 
 
@@ -187,6 +202,8 @@ def names_of(shape: Shape) -> list[str]:
             return [*device.attributes(), *_methods(type(device))]
         case Known(ModuleType() as module):
             return [name for name in dir(module) if not name.startswith("_")]
+        case Names(_, names):
+            return list(names)
         case Known(Adapter() as adapter):
             own = set(dir(type(adapter))) - set(dir(Adapter))
             return sorted(name for name in own if not name.startswith("_"))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import ast
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from nrp_core.analysis.bodies import Body
 from nrp_core.analysis.declarations import Declarations
-from nrp_core.analysis.declared import Declared
+from nrp_core.analysis.declared import Declared, found_in
 from nrp_core.analysis.evaluation import UnreadableError
 from nrp_core.analysis.events import Event
 from nrp_core.analysis.network import ChildBuilder
@@ -16,11 +18,14 @@ from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
 from nrp_core.brain.interface import Brain, BrainBackend
 from nrp_core.brain.network import Network
 from nrp_core.cle.wiring import declare_topics
-from nrp_core.dsl.binding import Adapter, Binding, Mapping
+from nrp_core.dsl import binding
+from nrp_core.dsl.binding import Adapter, Binding
 from nrp_core.dsl.function import TIME, TransferFunction
-from nrp_core.dsl.listing import Listing
+from nrp_core.dsl.listing import Listing, Source
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.mocks import MockBrain
+from nrp_core.dsl.selection import BrainRoot, Selection
+from nrp_core.dsl.selectors import Selector, evaluate
 from nrp_core.dsl.topics import PreprocessedTopic, Topic
 from nrp_core.errors import (
     BackendError,
@@ -88,6 +93,8 @@ class _Reading(Maker):
     def __init__(self, maker: Maker, build: ChildBuilder) -> None:
         self._maker, self._build = maker, build
         self.read: list[Listing] = []
+        self.neighbours: dict[Path, Source] = {}
+        self.slices: list[tuple[Source, ast.expr, Selector, slice]] = []
         self.declared: list[Declared] = []
         self.is_complete = True
 
@@ -106,6 +113,8 @@ class _Reading(Maker):
         for listing in self._maker.listings(experiment, collector):
             declarations = Declarations(listing)
             self.read.append(listing)
+            self.slices += declarations.slices
+            self.neighbours |= {source.path: source for source in declarations.neighbours}
             collector.findings += (at_most(finding, level) for finding in declarations.findings)
             self.declared += declarations.functions
             self.is_complete &= declarations.is_complete
@@ -126,10 +135,12 @@ class Study(Examination):
 
     Attributes:
         examined: its transfer functions, in the order in which they run.
+        topics: those of its world, as far as it could be read.
     """
 
     def __init__(self, experiment: Experiment, say: Say) -> None:
         self.examined: list[Examined] = []
+        self.topics: Mapping[str, TopicInfo] = {}
         self._build = ChildBuilder(*_brain_of(experiment))
         self._reading = _Reading(experiment.maker, self._build)
         super().__init__(experiment.with_maker(self._reading), say)
@@ -148,6 +159,11 @@ class Study(Examination):
     def listings(self) -> list[Listing]:
         """The files of its transfer functions."""
         return self._reading.read
+
+    @property
+    def neighbours(self) -> list[Source]:
+        """The modules that these import from beside them."""
+        return list(self._reading.neighbours.values())
 
     def _brain_fits(self) -> bool:
         if self.brain is None or self.network is None:
@@ -170,6 +186,8 @@ class Study(Examination):
             self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)
         ordered = sorted(self._reading.declared, key=lambda declared: -declared.function.priority)
         declare_topics([declared.function for declared in ordered], world)
+        self.topics = world.topics
+        self.collector.findings += _beyond(self._reading.slices, BrainRoot(network))
         variables: dict[str, Any] = {}
         for declared in ordered:
             adapters = self._bound(declared, brain, world, variables)
@@ -213,7 +231,22 @@ class Study(Examination):
         self.collector.findings.append(finding)
 
 
-def _code_of(error: Exception, mapping: Mapping | None) -> Code:
+def _beyond(slices: list[tuple[Source, ast.expr, Selector, slice]], root: BrainRoot) -> Iterator[Finding]:
+    """Yield where a slice is longer than what it is of: it is cut off without a word."""
+    for source, node, neurons, index in slices:
+        try:
+            of, bounds = evaluate(neurons, root), evaluate([index.start, index.stop], root)
+        except NrpError:  # reported where it is used
+            continue
+        beyond = [
+            one for one in bounds if isinstance(one, int) and isinstance(of, Selection) and one > of.size
+        ]
+        if beyond:
+            message = f"{neurons!r} has {of.size} neurons, 0..{of.size - 1}; {beyond[-1]} lies beyond them"
+            yield found_in(source, Code.NRP211, node, message, Level.WARNING)
+
+
+def _code_of(error: Exception, mapping: binding.Mapping | None) -> Code:
     kinds = {NeuronSelectionError: Code.NRP211, TopicError: Code.NRP212, CapabilityError: Code.NRP216}
     for kind, code in kinds.items():
         if isinstance(error, kind):

@@ -50,6 +50,10 @@ def refined(
         overrides: likewise.
     """
     known = [finding for finding in validate_file(text, overrides) if finding.level is Level.ERROR]
-    places = {(finding.path, finding.line) for finding in known}
-    others = (finding for finding in error.findings if (finding.path, finding.line) not in places)
+    said = {(finding.path, key) for finding in known for key in (finding.line, finding.message)}
+    others = (
+        finding
+        for finding in error.findings
+        if (finding.path, finding.line) not in said and (finding.path, finding.message) not in said
+    )
     return InvalidExperimentError([*known, *others])

@@ -95,4 +95,4 @@ class Robot2Neuron(_FunctionDecorator):
 
 
 def _is_positive(rate: object) -> bool:
-    return isinstance(rate, (int, float)) and isfinite(rate) and rate > 0
+    return isinstance(rate, (int, float)) and not isinstance(rate, bool) and isfinite(rate) and rate > 0

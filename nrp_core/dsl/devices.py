@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import difflib
+from collections.abc import Callable, Iterable
 from math import inf
 from typing import Any, ClassVar
 
@@ -15,7 +16,7 @@ from nrp_core.brain.sources import SourcePort
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.binding import Adapter
 from nrp_core.dsl.selection import Selection
-from nrp_core.errors import NeuronSelectionError, did_you_mean
+from nrp_core.errors import NeuronSelectionError
 
 Port = SourcePort | SinkPort
 
@@ -44,6 +45,13 @@ class Setting(Reading):
             setattr(device.port, self.name, value)
         except (ValueError, TypeError) as error:
             raise ValueError(f"{device.parameter}: {error}") from None
+
+
+def meant(name: str, valid: Iterable[str]) -> str:
+    """Return a hint at the attribute that is meant, or, as they are few, at all that there are."""
+    names = sorted(valid)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.75)
+    return f"; did you mean '{close[0]}'?" if close else f"; valid: {', '.join(names)}"
 
 
 class Device(Adapter):
@@ -90,8 +98,7 @@ class Device(Adapter):
         object.__setattr__(self, name, value)
 
     def _unknown(self, name: str) -> str:
-        hint = did_you_mean(name, self.attributes())
-        return f"{self.parameter} is a {type(self).__name__} without attribute '{name}'{hint}"
+        return f"the device '{self.parameter}' has no attribute '{name}'{meant(name, self.attributes())}"
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.parameter} on {self.selection.size} of {self.selection.label}>"

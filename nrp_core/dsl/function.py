@@ -83,7 +83,7 @@ class TransferFunction:
         names = (triggers,) if isinstance(triggers, str) else tuple(triggers)
         for name in names:
             if name not in (TIME, *self.parameters):
-                hint = did_you_mean(name, (TIME, *self.parameters))
+                hint = did_you_mean(name, self.parameters)
                 raise self._error(f"cannot be triggered by '{name}', which is no parameter of it{hint}")
         return names
 

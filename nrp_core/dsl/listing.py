@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import tokenize
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -49,6 +50,9 @@ class Source:
 
         try:
             tree = ast.parse(text)
+            with warnings.catch_warnings():  # they are shown where it is executed
+                warnings.simplefilter("ignore")
+                compile(tree, str(path), "exec", dont_inherit=True)  # sees two parameters of one name
         except SyntaxError as error:
             line, column = line_of(error.lineno or 1), error.offset if lines is None else None
             message = f"this is not Python: {error.msg}"

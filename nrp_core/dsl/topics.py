@@ -108,6 +108,7 @@ class SubscribedTopic(Adapter):
     __slots__ = ("_initial", "_process", "_seen", "_subscription", "_world", "changed", "value")
 
     def __init__(self, world: World, topic: Topic, initial: Any = None) -> None:
+        _require(topic, world)
         self._world = world
         self._subscription = world.subscribe(topic.name)
         self._initial = initial
@@ -177,9 +178,7 @@ class PublishedTopic(Adapter):
     __slots__ = ("_process", "_publication", "_wrap")
 
     def __init__(self, world: World, topic: Topic) -> None:
-        if topic.topic_type is None and topic.name not in world.topics:
-            hint = did_you_mean(topic.name, world.topics)
-            raise TopicError(f"no topic '{topic.name}'{hint} (a new one needs its type: Topic(name, type))")
+        _require(topic, world)
         self._publication: Publication = world.advertise(topic.name)
         topic.require_type(self._publication.topic)
         self._process = topic.process
@@ -200,6 +199,25 @@ class PublishedTopic(Adapter):
         """
         message = self._process(message)
         self._publication.publish(self._wrap(message) if isinstance(message, _PLAIN) else message)
+
+
+_OWN = "; one of the experiment's own stands under 'topics', or is sent by one function and read by another"
+
+
+def _require(topic: Topic, world: World) -> None:
+    """Refuse a topic that there is not.
+
+    Raises:
+        TopicError: it does not exist.
+    """
+    if topic.name in world.topics:
+        return
+    hint = did_you_mean(topic.name, world.topics)
+    if "did you mean" not in hint:
+        hint = _OWN
+        if topic.topic_type is None:
+            hint += f", which needs its type: Topic('{topic.name}', TYPE)"
+    raise TopicError(f"no topic '{topic.name}'{hint}")
 
 
 _PLAIN = (bool, int, float, str)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import runpy
 from collections.abc import Callable
 from pathlib import Path
@@ -128,6 +129,19 @@ def test_a_run_refuses_an_experiment_in_the_words_of_a_check(
     assert code == 3
     assert errors
     assert json.loads(out)["error"]["findings"][: len(errors)] == errors
+
+
+def test_a_run_says_each_mistake_once_and_calls_no_warning_an_error(
+    nrp: Callable[..., tuple[int, str, str]], husky: Path
+) -> None:
+    listing = husky / "listing1.py"
+    listing.write_text(listing.read_text().replace("/husky/cmd_vel", "/husky/cmdvel"))
+    robot = husky / "husky.sdf"
+    robot.write_text(re.sub("<inertial>.*?</inertial>", "", robot.read_text(), count=1, flags=re.DOTALL))
+    assert "<inertial>" in nrp("validate", str(husky))[2]
+    code, _, err = nrp("run", str(husky))
+    assert code == 3
+    assert [line.count("cmdvel") for line in err.splitlines()] == [1]
 
 
 def test_people_are_told_why_and_what_to_do(nrp: Callable[..., tuple[int, str, str]], husky: Path) -> None:

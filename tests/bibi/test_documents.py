@@ -11,7 +11,7 @@ from hypothesis.strategies import SearchStrategy
 from lxml import etree
 from nrp_bibi import Bibi, bibi_text, parse_bibi, read_bibi
 from nrp_bibi.model.channels import DeviceType, Local
-from nrp_bibi.model.expressions import Call, Constant, ConstantString
+from nrp_bibi.model.expressions import ArgumentReference, Call, Constant, ConstantString
 from nrp_bibi.model.functions import (
     BodyModel,
     BrainModel,
@@ -170,6 +170,13 @@ def test_the_first_schema_s_brain_is_the_name_of_a_file() -> None:
     assert read("<brainModel>braitenberg.h5</brainModel>").brain_model == BrainModel(file="braitenberg.h5")
 
 
+def test_a_reference_of_old_names_its_property_behind_a_dot() -> None:
+    body = '<body xsi:type="ArgumentReference" name="left.voltage"/>'
+    made = function(f'<returnValue topic="/a" type="std_msgs.msg.Float64">{body}</returnValue>')
+    assert made.return_value is not None
+    assert made.return_value.body == ArgumentReference(name="left", property="voltage")
+
+
 def test_neuron_groups_are_populations() -> None:
     group = '<neuronGroup xsi:type="Range" population="sensors" from="0" to="5"/>'
     brain = read(f"<brainModel><file>b.py</file>{group}</brainModel>").brain_model
@@ -245,7 +252,7 @@ def test_what_has_no_meaning_is_refused_with_line_and_hint(inner: str, message: 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "1,5", "0x10", ""])
 def test_only_finite_numbers_are_constants(value: str) -> None:
-    assert "is a number" in refusal(
+    assert "is a finite number" in refusal(
         f'<transferFunction xsi:type="Neuron2Robot" name="f"><local name="x"><body xsi:type="Constant" '
         f'value="{value}"/></local></transferFunction>'
     )

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 from nrp_bibi import Bibi, bibi_text, generate, parse_bibi, read_bibi
-from nrp_bibi.model.functions import PythonTransferFunction, Robot2Neuron
+from nrp_bibi.model.functions import Neuron2Robot, PythonTransferFunction, Robot2Neuron
 from nrp_bibi.reverse import reverse, reverse_file
 
 from nrp_core.errors import ExperimentError
@@ -74,3 +74,43 @@ def test_what_is_not_python_is_refused_with_its_line(tmp_path: Path) -> None:
     broken.write_text("x = 1\ndef f(:\n")
     with pytest.raises(ExperimentError, match=r"f\.py:2: this is not Python"):
         reverse_file(broken)
+
+
+IMPORTING = """\
+import hbp_nrp_client.tf_framework as nrp
+import numpy as np
+from geometry_msgs.msg import Twist, Vector3 as Vector
+from std_msgs.msg import Float64
+
+
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
+@nrp.MapRobotPublisher("told", nrp.Topic("/told", Float64))
+@nrp.Neuron2Robot(nrp.Topic("/husky/cmd_vel", Twist))
+def drive(t, left, told):
+    fast = np.sqrt(left.voltage)
+    told.send_message(Float64(fast))
+    return Twist(Vector(20.0 * fast), Vector(z=t))
+"""
+
+
+def test_imported_names_and_any_order_of_mappings_are_understood() -> None:
+    model = reverse(IMPORTING, Path("m.py"))
+    (function,) = model.transfer_function
+    assert isinstance(function, Neuron2Robot)
+    python = generate(model, Path("m.bibi"))
+    assert "import numpy\n" in python
+    assert "def drive(t, told, left):" in python
+    assert "return geometry_msgs.msg.Twist(" in python
+
+
+def test_what_is_kept_as_python_keeps_the_imports_that_it_needs() -> None:
+    own = "\n\n@nrp.Robot2Neuron()\ndef own(t):\n    print(Vector(t))\n"
+    functions = reverse(IMPORTING + own, Path("m.py")).transfer_function
+    kept = [one.code for one in functions if isinstance(one, PythonTransferFunction)]
+    assert kept == ["from geometry_msgs.msg import Twist, Vector3 as Vector", own.strip()]
+
+
+def test_a_name_that_hides_an_import_is_not_written_out() -> None:
+    hidden = IMPORTING.replace("(t, left, told)", "(t, np, told)").replace('"left"', '"np"')
+    (function,) = reverse(hidden.replace("left.voltage", "np.voltage"), Path("m.py")).transfer_function
+    assert isinstance(function, PythonTransferFunction)

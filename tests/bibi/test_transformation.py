@@ -325,6 +325,16 @@ def test_nothing_is_lost_to_missing_brackets() -> None:
         ('<local name="device"><body xsi:type="SimulationStep"/></local>', "'device' is used twice"),
         ('<local name="lambda"><body xsi:type="SimulationStep"/></local>', "cannot be called 'lambda'"),
         ('<local name="t"><body xsi:type="SimulationStep"/></local>', "cannot be called 't'"),
+        (
+            '<local name="math"><body xsi:type="Call" type="math.sqrt"><argument><value '
+            'xsi:type="Constant" value="4"/></argument></body></local>',
+            "nothing can be called 'math' here: line 2 uses",
+        ),
+        (
+            '<local name="min"><body xsi:type="SimulationStep"/></local><local name="x"><body xsi:type="Min">'
+            '<operand xsi:type="SimulationStep"/><operand xsi:type="SimulationStep"/></body></local>',
+            "nothing can be called 'min' here",
+        ),
         ('<topic topic="/x" type="a.b"/>', "a channel needs a name"),
         ('<topic name="x" topic="/x" type="a.lambda"/>', "'type' of <topic> cannot be 'a.lambda'"),
         ('<device name="d" type="Poisson"><neurons population="if"/></device>', "cannot be called 'if'"),
@@ -352,6 +362,24 @@ def test_a_model_without_one_meaning_is_refused_with_its_line(inner: str, messag
         from_xml(f'<transferFunction xsi:type="Neuron2Robot" name="f">{device}\n{inner}</transferFunction>')
     assert message in str(refused.value)
     assert str(refused.value).startswith("model.bibi:2: ")
+
+
+def test_a_function_hides_nothing_that_another_one_calls() -> None:
+    call = '<local name="x"><body xsi:type="Call" type="NAME"/></local>'
+    plain = '<transferFunction xsi:type="Neuron2Robot" name="math"/>\n'
+    other = f'<transferFunction xsi:type="Robot2Neuron" name="g">{call}</transferFunction>'
+    with pytest.raises(ExperimentError, match=r"model.bibi:1: nothing can be called 'math' here: line 2 "):
+        from_xml(plain + other.replace("NAME", "math.sqrt"))
+    from_xml(plain + other.replace("NAME", "maths.sqrt"))
+
+
+def test_a_call_through_a_channel_is_a_method_of_it() -> None:
+    python = from_xml(
+        '<transferFunction xsi:type="Neuron2Robot" name="f"><local name="x"><body xsi:type="Call" '
+        'type="state.value.level"/></local><topic name="state" topic="/x" type="own.msg.State"/>'
+        "</transferFunction>"
+    )
+    assert "x = state.value.level()" in python
 
 
 def test_a_python_transfer_function_has_a_file_or_code() -> None:

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from itertools import groupby
 
 from nrp_bibi.diagram.shapes import GAP, Arrow, Card, Picture, height_of, stacked
-from nrp_bibi.generate.checks import channels, parts
 from nrp_bibi.generate.expressions import as_python
 from nrp_bibi.generate.selectors import selection
+from nrp_bibi.generate.walk import channels, parts
 from nrp_bibi.model.channels import AnyDevice, TopicChannel
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction, PythonTransferFunction, TransferFunction
 from nrp_bibi.model.selectors import NeuronSelector, NeuronSelectorTemplate
@@ -121,10 +121,10 @@ def _function_card(function: TransferFunction) -> Card:
 
 
 def _statements(function: BIBITransferFunction) -> Iterator[str]:
-    """Yield what a transfer function does, a line each."""
+    """Yield what a transfer function does, a line each, in the order in which it does so."""
     for local in function.local:
         yield f"{local.name} = {flat(as_python(local.body))}"
-    for channel in channels(function):
+    for channel in sorted(channels(function), key=lambda one: isinstance(one, TopicChannel)):
         if channel.body is not None:
             is_device = isinstance(channel, AnyDevice)
             written = f"{channel.name}.{channel.type.default_property}" if is_device else channel.name

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
+from nrp_bibi.generate.hiding import hidden
+from nrp_bibi.generate.walk import bodies, channels, parts
 from nrp_bibi.model.channels import AnyDevice
 from nrp_bibi.model.expressions import ArgumentReference, Call, FlowExpression
 from nrp_bibi.model.functions import (
     Bibi,
     BIBITransferFunction,
-    ChannelTransferFunction,
     Neuron2Monitor,
     PythonTransferFunction,
 )
-from nrp_bibi.model.metamodel import Node, features
+from nrp_bibi.model.metamodel import Node
 from nrp_bibi.model.selectors import (
     ChainSelector,
     MapSelector,
@@ -56,6 +56,11 @@ class Checker:
             elif isinstance(function, BIBITransferFunction):
                 self._check_name(function, function.name, taken, "transfer function")
                 self._check_function(function)
+        for node, name, user in hidden(model):
+            message = (
+                f"nothing can be called '{name}' here: line {user.line} uses what Python calls so; rename it"
+            )
+            raise self.refuse(node, message)
 
     def _check_python(self, function: PythonTransferFunction) -> None:
         if (function.src is None) is not bool(function.code):
@@ -117,36 +122,6 @@ class Checker:
                 raise self.refuse(
                     one, f"a population that is selected from cannot be called '{one.population}'"
                 )
-
-
-def channels(function: BIBITransferFunction) -> list[Any]:
-    """Return all channels of a transfer function, in the order of its parameters."""
-    match function:
-        case ChannelTransferFunction(topic=topics, device=own, device_group=groups, return_value=returned):
-            more = [returned] if isinstance(returned, AnyDevice) else []
-            return [*topics, *own, *more, *groups]
-        case Neuron2Monitor(device=device):
-            return [device]
-        case _:
-            return []
-
-
-def bodies(function: BIBITransferFunction) -> Iterator[FlowExpression]:
-    """Yield every expression that is written somewhere, what is returned last."""
-    returned = getattr(function, "return_value", None)
-    for channel in (*channels(function), returned):
-        if channel is not None and channel.body is not None:
-            yield channel.body
-
-
-def parts(node: Node) -> Iterator[Node]:
-    """Yield a node and everything below it."""
-    yield node
-    for feature in features(type(node)):
-        value = getattr(node, feature.field)
-        for one in value if feature.many else (value,):
-            if isinstance(one, Node):
-                yield from parts(one)
 
 
 def _selecting(selector: Node) -> Iterable[NeuronSelector | NeuronSelectorTemplate]:

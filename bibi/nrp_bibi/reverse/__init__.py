@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
@@ -12,10 +12,13 @@ from nrp_bibi.generate.imports import imports
 from nrp_bibi.generate.transformation import generate
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction, PythonTransferFunction, TransferFunction
 from nrp_bibi.reverse.functions import as_function
+from nrp_bibi.reverse.imported import bound_by, imported, written_out
 from nrp_bibi.reverse.refusal import NotExpressibleError
 from nrp_bibi.reverse.selectors import Normalized
 from nrp_core.dsl.messages import message_packages
 from nrp_core.errors import TransferFunctionError
+
+_IMPORTS = (ast.Import, ast.ImportFrom)
 
 
 def reverse_file(path: Path) -> Bibi:
@@ -51,20 +54,25 @@ def reverse(code: str, path: Path) -> Bibi:
         raise TransferFunctionError(
             f"this is not Python: {error.msg}", path=path, line=error.lineno
         ) from None
+    names = imported(tree)
     found: list[BIBITransferFunction | ast.stmt] = []
     for statement in tree.body:
         if _switches_off(statement, found):
             found[-1] = replace(found[-1], active=False)  # type: ignore[type-var]
         else:
-            found.append(_expressed(statement) or statement)
-    return Bibi(transfer_function=tuple(_grouped(found, code)))
+            found.append(_expressed(statement, names) or statement)
+    return Bibi(transfer_function=tuple(_grouped(found, tree, code)))
 
 
-def _grouped(found: list[BIBITransferFunction | ast.stmt], code: str) -> Iterator[TransferFunction]:
+def _grouped(
+    found: list[BIBITransferFunction | ast.stmt], tree: ast.Module, code: str
+) -> Iterator[TransferFunction]:
     """Yield building blocks, and what stands between them as one piece each; known imports are left out."""
     blocks = tuple(one for one in found if isinstance(one, BIBITransferFunction))
     known = {*imports(Bibi(transfer_function=blocks)), *(f"import {name}.msg" for name in message_packages())}
-    needed = (one for one in found if not (isinstance(one, ast.Import) and _imports(one) <= known))
+    used = _names([one for one in found if isinstance(one, ast.stmt)])
+    spent = _names(tree.body) - used
+    needed = (one for one in found if not (isinstance(one, _IMPORTS) and _is_spare(one, known, used, spent)))
     for is_python, run in groupby(needed, lambda one: isinstance(one, ast.stmt)):
         if is_python:
             yield _kept([one for one in run if isinstance(one, ast.stmt)], code)
@@ -80,18 +88,19 @@ def _switches_off(statement: ast.stmt, found: Sequence[object]) -> bool:
     return ast.unparse(statement) == f"{last.name}.active = False"
 
 
-def _expressed(statement: ast.stmt) -> BIBITransferFunction | None:
+def _expressed(statement: ast.stmt, names: Mapping[str, str]) -> BIBITransferFunction | None:
     """Return a function as building blocks, if those generate exactly the same again."""
     if not isinstance(statement, ast.FunctionDef):
         return None
     try:
-        function = as_function(statement)
+        whole = written_out(statement, names)
+        function = as_function(whole)
         again = ast.parse(
             generate(Bibi(transfer_function=(function,)), Path("model.bibi"), with_imports=False)
         )
     except (NotExpressibleError, TransferFunctionError):
         return None
-    same = _dump(again.body[-1:]) == _dump([statement])
+    same = _dump(again.body[-1:]) == _dump([whole])
     return function if same else None
 
 
@@ -109,6 +118,22 @@ def _kept(statements: list[ast.stmt], code: str) -> PythonTransferFunction:
 def _begin(statement: ast.stmt) -> int:
     decorators: list[ast.expr] = getattr(statement, "decorator_list", [])
     return min([statement.lineno, *(decorator.lineno for decorator in decorators)])
+
+
+def _names(statements: Sequence[ast.stmt]) -> set[str]:
+    """Return the names that statements use."""
+    nodes = (node for one in statements for node in ast.walk(one))
+    return {node.id for node in nodes if isinstance(node, ast.Name)}
+
+
+def _is_spare(
+    statement: ast.Import | ast.ImportFrom, known: set[str], used: set[str], spent: set[str]
+) -> bool:
+    """Whether an import is generated, or only what became building blocks used what it gives."""
+    if isinstance(statement, ast.Import) and _imports(statement) <= known:
+        return True
+    names = {name for name, _ in bound_by(statement)}
+    return names.isdisjoint(used) and not names.isdisjoint(spent)
 
 
 def _imports(statement: ast.Import) -> set[str]:

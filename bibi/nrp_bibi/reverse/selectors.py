@@ -29,7 +29,18 @@ _BRAIN = "nrp.brain."
 
 
 class Normalized(ast.NodeTransformer):
-    """Writes alike what is alike: ``[slice(0, 3, 2)]`` as ``[0:3:2]``, ``[[0, 2]]`` as ``[0, 2]``."""
+    """Writes alike what is alike.
+
+    ``[slice(0, 3, 2)]`` becomes ``[0:3:2]`` and ``[[0, 2]]`` becomes ``[0, 2]``; mappings and parameters,
+    which meet by their names, are sorted.
+    """
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        self.generic_visit(node)
+        *mappings, last = node.decorator_list
+        node.decorator_list = [*sorted(mappings, key=ast.dump), last]
+        node.args.args[1:] = sorted(node.args.args[1:], key=lambda one: one.arg)
+        return node
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.Subscript:
         self.generic_visit(node)

@@ -4,6 +4,8 @@ from nrp_core.analysis.checks import (
     attributes,
     calls,
     capabilities,
+    conditions,
+    items,
     messages,
     names,
     never,
@@ -11,6 +13,7 @@ from nrp_core.analysis.checks import (
     parameters,
     times,
     values,
+    variables,
     writers,
 )
 
@@ -18,6 +21,8 @@ __all__ = [
     "attributes",
     "calls",
     "capabilities",
+    "conditions",
+    "items",
     "messages",
     "names",
     "never",
@@ -25,5 +30,6 @@ __all__ = [
     "parameters",
     "times",
     "values",
+    "variables",
     "writers",
 ]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
 from types import ModuleType
 
 from nrp_core.analysis.events import Read, Write, missing_name
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.shapes import Instance, Known, Row, can_set, names_of
+from nrp_core.analysis.shapes import Instance, Known, Names, Number, Row, can_set, names_of
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.binding import Adapter
-from nrp_core.dsl.devices import Device
+from nrp_core.dsl.devices import Device, meant
 from nrp_core.dsl.groups import DeviceGroup
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.topics import PublishedTopic, SubscribedTopic
@@ -25,8 +26,17 @@ def adapters_have_the_attribute(function: Examined) -> Iterator[Finding]:
     """Look for attributes that what a parameter stands for does not have."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and _adapter(event) is not None:
-            hint = did_you_mean(event.name, names_of(event.owner))
+            hint = meant(event.name, names_of(event.owner))
             message = f"{_told(function, event)} has no attribute '{event.name}'{hint}"
+            yield function.declared.finding(Code.NRP223, event.node, message)
+
+
+@checks_function(Code.NRP223)
+def numbers_have_no_attributes(function: Examined) -> Iterator[Finding]:
+    """Look for attributes of numbers, such as those of what they were read from."""
+    for event in function.events:
+        if isinstance(event, (Read, Write)) and not event.exists and isinstance(event.owner, Number):
+            message = f"'{ast.unparse(event.node.value)}' is a number: it has no '{event.name}'"
             yield function.declared.finding(Code.NRP223, event.node, message)
 
 
@@ -45,7 +55,7 @@ def modules_have_the_name(function: Examined) -> Iterator[Finding]:
     """Look for names that a module does not have."""
     for event in function.events:
         match event:
-            case Read(node, Known(ModuleType()), _, False):
+            case Read(node, Known(ModuleType()) | Names(), _, False):
                 yield function.declared.finding(Code.NRP241, node, missing_name(event))
 
 
@@ -80,7 +90,9 @@ def settings_are_in_range(function: Examined) -> Iterator[Finding]:
             setattr(device, name, value)
             setattr(device, name, before)
         except (ValueError, TypeError) as error:
-            yield function.declared.finding(Code.NRP225, node, str(error))
+            plain = isinstance(value, (int, float, list, tuple))
+            message = str(error) if plain else f"'{name}' takes a number, not {value!r:.40}"
+            yield function.declared.finding(Code.NRP225, node, message)
 
 
 def _adapter(event: Read | Write) -> Adapter | None:

@@ -1,4 +1,4 @@
-"""Calls of functions that ship with the language."""
+"""Calls of functions that ship with the language, of the user's own, and of mathematics."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import ast
 import inspect
 import re
 from collections.abc import Iterator
-from types import FunctionType, MethodType
+from types import BuiltinFunctionType, FunctionType, MethodType
+from typing import Any
 
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import Instance, Items, Known, Number, Row
+from nrp_core.analysis.statements import Written
 from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
 
+_PLAIN = ("math", "builtins")
+"""Modules whose functions are known for what they take."""
 _SEEDED = ("random.Random", "random.seed")
 _CLOCKS = frozenset(
     {f"time.{name}" for name in ("time", "perf_counter", "monotonic", "process_time", "time_ns")}
@@ -23,12 +27,10 @@ _CLOCKS = frozenset(
 
 @checks_function(Code.NRP240)
 def calls_fit(function: Examined) -> Iterator[Finding]:
-    """Compare the arguments of our own functions and methods with what they take."""
+    """Compare the arguments of functions and methods with what they take."""
     for event in function.events:
         match event:
-            case Call(node, Known(FunctionType() | MethodType() as callee), given, named, True):
-                if not str(callee.__module__).startswith("nrp_core."):
-                    continue
+            case Call(node, Known(callee), given, named, True) if _is_checked(callee):
                 signature = inspect.signature(callee)
                 try:
                     signature.bind(*given, **named)
@@ -41,6 +43,22 @@ def calls_fit(function: Examined) -> Iterator[Finding]:
                     )
                     message = f"{callee.__name__}{plain}: {error}"
                     yield function.declared.finding(Code.NRP240, node, message)
+
+
+def _is_checked(callee: Any) -> bool:
+    """Whether a call of something is compared with what it takes."""
+    if isinstance(callee, Written):
+        return True
+    if isinstance(callee, (FunctionType, MethodType)):
+        return str(callee.__module__).startswith("nrp_core.")
+    return isinstance(callee, BuiltinFunctionType) and callee.__module__ in _PLAIN and _is_told(callee)
+
+
+def _is_told(callee: Any) -> bool:
+    try:
+        return bool(inspect.signature(callee).parameters)
+    except ValueError:
+        return False
 
 
 @checks_function(Code.NRP240)

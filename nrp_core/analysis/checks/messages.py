@@ -85,6 +85,10 @@ def _refused(info: TopicInfo, value: Shape) -> str:
     match value:
         case Instance(cls) if type_name(cls) != type_name(info.type):
             return f"{info.name} carries {type_name(info.type)}, not {type_name(cls)}"
+        case Known(type() as cls):
+            return (
+                f"{info.name} carries {type_name(info.type)}, not its class; did you mean '{cls.__name__}()'?"
+            )
         case Number() | Items() | Row() if isinstance(value, (Items, Row)) or len(fields) != 1:
             what = "a number" if isinstance(value, Number) else "a list"
             return f"{info.name} carries {type_name(info.type)}, not {what}"
@@ -105,6 +109,8 @@ def _misfit(shape: Shape, hint: Any) -> str:
                 return f"{told}, not a {type_name(cls)}"
             case Number():
                 return f"{told}, not a number"
+            case Items() | Row():
+                return f"{told}, not a list"
             case Known(int() | float() | str() as value):
                 return f"{told}, not {value!r:.40}"
         return ""

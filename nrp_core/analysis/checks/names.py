@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from pyflakes import messages
 from pyflakes.checker import Checker
@@ -11,7 +11,7 @@ from pyflakes.checker import Checker
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
-from nrp_core.dsl.listing import Listing
+from nrp_core.dsl.listing import Source
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
@@ -26,12 +26,13 @@ _CODES = {
 def names_are_defined_and_used(study: Study) -> Iterator[Finding]:
     """Look for names that nothing defines and for local values that nothing uses."""
     for listing in study.listings:
-        yield from _names_of(listing)
+        yield from _names_of(listing.sources, set(listing.names))
+    for source in study.neighbours:
+        yield from _names_of([source], set())
 
 
-def _names_of(listing: Listing) -> Iterator[Finding]:
-    known = set(listing.names)
-    for source in listing.sources:
+def _names_of(sources: Iterable[Source], known: set[str]) -> Iterator[Finding]:
+    for source in sources:
         checker = Checker(source.tree, str(source.path), builtins=known)
         for found in checker.messages:
             code, level = _CODES.get(type(found), (None, Level.NOTE))

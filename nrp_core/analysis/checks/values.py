@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
 from types import FunctionType, MethodType
 from typing import Any
 
-from nrp_core.analysis.events import Call, Compute, Return, Write
+from nrp_core.analysis.events import Add, Call, Compute, Divide, Multiply, Return, Write
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.shapes import UNITS, Instance, Known, Row, Shape, names_of
+from nrp_core.analysis.shapes import UNITS, Instance, Items, Known, Number, Row, Shape, names_of
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.binding import Adapter
 from nrp_core.dsl.devices import Device
@@ -16,7 +17,7 @@ from nrp_core.dsl.groups import DeviceGroup
 from nrp_core.findings import Code, Finding
 from nrp_core.world.messages.base import type_name
 
-_OF_NUMBERS: tuple[Any, ...] = (min, max, abs, float, int, round, sum)
+_OF_VALUES: tuple[Any, ...] = (min, max, abs, float, int, round, sum, len)
 _TELLING = ("value", "voltage", "rate", "times", "amplitude", "mean")
 """What is mostly meant of a device, topic or variable."""
 _ARITHMETIC = ("__add__", "__radd__", "__sub__", "__mul__", "__rmul__", "__truediv__", "__neg__", "__float__")
@@ -27,14 +28,20 @@ def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
     """Look for what is no number in computations, and in arguments of functions that take numbers."""
     for event in function.events:
         match event:
+            case Compute(node, Known(DeviceGroup())):
+                wrong = f"'{ast.unparse(node)}' stands for a group of devices, not for a value"
             case Compute(node, operand):
                 wrong = _no_number(function, operand)
+            case Add(ast.BinOp() as node, left, right) | Multiply(node, left, right):
+                wrong = _text_and_number(node, left, right) or _list_and_number(left, right)
+            case Divide(node, left, right):
+                wrong = _list_and_number(left, right)
             case Return(node, Known(Adapter()) as given) if function.returns_to is not None:
                 wrong = _no_number(function, given)
             case Call(node, Known(callee), given, named):
                 if not _takes_values(callee):
                     continue
-                shapes = [*given, *named.values()]
+                shapes = [one for one in (*given, *named.values()) if callee is not len or not _is_sized(one)]
                 wrong = next(filter(None, (_no_value(function, one) for one in shapes)), "")
             case _:
                 continue
@@ -57,12 +64,40 @@ def settings_are_numbers(function: Examined) -> Iterator[Finding]:
 
 def _takes_values(callee: Any) -> bool:
     """Whether a function takes numbers or messages, and nothing that a parameter stands for."""
-    if any(callee is one for one in _OF_NUMBERS):
+    if any(callee is one for one in _OF_VALUES):
         return True
     if not isinstance(callee, (FunctionType, MethodType)) and not type(callee).__module__.startswith("numpy"):
         return False
     module = str(getattr(callee, "__module__", ""))
     return module.startswith(("nrp_core.dsl.tf_lib", "nrp_core.dsl.topics", "numpy"))
+
+
+def _text_and_number(node: ast.BinOp, left: Shape, right: Shape) -> str:
+    """Return why two things do not go together, empty where they do or nothing is known."""
+    sides = [(left, right), (right, left)]
+    if not any(isinstance(one, Known) and isinstance(one.value, str) for one, _ in sides):
+        return ""
+    repeats = isinstance(node.op, ast.Mult) and any(_is(other, int) for _, other in sides)
+    if repeats or not any(isinstance(other, Number) or _is(other, (int, float)) for _, other in sides):
+        return ""
+    return "a text and a number cannot be computed with; write f'...{number}', or float(text)"
+
+
+def _list_and_number(left: Shape, right: Shape) -> str:
+    """Return why the readings of a group cannot be computed with as one, empty where nothing is known."""
+    for one, other in ((left, right), (right, left)):
+        reads_group = isinstance(one, Items) and isinstance(one.item, Number) and one.item.unit
+        if reads_group and isinstance(other, Known) and type(other.value) is float:  # NumPy's would do
+            return "a group gives a list, a number for each device: [2.0 * one for one in ...]"
+    return ""
+
+
+def _is(shape: Shape, kinds: type | tuple[type, ...]) -> bool:
+    return isinstance(shape, Known) and isinstance(shape.value, kinds)
+
+
+def _is_sized(shape: Shape) -> bool:
+    return isinstance(shape, Known) and hasattr(type(shape.value), "__len__")
 
 
 def _no_number(function: Examined, shape: Shape) -> str:

@@ -24,6 +24,8 @@ def names_are_used_once(study: Study) -> Iterator[Finding]:
     first: dict[str, Declared] = {}
     for declared in study.declared:
         name = declared.function.name
+        if not declared.is_read:  # a decorator of the user's may have renamed it
+            continue
         if name in first:
             other = first[name]
             place = f"{other.source.path}:{other.node.lineno}"

@@ -57,7 +57,7 @@ def loop_from(folder: Path, statement: str, **options: Any) -> tuple[ClosedLoop,
         ("-5.0", 16, "ValueError: eye: rate must be finite and at least 0, not -5.0"),
         ("float('nan')", 16, "ValueError: eye: rate must be finite and at least 0, not nan"),
         ("sys.exit()", 16, "SystemExit"),
-        ("v.rate", 16, "AttributeError: v is a LeakyIntegratorDevice without attribute 'rate'"),
+        ("v.rate", 16, "AttributeError: the device 'v' has no attribute 'rate'; valid: active, voltage"),
     ],
 )
 def test_the_report_names_file_line_step_time_and_inputs(

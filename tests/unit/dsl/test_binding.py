@@ -82,7 +82,12 @@ WRONG: list[tuple[type[ExperimentError], str, str, str]] = [
         "Robot2Neuron()",
         "'/arm' carries std_msgs/msg/Float64, not std_msgs/msg/String",
     ),
-    (TopicError, "MapRobotPublisher('x', '/legg')", "Robot2Neuron()", "a new one needs its type"),
+    (
+        TopicError,
+        "MapRobotPublisher('x', '/legg')",
+        "Robot2Neuron()",
+        r"which needs its type: Topic\('/legg', TYPE\)",
+    ),
     (
         TopicError,
         "MapVariable('x')",

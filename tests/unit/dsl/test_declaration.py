@@ -58,6 +58,7 @@ Load = Callable[[str], list[TransferFunction]]
         (1, "@nrp.Robot2Neuron(triggers='x')\ndef f(t): pass", "triggered by 'x', which is no parameter"),
         (1, "@nrp.Robot2Neuron(triggers=5)\ndef f(t): pass", "triggers are names of parameters, not 5"),
         (1, "@nrp.Robot2Neuron(throttling_rate=0)\ndef f(t): pass", "positive rate in Hz, not 0"),
+        (1, "@nrp.Robot2Neuron(throttling_rate=True)\ndef f(t): pass", "not True"),
         (1, "@nrp.Robot2Neuron(throttling_rate='30 Hz')\ndef f(t): pass", "not '30 Hz'"),
         (1, "@nrp.Robot2Neuron(priority='high')\ndef f(t): pass", "integer, not 'high'"),
         (1, "@nrp.Robot2Neuron()\nclass F: pass", "decorates a function"),

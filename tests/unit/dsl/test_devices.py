@@ -63,7 +63,9 @@ def test_what_is_only_read_cannot_be_set() -> None:
 
 def test_a_misspelt_attribute_is_neither_read_nor_set() -> None:
     device = opened(kinds.poisson)
-    with pytest.raises(AttributeError, match=r"wheel is a SpikeGenerator .* did you mean 'rate'"):
+    with pytest.raises(
+        AttributeError, match=r"the device 'wheel' has no attribute 'rat'; did you mean 'rate'"
+    ):
         _ = device.rat
     with pytest.raises(AttributeError, match="did you mean 'rate'"):
         device.rats = 5.0

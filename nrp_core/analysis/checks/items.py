@@ -1,0 +1,120 @@
+"""What has items, and how many: devices, groups, numbers, messages, rows of files."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from typing import Any
+
+from nrp_core.analysis.events import Call, Index, Read, Rename, Write
+from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.shapes import Instance, Known, Number, Row, Shape, can_set, names_of
+from nrp_core.analysis.study import Examined
+from nrp_core.dsl.binding import Adapter
+from nrp_core.dsl.csv_recorder import CSVRecorder
+from nrp_core.dsl.groups import DeviceGroup
+from nrp_core.dsl.mappings import MapCSVRecorder
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.base import type_name
+
+_OF_MANY: tuple[Any, ...] = (min, max, sum)
+
+
+@checks_function(Code.NRP252)
+def what_is_indexed_has_items(function: Examined) -> Iterator[Finding]:
+    """Look for items of what has none, or not so many."""
+    for event in function.events:
+        match event:
+            case Index(node, Known(DeviceGroup() as group), Known(int() as index)):
+                if -len(group) <= index < len(group):
+                    continue
+                told = ast.unparse(node.value if isinstance(node, ast.Subscript) else node)
+                message = f"'{told}' has {len(group)} devices, 0..{len(group) - 1}; {index} is not among them"
+            case Call(node, Known(callee), (owner,), _, True) if any(callee is one for one in _OF_MANY):
+                what = _without_items(function, owner)
+                if not what:
+                    continue
+                message = f"{callee.__name__} of one thing is of its items, and {what} has none"
+            case Index(node, owner, _):
+                what = _without_items(function, owner)
+                if not what:
+                    continue
+                message = f"{what} has no items"
+            case _:
+                continue
+        yield function.declared.finding(Code.NRP252, event.node, message)
+
+
+def _without_items(function: Examined, shape: Shape) -> str:
+    """Return what something is that has no items, empty where it may have some."""
+    match shape:
+        case Number() | Known(bool() | int() | float()):
+            return "a number"
+        case Instance(cls) if not any(
+            hasattr(cls, name) for name in ("__getitem__", "__iter__", "__getattr__")
+        ):
+            return f"a {type_name(cls) if hasattr(cls, '__msgtype__') else cls.__name__}"
+        case Known(Adapter() as adapter) if not hasattr(type(adapter), "__getitem__"):
+            return f"'{function.parameter_of(shape) or type(adapter).__name__}'"
+    return ""
+
+
+@checks_function(Code.NRP225)
+def groups_get_a_value_for_each(function: Examined) -> Iterator[Finding]:
+    """Look for lists that have more or fewer values than a group has devices."""
+    for event in function.events:
+        match event:
+            case Write(node, Known(DeviceGroup() as group), name, True, Row(items)):
+                is_known = all(isinstance(item, Known) for item in items)  # then it is tried
+                if len(items) != len(group) and can_set(group, name) and not is_known:
+                    message = f"{len(items)} values for '{name}' of {len(group)} devices"
+                    yield function.declared.finding(Code.NRP225, node, message)
+
+
+@checks_function(Code.NRP253)
+def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
+    """Look for parameters that are overwritten where something of them was to be set."""
+    lost: dict[str, Shape] = {}
+    for event in function.events:
+        match event:
+            case Rename(ast.Name(name), Known(Adapter()) as owner):
+                lost[name] = owner
+            case Read(ast.Attribute(ast.Name(name)) as node, owner) | Write(
+                ast.Attribute(ast.Name(name)) as node, owner
+            ) if name in lost and event.name in names_of(lost[name]):
+                if isinstance(owner, (Known, Instance)):
+                    continue
+                message = (
+                    f"'{name}' is no longer what it stands for, but what is assigned to it above; "
+                    f"did you mean '{name}.{node.attr} = ...' there?"
+                )
+                yield function.declared.finding(Code.NRP253, node, message, Level.WARNING)
+                del lost[name]
+
+
+@checks_function(Code.NRP254)
+def headers_are_a_list(function: Examined) -> Iterator[Finding]:
+    """Look for headers that are one text, of which each letter would be a column."""
+    for name, mapping in function.function.mappings.items():
+        node = function.declared.nodes.get(name)
+        if not isinstance(mapping, MapCSVRecorder) or not isinstance(node, ast.Call):
+            continue
+        written = [*node.args[2:3], *(one.value for one in node.keywords if one.arg == "headers")]
+        if any(isinstance(one, ast.Constant) for one in written):
+            message = f"headers are a list of texts, as ['t', 'x'], not {ast.unparse(written[0])}"
+            yield function.declared.finding(Code.NRP254, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP254)
+def rows_fit_their_headers(function: Examined) -> Iterator[Finding]:
+    """Compare the values that are recorded with the headers."""
+    for event in function.events:
+        if not (isinstance(event, Call) and event.is_whole and isinstance(event.callee, Known)):
+            continue
+        recorder = getattr(event.callee.value, "__self__", None)
+        if not isinstance(recorder, CSVRecorder) or event.callee.value.__name__ != "record_entry":
+            continue
+        headers, values = recorder.headers, event.given
+        if len(values) != len(headers):
+            message = f"a row of {len(values)} under {len(headers)} headers: {', '.join(headers)}"
+            yield function.declared.finding(Code.NRP254, event.node, message, Level.WARNING)

@@ -1,0 +1,61 @@
+"""Variables: whether they are shared, and what they begin with."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+from nrp_core.analysis.events import Compute
+from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.study import Examined
+from nrp_core.dsl.mappings import MapVariable
+from nrp_core.findings import Code, Finding, Level
+
+_PLAIN = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return)
+_CHOOSING = (ast.IfExp, ast.BoolOp, ast.Lambda)
+
+
+@checks_function(Code.NRP210)
+def shared_variables_are_global(function: Examined) -> Iterator[Finding]:
+    """Look for variables that have a key for all functions and are local."""
+    for name, node in _local(function):
+        if any(one.arg == "global_key" for one in node.keywords):
+            message = f"'{name}' is not shared: its global_key counts with scope=nrp.GLOBAL only"
+            yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP247)
+def variables_begin_with_a_value(function: Examined) -> Iterator[Finding]:
+    """Look for variables without an initial value that the first run computes with."""
+    computed = {_place(event.node): event.node for event in function.events if isinstance(event, Compute)}
+    for name, node in _local(function):
+        if len(node.args) > 1 or any(one.arg in ("initial_value", None) for one in node.keywords):
+            continue
+        uses = (_uses(one, name) for one in function.declared.node.body)
+        first = next((found for found in uses if found is not None), [])
+        wrong = next((computed[_place(one)] for one in first if _place(one) in computed), None)
+        if wrong is not None:
+            message = f"'{name}.value' is None in the first run: give it an initial_value"
+            yield function.declared.finding(Code.NRP247, wrong, message)
+
+
+def _local(function: Examined) -> Iterator[tuple[str, ast.Call]]:
+    for name, mapping in function.function.mappings.items():
+        node = function.declared.nodes.get(name)
+        if isinstance(mapping, MapVariable) and mapping.global_key is None and isinstance(node, ast.Call):
+            yield name, node
+
+
+def _place(node: ast.expr) -> tuple[int, int, str]:
+    """Return what is the same of ``n.value`` where ``n.value += 1`` reads and where it sets it."""
+    return node.lineno, node.col_offset, ast.unparse(node)
+
+
+def _uses(statement: ast.stmt, name: str) -> list[ast.expr] | None:
+    """Return where a statement surely evaluates a variable's value; None if the variable is not in it."""
+    parts = list(ast.walk(statement))
+    if not any(isinstance(one, ast.Name) and one.id == name for one in parts):
+        return None
+    sure = isinstance(statement, _PLAIN) and not any(isinstance(one, _CHOOSING) for one in parts)
+    values = [one for one in parts if isinstance(one, ast.Attribute) and ast.unparse(one) == f"{name}.value"]
+    return list(values) if sure else []
