@@ -28,7 +28,8 @@ class Scope:
 
     Args:
         roots: top-level packages below which there are substitutes.
-        substitute: returns the module that a dotted name stands for, or None for the real one.
+        substitute: returns the module that a dotted name stands for, or None for the real one; what it
+            returns for ``builtins`` need not be imported.
         folders: whose files count as neighbours too; iterated with each import, as they may become more.
         missing: returns what stands in for a module that is nowhere, given its name and the names of what
             imports it; None for nothing.
@@ -50,7 +51,9 @@ class Scope:
         self._folders = folders
         self._importlib = ModuleType("importlib", importlib.__doc__)
         self._importlib.__dict__.update(vars(importlib), import_module=self._import_module)
-        self._builtins = {**vars(builtins), "__import__": self._import}
+        lent = vars(substitute("builtins") or ModuleType("builtins"))
+        lent = {name: value for name, value in lent.items() if name[:2] != "__"}
+        self._builtins = {**vars(builtins), **lent, "__import__": self._import}
         self._files: set[str] = set()
         self._neighbours: dict[Path, ModuleType] = {}
         self._places: dict[str, ModuleType] = {}

@@ -22,6 +22,7 @@ from nrp_core.xml_tree import Element
 from nrp_legacy.code import Source, as_of_old, compiled_file
 from nrp_legacy.convert.python import defined
 from nrp_legacy.elements import attribute, children, local, number
+from nrp_legacy.files import Library
 from nrp_legacy.h5_brain import read_h5_brain
 from nrp_legacy.injections import Injection, kept_injections
 from nrp_legacy.live.built import Built
@@ -35,6 +36,8 @@ from nrp_legacy.pynn07 import add_spellings
 from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
 from nrp_legacy.shims.missing import StandIns
+from nrp_legacy.shims.paths import Paths
+from nrp_legacy.spinnaker import EXTERNAL_DEVICES, add_spinnaker
 
 _HDF5 = (".h5", ".hdf5")
 _SIMULATORS = (
@@ -59,7 +62,11 @@ class NotedNetwork(Network):
 
 
 def load_brain(
-    path: Path, populations: Mapping[str, Element], seed: int, folders: Sequence[Path] = ()
+    path: Path,
+    populations: Mapping[str, Element],
+    seed: int,
+    folders: Sequence[Path] = (),
+    library: Library | None = None,
 ) -> Network:
     """Return the network of a brain file, with the names that an experiment gives its neurons.
 
@@ -68,11 +75,15 @@ def load_brain(
         populations: elements that choose neurons of the file's ``circuit``, by the names for them.
         seed: all that is random follows from it.
         folders: whose modules a script can import.
+        library: where files are that a script names.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
     """
-    network = read_h5_brain(path) if path.suffix in _HDF5 else load_script(path, seed, folders=folders)
+    if path.suffix in _HDF5:
+        network = read_h5_brain(path)
+    else:
+        network = load_script(path, seed, folders=folders, library=library)
     views = dict(network.views)
     for name, chosen in populations.items():
         with suppress(ExperimentError):  # it is told of as a name without neurons
@@ -83,7 +94,11 @@ def load_brain(
 
 
 def load_script(
-    path: Path, seed: int, populations: Mapping[str, Selection] | None = None, folders: Sequence[Path] = ()
+    path: Path,
+    seed: int,
+    populations: Mapping[str, Selection] | None = None,
+    folders: Sequence[Path] = (),
+    library: Library | None = None,
 ) -> Network:
     """Return the network of a script in PyNN or NEST.
 
@@ -92,6 +107,7 @@ def load_script(
         seed: all that is random follows from it.
         populations: names for neurons of its ``circuit``.
         folders: whose modules it can import.
+        library: where files are that it names, by default in its folder.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
@@ -113,16 +129,22 @@ def load_script(
     def adapt(sim: ModuleType) -> None:
         nonlocal currents
         add_spellings(sim)
+        add_spinnaker(sim)
+        modules.update(dict.fromkeys(EXTERNAL_DEVICES, sim.external_devices))
         vars(sim)["nest"] = built.nest
         sims.append(sim)
         currents = kept_injections(sim)
 
-    libraries = libraries_of_old({}, lambda _seconds: None, seed, built.import_path)
+    files = library or Library(path.parent)
+    libraries = libraries_of_old(
+        files.environment(), lambda _seconds: None, seed, built.import_path, Paths(files)
+    )
+    modules = {**libraries, "nest": built.nest}
     with as_of_old():
         made = load_network(
             path, seed=seed, simulators=_SIMULATORS, compiled=compiled_file, adapt=adapt,
-            modules={**libraries, "nest": built.nest},
-            other=by_nest, missing=StandIns(kernel.note), folders=ImportPath(built.import_path, folders),
+            modules=modules, other=by_nest, missing=StandIns(kernel.note),
+            folders=ImportPath(built.import_path, folders, files),
         )  # fmt: skip
     parts = made.populations, made.projections, made.views, made.timestep_ms
     _keep(built, kernel, made, kept[0], sims[0])

@@ -8,13 +8,17 @@ Lists that ``range`` and its kin return can still be asked for their next item, 
 from __future__ import annotations
 
 import builtins
+import codecs
+import operator
 from collections.abc import Callable, Iterable, Iterator
 from functools import cmp_to_key, reduce
 from typing import Any
 
+import numpy as np
+
 __all__ = [
-    "basestring", "buffer", "cmp", "divide", "filter", "intern", "long", "map", "next_of", "ord", "range",
-    "raw_input", "reduce", "reload", "sort", "sorted", "unichr", "unicode", "xrange", "zip",
+    "apply", "basestring", "buffer", "cmp", "divide", "filter", "intern", "long", "map", "next_of", "ord",
+    "range", "raw_input", "reduce", "reload", "sort", "sorted", "unichr", "unicode", "xrange", "zip",
 ]  # fmt: skip
 
 basestring = unicode = str
@@ -44,8 +48,10 @@ def map(function: Callable[..., Any] | None, *items: Iterable[Any]) -> list[Any]
 
 
 def filter(function: Callable[[Any], Any] | None, items: Iterable[Any]) -> Any:
-    """Return the items that a function approves of; of a text, a text."""
+    """Return the items that a function approves of; of a text or tuple, its like."""
     chosen = Listed(builtins.filter(function, items))
+    if isinstance(items, tuple):
+        return tuple(chosen)
     return "".join(chosen) if isinstance(items, str) else chosen
 
 
@@ -83,7 +89,7 @@ def _key(compare: Callable[[Any, Any], int] | None, key: Any) -> Any:
 
 def ord(character: Any) -> int:
     """Return the number of a character, or of a byte, which is one already."""
-    return character if isinstance(character, int) else builtins.ord(character)
+    return int(character) if isinstance(character, (int, np.integer)) else builtins.ord(character)
 
 
 def float_of(value: Any = 0.0) -> float:
@@ -105,6 +111,11 @@ def reload(module: Any) -> Any:
     return module
 
 
+def apply(function: Callable[..., Any], values: Iterable[Any] = (), options: Any = None) -> Any:
+    """Return what a function returns."""
+    return function(*values, **(options or {}))
+
+
 def intern(text: str) -> str:
     """Return a text."""
     return text
@@ -113,6 +124,49 @@ def intern(text: str) -> str:
 def next_of(items: Any) -> Any:
     """Return the next item: ``items.next()``."""
     return items.next() if hasattr(items, "next") else next(items)
+
+
+def text_of(value: Any, encoding: str = "ascii", *errors: str) -> Any:
+    """Return a text encoded or decoded: as it is, but for hexadecimal digits."""
+    if encoding in ("hex", "base64"):
+        return codecs.encode(value.encode("latin-1"), encoding).decode("ascii").strip()
+    return value.decode(encoding, *errors) if isinstance(value, bytes) else value
+
+
+def compared(sign: str, left: Any, right: Any) -> Any:
+    """Return whether a comparison holds; None is less than anything else."""
+    if left is None or right is None:
+        left, right = (left is not None, right is not None)
+    return getattr(operator, sign)(left, right)
+
+
+def message_of(error: BaseException) -> Any:
+    """Return what an error says: ``error.message``."""
+    return getattr(error, "message", error.args[0] if error.args else "")
+
+
+def bytes_of(value: Any) -> Any:
+    """Return the bytes of an array: ``array.tostring()``."""
+    return value.tostring() if hasattr(value, "tostring") else value.tobytes()
+
+
+def ptp_of(value: Any, *values: Any, **options: Any) -> Any:
+    """Return the range of the numbers of an array: ``array.ptp()``."""
+    return value.ptp(*values, **options) if hasattr(value, "ptp") else np.ptp(value, *values, **options)
+
+
+def itemset_of(array: Any, *values: Any) -> None:
+    """Set one number of an array: ``array.itemset(place, number)``, or ``(row, column, number)``."""
+    *place, number = values
+    if len(place) == 1 and not isinstance(place[0], tuple):
+        array.flat[place[0]] = number
+    else:
+        array[place[0] if len(place) == 1 else tuple(place)] = number
+
+
+def rgb_of(canvas: Any) -> bytes:
+    """Return the pixels of a figure: ``canvas.tostring_rgb()``."""
+    return np.asarray(canvas.buffer_rgba())[..., :3].tobytes()
 
 
 class Quotient(float):

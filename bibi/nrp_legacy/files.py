@@ -52,6 +52,9 @@ class Library:
             "HBP": str(models.parent),
             "NRP_MODELS_DIRECTORY": str(models),
             "NRP_EXPERIMENTS_DIRECTORY": str(self.folder.parent),
+            "NRP_EXPERIMENT_DIRECTORY": str(self.folder),
+            "NRP_SIMULATION_DIR": str(self.folder),
+            "NRP_INSTALL_MODE": "user",
             "GAZEBO_MODEL_PATH": os.pathsep.join(map(str, self._models)),
             "ROS_MASTER_URI": "http://localhost:11311",
             "NRP_VIRTUAL_ENV": sys.prefix,
@@ -64,6 +67,12 @@ class Library:
     def find_code(self, name: str) -> Path | None:
         """Return a file of code by its name."""
         return self._first((name,), None)
+
+    def find_data(self, name: str) -> Path | None:
+        """Return a file or folder that code names."""
+        plain = _plain(name).rstrip("/")
+        places = (place for place in self._candidates(plain, None) if plain and place.exists())
+        return next((place.resolve() for place in places), None) or self._by_its_end(plain)
 
     def find_sdf(self, named: FileNamed) -> Path | None:
         """Return the file of a robot or room; of an archive, the one that it unpacks to."""

@@ -134,14 +134,5 @@ def _blocks(element: Element, root: Element, names: Namespace) -> Iterator[Trans
 def _parts(element: Element, root: Element) -> list[Part]:
     """Return the Python that building blocks stand for."""
     shared = children(root, "connectors", "synapseDynamics")
-    alone = replace(root, children=[*shared, _with_properties(element)], text="", raw_text="")
+    alone = replace(root, children=[*shared, element], text="", raw_text="")
     return transformed(model_of(alone), element.path)[1:]
-
-
-def _with_properties(element: Element) -> Element:
-    """Return an element in which ``name="device.voltage"`` of references are a name and a property."""
-    given = dict(element.attributes)
-    name, dot, path = given.get("name", "").partition(".")
-    if dot and local(attribute(element, "type") or "") == "ArgumentReference" and "property" not in given:
-        given |= {"name": name, "property": path}
-    return replace(element, attributes=given, children=[_with_properties(one) for one in element.children])

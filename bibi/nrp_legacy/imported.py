@@ -5,7 +5,7 @@ Their ``experiment.yaml`` says so: ``compatibility: {platform: hbp_nrp}``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -19,13 +19,11 @@ from nrp_core.experiment.making import Build, build_here
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.platforms import Platform
 from nrp_core.experiment.section import Section
-from nrp_core.findings import Code
+from nrp_core.findings import Code, Level
 from nrp_core.paths import ExistingFile
-from nrp_core.world.scene.model import Model
 from nrp_legacy.brains import load_script
 from nrp_legacy.code import Source
 from nrp_legacy.files import Library
-from nrp_legacy.joint_topics import with_commanded_joints
 from nrp_legacy.maker import ShimmedMaker
 
 RESOURCES = "resources"
@@ -50,36 +48,33 @@ class ImportedMaker(ShimmedMaker):
     """
 
     def __init__(self, experiment: Experiment, options: Options) -> None:
-        self._library = Library(experiment.place("name").folder, experiment.models)
         files = (*experiment.transfer_functions, *options.state_machines)
         folders = dict.fromkeys(path.parent for path in files)
         super().__init__(
             experiment.place("compatibility").path,
+            Library(experiment.place("name").folder, experiment.models),
             options.state_machines,
             [place for folder in folders for place in (folder / RESOURCES, folder)],
             nest_units=options.nest_units,
         )
 
-    @property
-    def _environment(self) -> Mapping[str, str]:
-        return self._library.environment()
-
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain = experiment.brain
         if brain.model.suffix != ".py":
             return super().network(experiment, build)
-        script = partial(load_script, brain.model, experiment.seed, brain.populations, self._folders)
+        script = partial(
+            load_script, brain.model, experiment.seed, brain.populations, self._folders, self.library
+        )
         return self._known(build(script), brain.model)
 
-    def robot(self, experiment: Experiment, name: str) -> Model:
-        codes = (Source.of_file(path).text for path in experiment.transfer_functions)
-        return with_commanded_joints(super().robot(experiment, name), codes)
+    def _codes(self, experiment: Experiment) -> Iterator[str]:
+        return (Source.of_file(path).text for path in experiment.transfer_functions)
 
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         self.names = self._begun(experiment)
         loaded: list[TransferFunction] = []
         for i, path in enumerate(experiment.transfer_functions):
-            with collector.during(Code.NRP210, "transfer_functions", i):
+            with collector.during(Code.NRP210, "transfer_functions", i, level=Level.WARNING):
                 loaded += self._load(path)
         yield from self._ready(loaded, collector)
 
@@ -87,7 +82,7 @@ class ImportedMaker(ShimmedMaker):
         self.names = self._begun(experiment)
         sources: list[listing.Source] = []
         for i, path in enumerate(experiment.transfer_functions):
-            with collector.during(Code.NRP210, "transfer_functions", i):
+            with collector.during(Code.NRP210, "transfer_functions", i, level=Level.WARNING):
                 tree = Source.of_file(path).tree(self._note)
                 sources.append(listing.Source(path, tree))
         yield self._listing(sources, collector)

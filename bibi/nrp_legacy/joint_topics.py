@@ -1,48 +1,63 @@
 """Joints that functions command by topics of the platform, though no plugin that is known here serves them.
 
-Robots of the platform had plugins of their own for it. Whatever they were, ``/robot/joint/cmd_pos`` and
-``/icub/joint/vel`` say which joint is meant and how.
+Robots of the platform had plugins of their own for it, or the controllers of ``ros_control``. Whatever they
+were, ``/robot/joint/cmd_pos``, ``/icub/joint/vel`` and ``/arm/joint_position_controller/command`` say which
+joint is meant and how.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import Literal
 
 from nrp_core.world.scene.acting import JointController
 from nrp_core.world.scene.model import Model
 
-Kind = Literal["position", "velocity"]
+Kind = Literal["position", "velocity", "effort"]
 
-_TOPIC = re.compile(r"""["'](/[\w/-]*?/(?P<joint>[\w-]+)/(?P<end>cmd_pos|cmd_vel|pos|vel))/?["']""")
-_KINDS: dict[str, Kind] = {
-    "cmd_pos": "position",
-    "pos": "position",
-    "cmd_vel": "velocity",
-    "vel": "velocity",
-}
+_JOINT = r"""(?P<joint>[\w-]+|%s|\{\w*\}|["']\s*\+[^"'\n]*\+\s*["'])"""
+"""The name of a joint, or where code puts one in."""
+_TOPIC = re.compile(
+    rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT}(?P<end>/(?:cmd_)?(?:pos|vel|effort|torque))/?["']"""
+)
+_CONTROLLER = re.compile(
+    rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT.replace("]+|", "]+?|")}"""
+    r"""(?P<end>(?:_(?:position|velocity|effort))?_controller/command)["']"""
+)
+_KINDS: dict[str, Kind] = {"vel": "velocity", "eff": "effort", "tor": "effort"}
 
 
-def with_commanded_joints(model: Model, sources: Iterable[str]) -> Model:
+def with_commanded_joints(model: Model, sources: Iterable[str], others: Collection[str] = ()) -> Model:
     """Return a robot with a controller for each of its joints that some code commands by its name.
 
     Args:
         model: the robot.
-        sources: the code of the transfer functions.
+        sources: the code of the transfer functions and state machines.
+        others: the names of other robots; what begins with one is not meant for this one.
     """
     free = {joint.name for joint in model.joints if joint.kind != "fixed"}
     driven = {(controller.joint, controller.kind) for controller in model.controllers}
+    served = {controller.topic for controller in model.controllers}
     added = [
         JointController(joint, kind, topic, gains=None)
-        for topic, joint, kind in dict.fromkeys(_commands(sources))
-        if joint in free and (joint, kind) not in driven
+        for topic, joint, kind in dict.fromkeys(_commands(sources, sorted(free)))
+        if (joint, kind) not in driven and topic not in served and topic.split("/")[1] not in others
     ]
     return replace(model, controllers=(*model.controllers, *added)) if added else model
 
 
-def _commands(sources: Iterable[str]) -> Iterator[tuple[str, str, Kind]]:
+def _commands(sources: Iterable[str], joints: Collection[str]) -> Iterator[tuple[str, str, Kind]]:
+    """Yield the topics in some code, with the joints that they name; all joints where code puts names in."""
     for source in sources:
-        for found in _TOPIC.finditer(source):
-            yield found[1], found["joint"], _KINDS[found["end"]]
+        for found in (*_TOPIC.finditer(source), *_CONTROLLER.finditer(source)):
+            named = found["joint"]
+            meant = [named] if re.fullmatch(r"[\w-]+", named) else joints
+            for joint in meant:
+                if joint in joints:
+                    yield f"/{found['lead']}{joint}{found['end']}", joint, _kind(found["end"])
+
+
+def _kind(end: str) -> Kind:
+    return next((kind for part, kind in _KINDS.items() if part in end), "position")

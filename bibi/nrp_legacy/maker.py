@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -10,6 +12,7 @@ from pathlib import Path
 from nrp_core.brain.network import Network
 from nrp_core.dsl.function import Flow, TransferFunction
 from nrp_core.dsl.listing import Listing, Source
+from nrp_core.dsl.messages import message_type
 from nrp_core.errors import NrpError
 from nrp_core.experiment.collector import Collector
 from nrp_core.experiment.making import Build, Maker, build_here
@@ -19,6 +22,7 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_scene
+from nrp_legacy import code
 from nrp_legacy.aliases import find_alias
 from nrp_legacy.brains import load_brain, remark, with_unseen
 from nrp_legacy.documents import Bibi
@@ -30,13 +34,15 @@ from nrp_legacy.joint_topics import with_commanded_joints
 from nrp_legacy.live.built import built_of
 from nrp_legacy.machines import StateMachines
 from nrp_legacy.namespace import Namespace
+from nrp_legacy.shared_topics import SharedTopics
 
 
-class ShimmedMaker(Maker):
+class ShimmedMaker(Maker, ABC):
     """Makes experiments whose files find the names and modules of the platform.
 
     Args:
         document: what is at fault where nothing nearer is.
+        library: where files are.
         machines: the state machines.
         folders: whose modules can be imported.
         nest_units: whether devices are set in the units of NEST.
@@ -44,29 +50,52 @@ class ShimmedMaker(Maker):
 
     Attributes:
         names: what code begins with and imports.
+        shared_topics: the topics of the scene that was read last.
     """
 
     def __init__(
         self,
         document: Path | None,
+        library: Library,
         machines: Sequence[Path],
         folders: Sequence[Path],
         *,
         nest_units: bool,
         notes: Sequence[Finding] = (),
     ) -> None:
-        self._document, self.machines, self._folders = document, list(machines), tuple(folders)
+        self._document, self.library = document, library
+        self.machines, self._folders = list(machines), tuple(folders)
         self._nest_units, self._notes = nest_units, list(notes)
         self._network: Network | None = None
+        self.shared_topics = SharedTopics()
         self.names = self._namespace()
 
     @property
     def can_be_saved(self) -> bool:
         return not self.machines
 
+    def room(self, experiment: Experiment) -> Scene:
+        self.shared_topics = SharedTopics()
+        return self.shared_topics.in_room(super().room(experiment))
+
+    def robot(self, experiment: Experiment, name: str) -> Model:
+        others = experiment.world.robots.keys() - {name}
+        model = with_commanded_joints(super().robot(experiment, name), self.codes(experiment), others)
+        return self.shared_topics.in_model(model)
+
+    def codes(self, experiment: Experiment) -> Iterator[str]:
+        """Yield the code of all functions and machines, as it stands there."""
+        yield from self._codes(experiment)
+        for path in self.machines:
+            yield code.Source.of_file(path).text
+
+    @abstractmethod
+    def _codes(self, experiment: Experiment) -> Iterator[str]:
+        """Yield the code of all transfer functions."""
+
     def _namespace(self, seed: int = 0) -> Namespace:
         return Namespace(
-            self._note, self._folders, nest_units=self._nest_units, environment=self._environment, seed=seed,
+            self._note, self.library, self._folders, nest_units=self._nest_units, seed=seed,
             network=self._network,
         )  # fmt: skip
 
@@ -78,11 +107,6 @@ class ShimmedMaker(Maker):
     def _begun(self, experiment: Experiment) -> Namespace:
         """Return fresh names, which know the brain."""
         return self._namespace(experiment.seed)
-
-    @property
-    def _environment(self) -> Mapping[str, str]:
-        """The variables that the platform set."""
-        return {}
 
     def _ready(self, loaded: Iterable[TransferFunction], collector: Collector) -> list[TransferFunction]:
         """Return functions in the order of the platform, once all notes are taken."""
@@ -102,10 +126,21 @@ class ShimmedMaker(Maker):
         aliases = self.aliases(world, functions)
         for name, served in aliases.items():
             world.add_alias(name, served)
-        for name, kind in self.names.graph.wanted.items():
+        for name, kind in {**self._topics_of_machines(functions), **self.names.graph.wanted}.items():
             if name not in world.topics:
                 world.declare(name, kind)
         let_all_talk(functions, world, aliases)
+        self.shared_topics.hand_on(world)
+
+    def _topics_of_machines(self, functions: Sequence[TransferFunction]) -> dict[str, type]:
+        """Return the topics that functions read and state machines name, with their types."""
+        texts = [code.Source.of_file(path).text for path in self.machines]
+        read = [topic for one in functions for topic in one.subscribed if topic.topic_type is not None]
+        return {
+            topic.name: message_type(topic.topic_type)
+            for topic in read
+            if any(re.search(rf"""["']/?{re.escape(topic.name[1:])}["']""", text) for text in texts)
+        }
 
     def aliases(self, world: World, functions: Sequence[TransferFunction]) -> dict[str, str]:
         """Return the topics of a world that are meant by other names."""
@@ -135,13 +170,11 @@ class LegacyMaker(ShimmedMaker):
     """
 
     def __init__(self, bibi: Bibi, library: Library, machines: list[Path], notes: list[Finding]) -> None:
-        self.bibi, self.library = bibi, library
+        self.bibi = bibi
         folders = library.folder / "resources", library.folder
-        super().__init__(bibi.element.path, machines, folders, nest_units=bibi.nest_units, notes=notes)
-
-    @property
-    def _environment(self) -> Mapping[str, str]:
-        return self.library.environment()
+        super().__init__(
+            bibi.element.path, library, machines, folders, nest_units=bibi.nest_units, notes=notes
+        )
 
     def room(self, experiment: Experiment) -> Scene:
         try:
@@ -150,11 +183,7 @@ class LegacyMaker(ShimmedMaker):
             self._note(f"the room is left out, a plain floor it is: {error}")
             return read_scene(EMPTY_ROOM)
 
-    def robot(self, experiment: Experiment, name: str) -> Model:
-        return with_commanded_joints(super().robot(experiment, name), self.codes())
-
-    def codes(self) -> Iterator[str]:
-        """Yield the code of all transfer functions, as it stands there."""
+    def _codes(self, experiment: Experiment) -> Iterator[str]:
         for element in self.bibi.functions:
             with suppress(NrpError):
                 yield code_of(element, self.library)
@@ -162,7 +191,8 @@ class LegacyMaker(ShimmedMaker):
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         path, populations = experiment.brain.model, self.bibi.populations
         try:
-            network = build(partial(load_brain, path, populations, experiment.seed, self._folders))
+            make = partial(load_brain, path, populations, experiment.seed, self._folders, self.library)
+            network = build(make)
             remark(path, populations, network, self._note)
             return self._known(network, path)
         except NrpError as error:

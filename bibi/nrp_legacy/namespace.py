@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import ModuleType
 from typing import Any
 
 from nrp_core.brain.network import Network
@@ -17,31 +17,28 @@ from nrp_core.world.messages.std_msgs import Float32, Int32, String
 from nrp_legacy import python2
 from nrp_legacy.brain_root import BrainRoot
 from nrp_legacy.code import compiled_file
+from nrp_legacy.files import Library
 from nrp_legacy.framework import framework, topic
 from nrp_legacy.live.built import Built
 from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.kernel import Kernel
+from nrp_legacy.shims.actions import action_modules
 from nrp_legacy.shims.containers import smach_module
 from nrp_legacy.shims.cv_bridge import CvBridge, cv_bridge_module
 from nrp_legacy.shims.graph import Graph, log
 from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
-from nrp_legacy.shims.missing import StandIns
+from nrp_legacy.shims.logs import ClientLogger
+from nrp_legacy.shims.missing import StandIns, with_missing_parts
 from nrp_legacy.shims.modules import message_modules, module, service_modules
+from nrp_legacy.shims.paths import Paths
 from nrp_legacy.shims.rospy import rospy_module, sleep
 from nrp_legacy.shims.services import Services
 from nrp_legacy.shims.states import nrp_states_module, smach_ros_module
 from nrp_legacy.shims.transformations import tf_module, transformations_module
 
-
-class ClientLogger:
-    """Shows texts to the user."""
-
-    def info(self, *words: object) -> None:
-        """Show a text."""
-        log.info("%s", " ".join(map(str, words)))
-
-    advertise = info
+_INCOMPLETE = ("rospy", "smach", "smach_ros", "hbp_nrp_excontrol.nrp_states", "tf")
+"""Modules of which only what experiments are known to use is here."""
 
 
 class Namespace:
@@ -49,9 +46,9 @@ class Namespace:
 
     Args:
         notes: told what is left out.
+        library: where files are that code names.
         folders: whose modules can be imported.
         nest_units: whether devices are set in the units of NEST.
-        environment: variables that the platform set.
         seed: of what code draws at random.
         network: the brain, None if it is not known yet.
 
@@ -60,15 +57,16 @@ class Namespace:
         brain_root: the module of the brain file.
         module: the names.
         scope: what can be imported.
+        import_path: the folders whose modules can be imported.
     """
 
     def __init__(
         self,
         notes: Callable[[str], None],
+        library: Library,
         folders: Iterable[Path] = (),
         *,
         nest_units: bool = False,
-        environment: Mapping[str, str] = MappingProxyType({}),
         seed: int = 0,
         network: Network | None = None,
     ) -> None:
@@ -77,10 +75,12 @@ class Namespace:
         self.brain_root = BrainRoot(network)
         nrp = framework(notes, nest_units=nest_units, brain_root=self.brain_root)
         vars(nrp)["tf_lib"] = file_names()["nrp"].tf_lib
-        logger, messages = ClientLogger(), message_modules()
+        logger, messages = ClientLogger(self.graph), message_modules()
         vars(nrp).update(clientLogger=logger)
         built: Built = getattr(network, "built", None) or Built()
-        self._libraries = libraries_of_old(environment, partial(sleep, self.graph), seed, built.import_path)
+        self._libraries = libraries_of_old(
+            library.environment(), partial(sleep, self.graph), seed, built.import_path, Paths(library)
+        )
         substitutes = {
             **self._libraries,
             **messages,
@@ -94,15 +94,19 @@ class Namespace:
             "cv_bridge": cv_bridge_module(),
             "nest": built.nest or nest_module(Kernel(seed)),
             "roslib": module("roslib", load_manifest=lambda _name: None),
+            **action_modules(self.graph),
             "tf": tf_module(),
             "tf.transformations": transformations_module(),
         }
+        for name in _INCOMPLETE:
+            with_missing_parts(substitutes[name])
         for name, child in substitutes.items():
             parent, _, last = name.rpartition(".")
             if parent in substitutes:
                 vars(substitutes[parent]).setdefault(last, child)
-        path = ImportPath(built.import_path, folders)
-        self.scope = file_scope(nrp, substitutes, path, StandIns(self._tell(notes)), compiled_file)
+        self.import_path = ImportPath(built.import_path, folders, library)
+        stand_ins = StandIns(self._tell(notes))
+        self.scope = file_scope(nrp, substitutes, self.import_path, stand_ins, compiled_file)
         self.module = module("transfer_functions", **self._names(nrp, logger, messages))
 
     def _tell(self, notes: Callable[[str], None]) -> Callable[[str], None]:

@@ -11,23 +11,18 @@ from dataclasses import dataclass
 
 from nrp_core.errors import TransferFunctionError
 from nrp_legacy import builtins2
+from nrp_legacy.outdated import HELPERS, Outdated, call
 from nrp_legacy.python2_text import rewritten as _rewritten
 
 DIVIDE = "_divide_of_python_2"
 """The name under which converted code finds :func:`nrp_legacy.builtins2.divide`."""
 
-_QUOTIENT, _NEXT, _SORT = "_quotient", "_next_of_python_2", "_sort_of_python_2"
+_QUOTIENT, _ORDER = "_quotient", "_compared_as_in_python_2"
 _OF_ONE = {"float": "_float_of_one", "int": "_int_of_one"}
 _ALIASES = {
-    DIVIDE: "divide", _QUOTIENT: "quotient", _NEXT: "next_of", _SORT: "sort",
-    _OF_ONE["float"]: "float_of", _OF_ONE["int"]: "int_of",
+    DIVIDE: "divide", _QUOTIENT: "quotient", _OF_ONE["float"]: "float_of", _OF_ONE["int"]: "int_of",
+    _ORDER: "compared", **HELPERS,
 }  # fmt: skip
-_METHODS = {
-    "iteritems": "items", "itervalues": "values", "iterkeys": "keys",
-    "viewitems": "items", "viewvalues": "values", "viewkeys": "keys",
-}  # fmt: skip
-_VIEWS = ("keys", "values", "items")
-_IMAGE_FIRST = 3  # results of cv2.findContours in OpenCV 3
 
 
 def names() -> dict[str, object]:
@@ -58,17 +53,17 @@ def converted(code: str) -> Converted:
         SyntaxError: it is neither Python 3 nor anything that is converted.
     """
     changes: list[str] = []
-    tree, refused = _parsed(code)
+    tree, _ = _parsed(code)
     is_old = tree is None or any(map(_is_print_statement, ast.walk(tree)))
     if is_old:
         text, changes = _rewritten(code)
-        tree, _ = _parsed(text)
+        tree, refused = _parsed(text)
         if tree is None:
             raise refused or SyntaxError("not converted")
         if not _divides_truly(tree):
             tree = _Division(DIVIDE, changes).visit(tree)
     assert tree is not None
-    tree = _Outdated(changes, lists=is_old).visit(tree)
+    tree = Outdated(changes, is_old=is_old).visit(tree)
     done = is_old or _divides_truly(tree)
     return Converted(ast.fix_missing_locations(tree), tuple(dict.fromkeys(changes)), done)
 
@@ -76,7 +71,7 @@ def converted(code: str) -> Converted:
 def executable(code: Converted) -> ast.Module:
     """Return code that brings along what it needs of Python 2, and whose quotients can be indices."""
     tree = code.tree
-    for transformer in (*(() if code.divides_truly else (_Division(_QUOTIENT, []),)), _Numbers()):
+    for transformer in (*(() if code.divides_truly else (_Division(_QUOTIENT, []),)), _Numbers(), _Order()):
         tree = transformer.visit(tree)
     loaded = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     bound = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and _is_bound(node)}
@@ -148,10 +143,10 @@ class _Division(ast.NodeTransformer):
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)
-        if not isinstance(node.op, ast.Div) or _is_real(node.left) or _is_real(node.right):
+        if not may_be_whole(node):
             return node
         self._changes.append("integer division")
-        return _call(self._function, node, node.left, node.right)
+        return call(self._function, node, node.left, node.right)
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
         self.generic_visit(node)
@@ -159,7 +154,7 @@ class _Division(ast.NodeTransformer):
             return node
         self._changes.append("integer division")
         before = ast.copy_location(ast.Name(node.target.id, ast.Load()), node)
-        value = _call(self._function, node, before, node.value)
+        value = call(self._function, node, before, node.value)
         return ast.copy_location(ast.Assign([node.target], value), node)
 
 
@@ -169,75 +164,31 @@ class _Numbers(ast.NodeTransformer):
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         if isinstance(node.func, ast.Name) and node.func.id in _OF_ONE and node.args and not node.keywords:
-            return _call(_OF_ONE[node.func.id], node, *node.args)
+            return call(_OF_ONE[node.func.id], node, *node.args)
         return node
+
+
+class _Order(ast.NodeTransformer):
+    """Lets None be less than anything, as in Python 2: what has no value yet is compared, too."""
+
+    def visit_Compare(self, node: ast.Compare) -> ast.AST:
+        self.generic_visit(node)
+        sign = _SIGNS.get(type(node.ops[0]))
+        if sign is None or len(node.ops) > 1:
+            return node
+        return call(_ORDER, node, ast.Constant(sign), node.left, node.comparators[0])
+
+
+_SIGNS: dict[type[ast.cmpop], str] = {ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt", ast.GtE: "ge"}
+
+
+def may_be_whole(node: ast.BinOp) -> bool:
+    """Whether an operation is a division of what may be whole numbers."""
+    return isinstance(node.op, ast.Div) and not _is_real(node.left) and not _is_real(node.right)
 
 
 def _is_real(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and isinstance(node.value, float)
-
-
-def _call(
-    function: str, place: ast.AST, *values: ast.expr, keywords: list[ast.keyword] | None = None
-) -> ast.Call:
-    return ast.copy_location(ast.Call(ast.Name(function, ast.Load()), [*values], keywords or []), place)
-
-
-class _Outdated(ast.NodeTransformer):
-    """Replaces methods and results that are no more.
-
-    Args:
-        changes: told of each.
-        lists: whether what dictionaries return are lists, as in Python 2.
-    """
-
-    def __init__(self, changes: list[str], *, lists: bool) -> None:
-        self._changes, self._lists = changes, lists
-
-    def visit_Call(self, node: ast.Call) -> ast.AST:
-        self.generic_visit(node)
-        method = node.func
-        if not isinstance(method, ast.Attribute):
-            return node
-        if method.attr in _METHODS and not node.args:
-            self._changes.append(f"{method.attr}()")
-            method.attr = _METHODS[method.attr]
-        elif method.attr == "has_key" and len(node.args) == 1:
-            self._changes.append("has_key()")
-            return ast.copy_location(ast.Compare(node.args[0], [ast.In()], [method.value]), node)
-        elif method.attr == "next" and not node.args and not node.keywords:
-            return _call(_NEXT, node, method.value)
-        elif method.attr == "sort" and (node.args or any(one.arg == "cmp" for one in node.keywords)):
-            return _call(_SORT, node, method.value, *node.args, keywords=node.keywords)
-        elif self._lists and _is_view(node):
-            return _call("list", node, node)
-        return node
-
-    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
-        self.generic_visit(node)
-        if _is_view(node.value):
-            self._changes.append("indices of dictionary views")
-            node.value = _call("list", node.value, node.value)
-        return node
-
-    def visit_Assign(self, node: ast.Assign) -> ast.AST:
-        self.generic_visit(node)
-        target, call = node.targets[0], node.value
-        if (
-            isinstance(target, ast.Tuple) and len(target.elts) == _IMAGE_FIRST and isinstance(call, ast.Call)
-            and isinstance(call.func, ast.Attribute) and call.func.attr == "findContours" and call.args
-        ):  # fmt: skip
-            self._changes.append("three results of findContours")
-            results = [call.args[0], ast.Starred(call, ast.Load())]
-            node.value = ast.copy_location(ast.Tuple(results, ast.Load()), call)
-        return node
-
-
-def _is_view(node: ast.expr) -> bool:
-    return (
-        isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _VIEWS
-        and not node.args and not node.keywords
-    )  # fmt: skip
 
 
 def refusal(error: SyntaxError, path: object, first_line: int) -> TransferFunctionError:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from nrp_legacy.brains import load_brain, remark
 
+from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.network import Network
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.xml_tree import Element, parse_xml
@@ -85,3 +86,32 @@ def test_a_name_without_neurons_is_told(tmp_path: Path) -> None:
 def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NetworkError, match=r"brains are read from \.py and \.h5 files, not from 'brain.sli'"):
         load_brain(tmp_path / "brain.sli", {}, 0)
+
+
+def test_what_is_said_to_a_machine_is_taken_and_its_devices_send_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "brain.py"
+    path.write_text(
+        "import pyNN.spiNNaker as sim\n"
+        "import spynnaker_external_devices_plugin.pyNN as external\n"
+        "sim.setup(timestep=1.0)\n"
+        "sim.set_number_of_neurons_per_core(sim.IF_curr_exp, 50)\n"
+        "live = sim.Population(2, sim.external_devices.SpikeInjector(), label='live')\n"
+        "cells = sim.Population(3, sim.IF_curr_exp())\n"
+        "external.activate_live_output_for(cells)\n"
+        "circuit = cells\n"
+    )
+    network = load_brain(path, {}, 0)
+    assert [len(network.neurons(name)) for name in ("live", "circuit")] == [2, 3]
+
+
+def test_a_network_whose_weights_are_numbers_of_numpy_is_kept_in_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "brain.py"
+    path.write_text(
+        "import numpy as np\nimport pyNN.nest as sim\ncircuit = sim.Population(2, sim.IF_curr_exp())\n"
+        "w = np.array([0.5])\n"
+        "sim.Projection(circuit, circuit, sim.AllToAllConnector(),\n"
+        "    sim.StaticSynapse(weight=w[0], delay=w[0]))\n"
+    )
+    network = load_brain(path, {}, 0)
+    save_network(network, tmp_path / "brain.nrpnet")
+    assert read_network(tmp_path / "brain.nrpnet").digest == network.digest

@@ -227,3 +227,44 @@ def test_the_command_writes_a_folder_and_tells_what_changed(
     assert told["left_out"] == []
     assert app.run_app(arguments) != 0
     assert "is not empty" in capsys.readouterr().out
+
+
+OF_THE_PLATFORM = [
+    ("import random", "random.random()", "random.random"),
+    ("", "np.random.rand()", "numpy.random.rand"),
+    ("", "np.float(1)", "numpy.float"),
+    ("import cPickle", "cPickle.dumps(1)", "cPickle"),
+    ("from scipy import misc", "misc.imresize", "scipy.misc.imresize"),
+    ("import time", "time.sleep(1)", "time.sleep"),
+    ("", "open('/home/nobody/x.txt')", "open() of files that are elsewhere"),
+    ("", "[1, 2][3/2]", "a quotient as a whole number, line 2"),
+    ("n = 7/2", "range(n)", "a quotient as a whole number, line 2"),
+    ("", "laser.value.ranges.index(0)", "laser.value.ranges.index, of a tuple"),
+    ("", "map(int, x) + [1]", "map() as a list, line 2"),
+]
+OF_OURS = [
+    ("import os, time", "os.path.join('a', 'b'), time.time()"),
+    ("", "np.zeros(3) / 2, [1, 2][int(3 / 2)]"),
+    ("", "cv2.resize(x, (3, 3)), np.pi"),
+    ("", "states.value.name.index('robot')"),
+    ("import os", "open(os.path.join(os.path.dirname(__file__), 'x.txt'))"),
+    ("", "[i for i in range(3)], sum(map(int, x)), list(x.items())"),
+]
+
+
+@pytest.mark.parametrize(("before", "use", "reason"), OF_THE_PLATFORM)
+def test_code_that_would_mean_something_else_in_our_format_is_kept(
+    before: str, use: str, reason: str
+) -> None:
+    piece = piece_of(Source(f"{before}\nx = {use}\n", Path("f.py")))
+    assert piece.obstacle == f"relies on {reason}"
+
+
+@pytest.mark.parametrize(("before", "use"), OF_OURS)
+def test_code_that_means_the_same_in_our_format_is_not_kept(before: str, use: str) -> None:
+    assert piece_of(Source(f"{before}\nx = {use}\n", Path("f.py"))).obstacle == ""
+
+
+def test_a_name_that_only_another_file_sets_is_shared() -> None:
+    piece = piece_of(Source("def f(t):\n    global count\n    count += 1\n", Path("f.py")))
+    assert piece.lacks == {"count"}

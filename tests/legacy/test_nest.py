@@ -11,6 +11,7 @@ from nrp_brain_event import EventBackend
 from nrp_legacy.brains import NotedNetwork, load_brain
 from nrp_legacy.injections import let_flow
 
+from nrp_core.brain.injector import SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network import Network
 from nrp_core.brain.sinks import SpikeRecorder
@@ -193,3 +194,30 @@ def test_a_brain_of_2014_in_hdf5_excites_and_inhibits_as_its_tables_say(tmp_path
     assert (excitatory.post_index.tolist(), excitatory.weight.tolist()) == ([1, 2], [0.00215, 2.8e-5])
     assert (inhibitory.pre_index.tolist(), inhibitory.weight.tolist()) == ([2], [0.0017])
     assert network.neurons("circuit").tolist() == [0, 1, 2]
+
+
+def test_parrots_repeat_what_comes_to_them_from_anywhere(tmp_path: Path) -> None:
+    network = loaded(
+        tmp_path,
+        "import nest\n"
+        "source = nest.Create('spike_generator', 1, {'spike_times': [5.0, 5.2, 9.0]})\n"
+        "parrots = nest.Create('parrot_neuron', 2)\n"
+        "cells = nest.Create('parrot_neuron', 1)\n"
+        "nest.Connect(source, parrots[:1], syn_spec={'weight': 3.0, 'delay': 1.0})\n"
+        "nest.Connect(parrots, cells, syn_spec={'weight': 0.1, 'delay': 2.0})\n"
+        "circuit = parrots + cells\n",
+    )
+    with open_brain(network) as brain:
+        own = brain.add_source(
+            SpikeInjector(weight=0.00015, delay=1.0), network.neurons("parrots")[1:], name="own"
+        )
+        assert isinstance(own, SpikeInjectorPort)
+        own.inject_spikes(times_ms=7.0)
+        recorder = brain.add_sink(SpikeRecorder(), network.neurons("circuit"), name="all")
+        brain.run_until(20_000_000)
+        spikes = recorder.spikes(-1.0, 20.0)
+    trains = [spikes.times_ms[spikes.neurons == one] for one in network.neurons("circuit").tolist()]
+    first, second, cell = trains
+    assert first == pytest.approx([6.0, 6.2, 10.0], abs=0.11)
+    assert second == pytest.approx([8.0], abs=0.11)
+    assert cell == pytest.approx([8.0, 8.2, 10.0, 12.0], abs=0.21)

@@ -64,6 +64,20 @@ def printed(code: str, **values: object) -> str:
         ),
         ("print iter([5]).next(), ur'a', ord(97), cmp(1, 2), int('11', 2)", "5 a 97 -1 3\n"),
         ("x = 7\nx /= 2\nprint x", "3\n"),
+        ("print 0l, apply(max, (1, 2)), filter(None, (0, 1))", "0 2 (1,)\n"),
+        ("print 'az'.encode('hex'), u'a'.encode('utf-8'), 'a'.decode('utf-8')", "617a a a\n"),
+        ("class A:\n  def __nonzero__(self): return False\nprint bool(A())", "False\n"),
+        ("class A:\n  def __div__(self, other): return 4\nprint A() / 2", "4\n"),
+        (
+            "class A:\n  def __init__(self, x): self.x = x\n"
+            "  def __cmp__(self, other): return cmp(self.x, other.x)\nprint A(1) < A(2), A(1) == A(1)",
+            "True True\n",
+        ),
+        (
+            "class A:\n  n = 0\n  def __iter__(self): return self\n  def next(self):\n"
+            "    self.n += 1\n    if self.n > 2: raise StopIteration\n    return self.n\nprint list(A())",
+            "[1, 2]\n",
+        ),
     ],
 )
 def test_a_leftover_means_what_it_meant(code: str, text: str) -> None:
@@ -121,3 +135,26 @@ def test_what_is_no_python_at_all_is_refused() -> None:
 def test_integers_divide_downwards_and_anything_else_truly(left: int, right: int) -> None:
     assert divide(left, right) == left // right
     assert divide(float(left), right) == left / right
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        ("k = {2: 0, 1: 0}.keys()\nk.sort()\nprint(k)", "[1, 2]\n"),
+        ("try:\n    raise ValueError('no')\nexcept ValueError as e:\n    print(e.message)", "no\n"),
+        ("x = None\nprint(x < 3, 3 > x, x > 3, x <= None)", "True True False True\n"),
+        ("print(np.zeros(2, np.uint8).tostring())", "b'\\x00\\x00'\n"),
+        ("a = np.zeros((2, 2))\na.itemset((0, 1), 3)\na.itemset(3, 4)\nprint(a.sum(), a.ptp())", "7.0 4.0\n"),
+        ("print(ord(np.uint8(97)), ord('a'))", "97 97\n"),
+    ],
+)
+def test_what_libraries_and_python_2_allowed_is_allowed_in_code_of_either_python(
+    code: str, text: str
+) -> None:
+    assert printed(code, np=np) == text
+
+
+def test_code_that_stays_unreadable_is_refused_at_its_line() -> None:
+    with pytest.raises(SyntaxError) as error:
+        converted("print 'a'\nx = = 3\n")
+    assert error.value.lineno == 2

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims import transformations
 from nrp_legacy.shims.containers import Concurrence
 from nrp_legacy.shims.cv_bridge import CvBridge, CvBridgeError
-from nrp_legacy.shims.smach import CBState, InvalidTransitionError, Sequence, StateMachine
+from nrp_legacy.shims.smach import CBState, InvalidTransitionError, Sequence, State, StateMachine
 from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Duration, Time
 
@@ -106,6 +107,22 @@ def test_a_machine_goes_from_state_to_state_and_shares_data() -> None:
     )
     assert made.execute() == "end"
     assert made.userdata["n"] == 3
+
+
+def test_states_find_data_under_names_of_their_own() -> None:
+    class Count(State):
+        def execute(self, userdata: Any) -> str:
+            userdata.out = userdata.number + 1
+            return "done" if userdata.out > 2 else "again"
+
+    machine = StateMachine(outcomes=["done"])
+    machine.userdata.total = 0
+    names = {"number": "total", "out": "total"}
+    with machine:
+        StateMachine.add("count", Count(["again", "done"]), {"again": "count"}, remapping=names)
+    assert machine.execute() == "done"
+    assert machine.userdata.total == 3
+    assert "number" not in machine.userdata
 
 
 def test_an_outcome_that_leads_nowhere_is_an_error_that_names_it() -> None:
@@ -204,7 +221,24 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from gazebo_msgs.srv import SetModelState, SpawnModel
 import gazebo_msgs.msg
 import numpy, cv2
+import actionlib, dynamic_reconfigure.client
+import cv2.cv as cv
+from gazebo_msgs.srv import *
+from control_msgs.msg import FollowJointTrajectoryAction, FollowJointTrajectoryGoal
+from smach_ros import SimpleActionState, ConditionState
+import scipy, scipy.integrate, scipy.misc, scipy.signal
 
+assert cv.CV_RGB2GRAY == cv2.COLOR_RGB2GRAY and cv.BoxPoints is cv2.boxPoints and GetPhysicsProperties
+assert np.int0(2) == 2 and np.asfarray([1]).dtype == float and np.math.pi == np.pi
+assert scipy.zeros(2).shape == (2,) and abs(scipy.integrate.simps([0, 1, 2]) - 2) < 1e-9
+assert len(scipy.signal.gaussian(5, 1.0)) == 5 and scipy.misc.factorial(3) == 6
+client = actionlib.SimpleActionClient("/arm/follow", FollowJointTrajectoryAction)
+goal = FollowJointTrajectoryGoal()
+goal.trajectory.points.append(JointTrajectoryPoint(positions=[1.0]))
+goal.trajectory.joint_names = ["a"]
+client.send_goal(goal)
+assert not client.wait_for_server(rospy.Duration(1)) and len(goal.trajectory.points) == 1
+assert client.send_goal_and_wait(goal) == actionlib.GoalStatus.LOST
 assert hbp_nrp_cle.tf_framework.tf_lib.detect_red is nrp.tf_lib.detect_red
 assert tf.transformations.quaternion_from_euler is transformations.quaternion_from_euler
 assert JointTrajectory(points=[JointTrajectoryPoint()]).points
@@ -223,9 +257,24 @@ def test_everything_that_experiments_import_is_there(tmp_path: Path) -> None:
     (tmp_path / "resources" / "helper.py").write_text("answer = 42\n")
     path = tmp_path / "tf.py"
     path.write_text(IMPORTS + "\nimport helper\nassert helper.answer == 42\n")
-    names = Namespace(lambda _note: None, [tmp_path / "resources"])
+    names = Namespace(lambda _note: None, Library(tmp_path), [tmp_path / "resources"])
     (function,) = load_transfer_functions(path, module=names.module, scope=names.scope)
     function.function(0.0, None)
+
+
+def test_what_a_module_has_not_can_be_imported_and_is_named_where_it_is_used(tmp_path: Path) -> None:
+    path = tmp_path / "tf.py"
+    path.write_text(
+        "from rospy import Nowhere\nimport keras.models, keras.layers\nfrom keras.models import Sequential\n"
+    )
+    told: list[str] = []
+    names = Namespace(told.append, Library(tmp_path))
+    module = names.scope.run(path)
+    assert told == ["there is no module 'keras': what uses it fails"]
+    with pytest.raises(ImportError, match="'rospy' has no 'Nowhere' here"):
+        module.Nowhere()
+    with pytest.raises(ImportError, match="no module named 'keras' is installed"):
+        module.Sequential()
 
 
 Opened = Callable[..., Run]

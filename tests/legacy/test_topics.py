@@ -136,4 +136,6 @@ def test_functions_read_tuples_and_leave_what_others_read() -> None:
     assert heard.ranges.index(min(heard.ranges)) == 1
     assert isinstance(original.ranges, np.ndarray)
     picture = Image(data=np.zeros((1, 1, 3), np.uint8))
-    assert as_in_ros1(picture) is picture
+    assert as_in_ros1(picture).data == b"\x00\x00\x00"
+    assert picture.data.shape == (1, 1, 3)
+    assert as_in_ros1(message := Twist()) is message

@@ -14,6 +14,7 @@ from ruamel.yaml import YAML
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.mocks import MockWorld
 from nrp_core.errors import ExperimentError
+from nrp_core.experiment.making import Maker
 from nrp_core.experiment.model import BackendSection, Experiment
 from nrp_core.experiment.prepare import Examination, quietly
 from nrp_core.experiment.reader import read_yaml
@@ -167,7 +168,9 @@ class _Import:
     def _commanded(self, name: str, path: Path) -> None:
         """Write the controllers that only commands told of into the file of a robot."""
         model = next((one for one in self._scene.models if one.name == name), None)
-        added = [one for one in model.controllers if one.gains is None] if model else []
+        of_file = {(one.joint, one.kind) for one in Maker().robot(self._experiment, name).controllers}
+        controllers = model.controllers if model else ()
+        added = [one for one in controllers if (one.joint, one.kind) not in of_file]
         if not added:
             return
         joints = ", ".join(one.joint for one in added)
@@ -185,11 +188,12 @@ class _Import:
     # -- transfer functions and state machines
 
     def _conversations(self) -> list[str]:
-        """Return the topics on which functions speak or hear against the direction that they have here."""
+        """Return the topics that are used otherwise than here: in another direction, or by several parts."""
         functions = self._examined.functions
         topics = {topic for one in functions for topic in (*one.published, *one.subscribed)}
         names = sorted({plain_name(topic) for topic in topics if topic.name != plain_name(topic)})
-        return [f"{name}: used against its direction or type" for name in names]
+        shared = [f"{name}: of several parts" for name in dict.fromkeys(self._maker.shared_topics.names)]
+        return [*(f"{name}: used against its direction or type" for name in names), *shared]
 
     def _written_functions(self, on_platform: bool) -> list[str]:
         folder, library = self._folder / FUNCTIONS, self._maker.library
@@ -204,7 +208,7 @@ class _Import:
         if resources.is_dir():
             shutil.copytree(resources, folder / RESOURCES, dirs_exist_ok=True)
         beside = [library.folder] if on_platform else [resources, library.folder]
-        copy_neighbours(texts.values(), beside, folder)
+        copy_neighbours(texts.values(), [*beside, *self._maker.names.import_path], folder)
         return [f"{FUNCTIONS}/{stem}.py" for stem in texts]
 
     def _events(self) -> dict[str, Any] | None:

@@ -9,10 +9,12 @@ from pathlib import Path
 from nrp_core.dsl.function import Flow, TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.xml_tree import Element
+from nrp_legacy.code import Source
 from nrp_legacy.convert.python import Piece, piece_of
 from nrp_legacy.documents import is_active, priority_of
 from nrp_legacy.functions import part_source
 from nrp_legacy.maker import LegacyMaker
+from nrp_legacy.shims.logs import LOGS
 
 _NEST_UNITS = ("dc_source", "ac_source", "nc_source", "weight=")
 _HELPERS = "shared"
@@ -105,11 +107,17 @@ class Functions:
             piece = piece_of(source)
             names = self._names(piece)
             obstacle = next((self._kept[name] for name in names if name in self._kept), "")
+            if "clientLogger" in source.text and self._logs_are_heard():
+                obstacle = obstacle or "shows texts that state machines wait for"
             given = sorted(name for name in piece.lacks if name in self._given)
             if not piece.obstacle and (obstacle or given):
                 piece = piece_of(source, obstacle=obstacle or f"uses {', '.join(given)}")
             pieces.append(piece)
         return pieces
+
+    def _logs_are_heard(self) -> bool:
+        texts = (Source.of_file(path).text for path in self._maker.machines)
+        return any("WaitForClientLog" in text or LOGS in text for text in texts)
 
     def _without_orphans(self, pieces: dict[str, Piece]) -> dict[str, Piece]:
         """Return the files that have a function, or a name that another one uses."""

@@ -12,6 +12,7 @@ from nrp_core.dsl.kinds import DeviceKind
 from nrp_core.dsl.loader import file_names
 from nrp_legacy.code import Source, as_of_old
 from nrp_legacy.convert.edits import Edits
+from nrp_legacy.convert.reliance import reliance
 from nrp_legacy.framework import SPELLINGS
 from nrp_legacy.python2 import DIVIDE, converted, rewritten
 from nrp_legacy.shims.graph import absolute
@@ -79,7 +80,8 @@ def piece_of(source: Source, *, obstacle: str = "") -> Piece:
     text, changes = modern(source)
     with as_of_old():
         tree = ast.parse(text)
-    work = _Work(text, obstacle)
+    relied = reliance(tree)
+    work = _Work(text, obstacle or (f"relies on {relied}" if relied else ""))
     work.visit(tree)
     defines = frozenset(defined(tree))
     if work.obstacle:
@@ -212,8 +214,11 @@ def _is_framework(name: str) -> bool:
 
 def _lacking(tree: ast.Module) -> set[str]:
     """Return the names that code uses and neither defines nor is given."""
-    known = {*vars(builtins), *file_names(), "__file__", *_all_defined(tree)}
-    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    nodes = list(ast.walk(tree))
+    elsewhere = {name for node in nodes if isinstance(node, ast.Global) for name in node.names}
+    elsewhere -= {*defined(tree)}
+    known = {*vars(builtins), *file_names(), "__file__", *_all_defined(tree)} - elsewhere
+    used = {node.id for node in nodes if isinstance(node, ast.Name)}
     return used - known
 
 

@@ -25,6 +25,10 @@ _PAIRS: Mapping[str, tuple[str, float, float]] = {
     "e_rev_I": ("E_in", 1.0, -80.0), "tau_syn_E": ("tau_syn_ex", 1.0, 5.0),
     "tau_syn_I": ("tau_syn_in", 1.0, 10.0), "i_offset": ("I_e", _KILO, 0.0),
 }  # fmt: skip
+_REPEATING: Mapping[str, tuple[str, float, float]] = {
+    "v_rest": ("E_L", 1.0, 0.0), "v_reset": ("V_reset", 1.0, 0.0), "v_thresh": ("V_th", 1.0, 1e-9),
+    "tau_refrac": ("t_ref", 1.0, 0.0), "tau_m": ("tau_m", 1.0, 1.0), "cm": ("C_m", 1e-3, 1000.0),
+}  # fmt: skip
 _IZHIKEVICH = {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0}
 
 CELLS: Final[Mapping[str, Model]] = {
@@ -38,8 +42,9 @@ CELLS: Final[Mapping[str, Model]] = {
     "hh_cond_exp_traub": Model(
         "HH_cond_exp", {name: Parameter(*pair) for name, pair in _PAIRS.items()}, _KILO
     ),
+    PARROT: Model("IF_curr_delta", {name: Parameter(*pair) for name, pair in _REPEATING.items()}),
 }  # fmt: skip
-"""Models of cells."""
+"""Models of cells; a parrot is one that any weight makes spike."""
 SPIKE_RECORDERS: Final = ("spike_detector", "spike_recorder")
 RECORDERS: Final = frozenset(
     {*SPIKE_RECORDERS, "multimeter", "voltmeter", "weight_recorder", "correlation_detector",
@@ -50,7 +55,6 @@ GENERATORS: Final[Mapping[str, Mapping[str, Any]]] = {
     POISSON: {"rate": 0.0, "start": 0.0, "stop": 1e12},
     SPIKES: {"spike_times": ()},
     CURRENT: {"amplitude": 0.0, "start": 0.0, "stop": 1e12},
-    PARROT: {},
 }
 """Models that only emit, with their parameters."""
 

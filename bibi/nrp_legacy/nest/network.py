@@ -23,14 +23,14 @@ from nrp_core.brain.picking import CIRCUIT
 from nrp_core.brain.pynn.export import unique
 from nrp_core.brain.sonata.models import LEAK_NS, Parameter
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
-from nrp_legacy.nest.models import CELLS, CURRENT, PARROT, POISSON, SPIKES, initial_mv
+from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv
 
 
 def network_of(kernel: Kernel, variables: Mapping[str, Any]) -> Network:
     """Return what was made.
 
     A Poisson generator sends every target a train of its own, as in NEST: each of its synapses gets a source.
-    A parrot repeats the generator before it to all.
+    A parrot, which repeats what comes to all, is a cell.
 
     Args:
         kernel: has it.
@@ -81,7 +81,7 @@ class Conversion:
         self.network = self._made()
 
     def _made(self) -> Network:
-        groups = [group for group in self._kernel.groups if group.base in (*CELLS, SPIKES, PARROT)]
+        groups = [group for group in self._kernel.groups if group.base in (*CELLS, SPIKES)]
         for group, label in zip(groups, unique(group.model for group in groups), strict=True):
             self._add(group, label)
         for link in self._links:
@@ -95,12 +95,10 @@ class Conversion:
         self._labels[group.first] = label
         if group.base in CELLS:
             self._populations[label] = _cells(group, label, self._currents(group))
-        elif group.base == SPIKES:
+        else:
             trains = group.values.get("spike_times", [()] * group.size)
             times = tuple(np.sort(np.asarray(train, float).ravel()) for train in trains)
             self._populations[label] = Population(label, group.size, "SpikeSourceArray", {}, {}, times)
-        else:
-            self._populations[label] = self._parrots(group, label)
 
     def _currents(self, group: Group) -> FloatArray:
         """Return the constant current that generators send into each cell, nA."""
@@ -110,16 +108,6 @@ class Conversion:
                 sent = link.source.column("amplitude", 0.0)[link.pre] * link.values["weight"] * 1e-3
                 np.add.at(currents, link.post, sent)
         return currents
-
-    def _parrots(self, group: Group, label: str) -> Population:
-        """Return parrots as sources with the rate of the generators before them."""
-        rates = np.zeros(group.size)
-        for link in (link for link in self._links if link.target is group):
-            if link.source.base == POISSON:
-                np.add.at(rates, link.post, link.source.column("rate", 0.0)[link.pre])
-            else:
-                self._kernel.note(f"parrots do not repeat {link.source.model} here")
-        return _poisson(label, rates, np.zeros(group.size), np.full(group.size, 1e10))
 
     def _connect(self, link: Link) -> None:
         source, target, pre = link.source, link.target, link.pre

@@ -15,7 +15,7 @@ from nrp_core.errors import NetworkError
 from nrp_core.experiment.run import Run
 from nrp_legacy.live.built import Built
 from nrp_legacy.nest.kernel import Block, Group, Kernel
-from nrp_legacy.nest.models import CELLS, PARROT, SPIKE_RECORDERS, SynapseModel
+from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, SPIKES, SynapseModel
 from nrp_legacy.nest.network import Conversion
 
 _NEST_OF = {model.cell_type: name for name, model in reversed(list(CELLS.items()))}
@@ -146,7 +146,7 @@ def _describe(built: Built, kernel: Kernel) -> list[str]:
     groups: dict[str, Group] = {}
     network = built.network
     for label, population in network.populations.items():
-        base = _NEST_OF.get(population.cell_type, PARROT)
+        base = _NEST_OF.get(population.cell_type, SPIKES)
         first = network.offsets[label] + 1
         columns = _columns(base, built, network.ids_of(label))
         groups[label] = Group(base, base, first, population.size, dict(kernel.defaults(base)), columns)

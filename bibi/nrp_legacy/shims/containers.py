@@ -17,6 +17,7 @@ from nrp_legacy.shims.smach import (
     StateMachine,
     UserData,
     cb_interface,
+    execute_with,
     shared,
 )
 from nrp_legacy.shims.steps import run_together
@@ -107,6 +108,7 @@ class Concurrence(Container):
         self._default, self._map, self._choose = default_outcome, outcome_map or {}, outcome_cb
         self._states: dict[str, State] = {}
         self._transitions: dict[str, dict[str, str]] = {}
+        self._remappings: dict[str, dict[str, str]] = {}
         self._initial: str | None = None
 
     add = staticmethod(StateMachine.add)
@@ -116,7 +118,7 @@ class Concurrence(Container):
 
         def executing(label: str, state: State) -> Callable[[], None]:
             def execute() -> None:
-                came[label] = state.execute(self.userdata)
+                came[label] = execute_with(state, self.userdata, self._remappings[label])
                 if self._ends is not None and self._ends(dict(came)):
                     for other in self._states.values():
                         other.request_preempt()

@@ -6,6 +6,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from nrp_legacy.files import Library
+
 _OF_PACKAGES = ("site-packages", "dist-packages")
 """Folders of another Python's packages, which would hide those of this one."""
 
@@ -16,13 +18,15 @@ class ImportPath:
     Args:
         names: what is ``sys.path`` to the code.
         folders: that come first.
+        library: where folders are looked for that are not where the code says.
     """
 
-    def __init__(self, names: list[str], folders: Iterable[Path] = ()) -> None:
-        self._names, self._folders = names, tuple(folders)
+    def __init__(self, names: list[str], folders: Iterable[Path], library: Library) -> None:
+        self._names, self._folders, self._library = names, tuple(folders), library
         self._begun_with = frozenset(sys.path)
 
     def __iter__(self) -> Iterator[Path]:
         yield from self._folders
-        added = (Path(name) for name in self._names if name not in self._begun_with)
-        yield from (folder for folder in added if folder.name not in _OF_PACKAGES)
+        names = (name for name in self._names if name not in self._begun_with)
+        added = (Path(name) if Path(name).is_dir() else self._library.find_data(name) for name in names)
+        yield from (folder for folder in added if folder is not None and folder.name not in _OF_PACKAGES)

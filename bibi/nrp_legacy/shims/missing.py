@@ -23,25 +23,37 @@ class Missing:
 
     Args:
         name: its dotted name.
+        why: it is not here.
     """
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    def __init__(self, name: str, why: str) -> None:
+        self._name, self._why = name, why
 
     def __getattr__(self, name: str) -> Missing:
         if name.startswith("_"):
             raise AttributeError(name)
-        return Missing(f"{self._name}.{name}")
+        return Missing(f"{self._name}.{name}", self._why)
 
     def __repr__(self) -> str:
-        return f"<{self._name}, which is not installed>"
+        return f"<{self._name}, which is not here>"
 
     def _fail(self, *_values: object, **_fields: object) -> NoReturn:
-        root = self._name.partition(".")[0]
-        raise ImportError(f"no module named '{root}' is installed, and {self._name} is needed here")
+        raise ImportError(f"{self._why}, and {self._name} is needed here")
 
     __call__ = __iter__ = __getitem__ = __len__ = __enter__ = __mro_entries__ = __contains__ = _fail
     __add__ = __radd__ = __sub__ = __mul__ = __rmul__ = __truediv__ = __lt__ = __gt__ = _fail
+
+
+def with_missing_parts(known: ModuleType) -> None:
+    """Let a module have all names: what it has not can be imported, and fails where it is used."""
+    name = known.__name__
+
+    def attribute(child: str) -> Missing:
+        if child.startswith("_"):
+            raise AttributeError(child)
+        return Missing(f"{name}.{child}", f"'{name}' has no '{child}' here")
+
+    vars(known)["__getattr__"] = attribute
 
 
 class StandIns:
@@ -53,6 +65,7 @@ class StandIns:
 
     def __init__(self, notes: Callable[[str], None]) -> None:
         self._notes = notes
+        self._told: set[str] = set()
         self._module = cache(self._made)
 
     def __call__(self, name: str, importer: Mapping[str, Any]) -> ModuleType | None:
@@ -70,17 +83,19 @@ class StandIns:
             return open_module(name, ServiceType, {})
         if not rest:
             return open_module(name, lambda child: self._part(name, child), {})
-        self._tell(name)
-        return open_module(name, lambda child: Missing(f"{name}.{child}"), {})
+        why = self._tell(root)
+        return open_module(name, lambda child: Missing(f"{name}.{child}", why), {})
 
     def _part(self, package: str, child: str) -> Any:
         if child in (*_MESSAGES, _SERVICES):
             return self._module(f"{package}.{child}")
-        self._tell(package)
-        return Missing(f"{package}.{child}")
+        return Missing(f"{package}.{child}", self._tell(package))
 
-    def _tell(self, root: str) -> None:
-        self._notes(f"there is no module '{root}': what uses it fails")
+    def _tell(self, root: str) -> str:
+        if root not in self._told:
+            self._told.add(root)
+            self._notes(f"there is no module '{root}': what uses it fails")
+        return f"no module named '{root}' is installed"
 
 
 def _may_fail(root: str, file: object) -> bool:

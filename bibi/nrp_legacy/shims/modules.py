@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from types import MappingProxyType, ModuleType
@@ -21,6 +21,12 @@ _SERVICE_PACKAGES = (
     "cle_ros_msgs", "controller_manager_msgs", "dynamic_reconfigure", "gazebo_msgs", "iba_manager",
     "rosgraph_msgs", "std_srvs",
 )  # fmt: skip
+_FURTHER_SERVICES = (
+    "SpawnEntity", "DeleteEntity", "GetPhysicsProperties", "SetPhysicsProperties", "GetLinkProperties",
+    "SetLinkProperties", "SetJointProperties", "SetJointTrajectory", "GetVisualProperties", "ExportWorldSDF",
+    "AdvanceSimulation",
+)  # fmt: skip
+"""Services of Gazebo that no world here has: who calls them learns that."""
 
 
 def module(name: str, /, **content: Any) -> ModuleType:
@@ -121,6 +127,31 @@ class OpenMessage:
             raise AttributeError(name)
         return self.__dict__.setdefault(name, OpenMessage())
 
+    def append(self, item: Any) -> None:
+        """Take one more item: a field that nobody gave a value may have been a list."""
+        self._items.append(item)
+
+    def extend(self, items: Any) -> None:
+        """Take more items."""
+        self._items.extend(items)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __getitem__(self, place: Any) -> Any:
+        return self._items[place]
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def _items(self) -> list[Any]:
+        items: list[Any] = self.__dict__.setdefault("_kept", [])
+        return items
+
 
 @dataclass(slots=True)
 class ModelState(KnownModelState):
@@ -165,8 +196,8 @@ def _requests(known: ModuleType | None) -> dict[str, Any]:
     ends = ("Request", "Response")
     found = {name: value for name, value in vars(known).items() if name.endswith(ends)} if known else {}
     services = {name.removesuffix(end) for name in found for end in ends if name.endswith(end)}
-    entities = [f"{verb}Entity{end}" for verb in ("Spawn", "Delete") for end in ("", *ends)]
-    return {**found, "__all__": sorted({*found, *services, *entities})} if found else {}
+    further = {f"{service}{end}" for service in _FURTHER_SERVICES for end in ("", *ends)}
+    return {**found, "__all__": sorted({*found, *services, *further})} if found else {}
 
 
 def _open_message(known: ModuleType | None, name: str) -> type:

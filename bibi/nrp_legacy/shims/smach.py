@@ -42,6 +42,26 @@ def shared(own: UserData, given: Any) -> Iterator_[None]:
         vars(given).update(vars(own))
 
 
+def execute_with(state: State, data: UserData, remapping: Mapping[str, str]) -> str:
+    """Execute a state that has other names for some of the data; return its outcome.
+
+    Args:
+        state: the state.
+        data: of the container.
+        remapping: the names of the container by those of the state.
+    """
+    if not remapping:
+        return state.execute(data)
+    lent = {own: data[theirs] for own, theirs in remapping.items() if theirs in data}
+    before, view = {**vars(data), **lent}, UserData()
+    vars(view).update(before)
+    outcome = state.execute(view)
+    for key, value in vars(view).items():
+        if key not in before or before[key] is not value:
+            data[remapping.get(key, key)] = value
+    return outcome
+
+
 class State:
     """A state; override ``execute(userdata)``, which returns an outcome.
 
@@ -158,6 +178,7 @@ class StateMachine(Container):
         super().__init__(outcomes)
         self._states: dict[str, State] = {}
         self._transitions: dict[str, dict[str, str]] = {}
+        self._remappings: dict[str, dict[str, str]] = {}
         self._initial: str | None = None
         self.has_run = False
 
@@ -166,17 +187,19 @@ class StateMachine(Container):
         label: str,
         state: State,
         transitions: Mapping[str, str] | None = None,
-        _remapping: Mapping[str, str] | None = None,
+        remapping: Mapping[str, str] | None = None,
         **_keys: Any,
     ) -> State:
-        """Add a state to the machine that is open; keys need no remapping, all data is shared.
+        """Add a state to the machine that is open; all data is shared.
 
         Args:
             label: what other states call it.
             state: the state.
             transitions: the next state, or an outcome of the machine, for each outcome.
+            remapping: names of data in the machine by those in the state.
         """
         machine = Container._open[-1]
+        machine._remappings[label] = dict(remapping or {})
         machine._states[label] = state
         machine._transitions[label] = dict(transitions or {})
         machine._initial = machine._initial or label
@@ -206,7 +229,7 @@ class StateMachine(Container):
         while label in self._states and label is not None:
             if self.preempt_requested() and "preempted" in self._outcomes:
                 return "preempted"
-            outcome = self._states[label].execute(self.userdata)
+            outcome = execute_with(self._states[label], self.userdata, self._remappings[label])
             label = self._next(label, outcome)
             task = Task.here()
             if task is not None:
@@ -247,11 +270,11 @@ class Sequence(StateMachine):
         label: str,
         state: State,
         transitions: Mapping[str, str] | None = None,
-        _remapping: Mapping[str, str] | None = None,
+        remapping: Mapping[str, str] | None = None,
         **_keys: Any,
     ) -> State:
         """Add a state to the sequence that is open."""
         machine = Container._open[-1]
         if machine._states:
             machine._transitions[list(machine._states)[-1]].setdefault(machine._connector, label)
-        return StateMachine.add(label, state, transitions)
+        return StateMachine.add(label, state, transitions, remapping)

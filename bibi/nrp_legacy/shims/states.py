@@ -10,7 +10,9 @@ from typing import Any
 from nrp_core.clock import NS_PER_S
 from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.parts.model_states import LINK_STATES, MODEL_STATES
-from nrp_legacy.shims.graph import Graph, absolute, log
+from nrp_legacy.shims.actions import SimpleActionState
+from nrp_legacy.shims.graph import Graph, absolute
+from nrp_legacy.shims.logs import LOGS, ClientLogger, ClientLoggerMessage
 from nrp_legacy.shims.model_states import model_states
 from nrp_legacy.shims.modules import bound, module
 from nrp_legacy.shims.services import ServiceException, Services
@@ -245,13 +247,20 @@ class SetMaterialColorServiceState(ServiceState):
 class ClientLogState(State):
     """Shows a text to the user."""
 
-    def __init__(self, text: str, *_keys: Any, **_more: Any) -> None:
+    def __init__(self, graph: Graph, text: str, *_keys: Any, **_more: Any) -> None:
         super().__init__(SERVED)
-        self._text = text
+        self._logger, self._text = ClientLogger(graph), text
 
     def execute(self, userdata: Any) -> str:
-        log.info("%s", self._text)
+        self._logger.info(self._text)
         return "succeeded"
+
+
+class WaitForClientLogState(MonitorState):
+    """Waits while a condition holds for the texts that are shown to the user."""
+
+    def __init__(self, graph: Graph, cond_cb: Callable[[Any, Any], bool], *_keys: Any, **_more: Any) -> None:
+        super().__init__(graph, LOGS, ClientLoggerMessage, cond_cb)
 
 
 class IntrospectionServer:
@@ -274,6 +283,7 @@ def smach_ros_module(graph: Graph, services: Services) -> ModuleType:
         MonitorState=bound(MonitorState, graph),
         ServiceState=bound(ServiceState, graph, services),
         IntrospectionServer=IntrospectionServer,
+        SimpleActionState=bound(SimpleActionState, graph),
         set_preempt_handler=lambda _container: None,
     )
 
@@ -289,6 +299,7 @@ def nrp_states_module(graph: Graph, services: Services) -> ModuleType:
         LinkPoseMonitorState=bound(ModelMonitorState, graph),
         RobotTwistMonitorState=bound(TwistMonitorState, graph),
         SetMaterialColorServiceState=bound(SetMaterialColorServiceState, graph, services),
-        ClientLogState=ClientLogState,
+        ClientLogState=bound(ClientLogState, graph),
+        WaitForClientLogState=bound(WaitForClientLogState, graph),
         **model_states(graph, services),
     )

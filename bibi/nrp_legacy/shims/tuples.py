@@ -1,4 +1,4 @@
-"""Messages as ROS 1 gives them: lists of numbers are tuples, which can be searched, joined and empty."""
+"""Messages as ROS 1 gives them: tuples of numbers, which can be searched, joined and empty, and bytes."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ import numpy as np
 
 
 def as_in_ros1(message: Any) -> Any:
-    """Return a message whose arrays of floats are tuples; pictures and other bytes stay arrays."""
+    """Return a message whose arrays are tuples of numbers, or the bytes that they hold."""
     if not is_dataclass(message) or isinstance(message, type):
         return message
     values = {field.name: getattr(message, field.name) for field in fields(message)}
-    arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
-    tuples = {
-        name: tuple(value.tolist())
-        for name, value in arrays.items()
-        if value.dtype.kind == "f" and value.ndim == 1
-    }
-    return replace(message, **tuples) if tuples else message
+    changes = {name: _plain(value) for name, value in values.items() if isinstance(value, np.ndarray)}
+    return replace(message, **changes) if changes else message
+
+
+def _plain(array: np.ndarray[Any, Any]) -> Any:
+    if array.dtype == np.uint8:
+        return array.tobytes()
+    return tuple(array.tolist()) if array.ndim == 1 else array

@@ -1,0 +1,190 @@
+"""What code relies on that only the platform's names and libraries give it.
+
+Only what runs tells for certain, so this errs on the side of the platform: what may differ, differs.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from nrp_legacy.files import Library
+from nrp_legacy.python2 import may_be_whole
+from nrp_legacy.shims.libraries import libraries_of_old
+from nrp_legacy.shims.paths import Paths
+
+_GIVEN = {"np": "numpy", "numpy": "numpy", "cv2": "cv2", "sys": "sys"}
+"""Modules that code finds without an import."""
+_OPENING = frozenset({"open", "file"})
+_ARRAYS = frozenset({"position", "velocity", "effort", "ranges", "intensities", "data", "covariance"})
+"""Fields of messages with many numbers: tuples on the platform, arrays here."""
+_OF_TUPLES = frozenset({"index", "count"})
+_LISTS = frozenset({"map", "filter", "zip", "range", "keys", "values", "items"})
+"""Functions and methods that gave lists in Python 2."""
+_TAKING = frozenset(
+    {"list", "tuple", "sorted", "set", "dict", "sum", "min", "max", "any", "all", "enumerate", "len", "array",
+     "zip", "map", "filter", "map_neurons", "OrderedDict", "deque", "join", "reversed", "asarray", "mean"}
+)  # fmt: skip
+"""Functions to which it does not matter whether they get a list."""
+_SIZES = frozenset({"range", "xrange", "zeros", "ones", "empty", "full", "reshape", "resize", "linspace"})
+"""Functions that take whole numbers only."""
+
+
+def reliance(tree: ast.Module) -> str:
+    """Return what code relies on, empty for nothing."""
+    found = (*_old_libraries(tree), *_whole_quotients(tree), *_tuples(tree), *_lists(tree))
+    return next(iter(found), "")
+
+
+# -- libraries
+
+
+def _old_libraries(tree: ast.Module) -> Iterator[str]:
+    """Yield the parts of libraries that are not what they are today, or give the same each run."""
+    old = libraries_of_old({}, lambda _seconds: None, 0, [], Paths(Library(Path())))
+    modules = dict(_GIVEN)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                modules[alias.asname or alias.name.partition(".")[0]] = (
+                    alias.name if alias.asname else alias.name.partition(".")[0]
+                )
+                yield from _differing(old, alias.name, [])
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            for alias in node.names:
+                yield from _differing(old, node.module, [alias.name])
+                if f"{node.module}.{alias.name}" in old:
+                    modules[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+    beside = _of_files_beside(tree)
+    for node in ast.walk(tree):
+        root, parts = _chain(node)
+        if root in modules and node not in beside:
+            yield from _differing(old, modules[root], parts)
+        elif isinstance(node, ast.Name) and node.id in _OPENING and node not in beside:
+            yield f"{node.id}() of files that are elsewhere"
+
+
+def _of_files_beside(tree: ast.Module) -> set[ast.expr]:
+    """Return the functions that are called with a path from the folder of the code."""
+    names = {"__file__"}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign) and _mentions(node.value, names):
+            names |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return {call.func for call in calls if any(_mentions(value, names) for value in call.args)}
+
+
+def _mentions(value: ast.expr, names: set[str]) -> bool:
+    return any(isinstance(node, ast.Name) and node.id in names for node in ast.walk(value))
+
+
+def _chain(node: ast.AST) -> tuple[str, list[str]]:
+    """Return the name at which attributes of attributes begin, and these."""
+    parts: list[str] = []
+    while isinstance(node, ast.Attribute):
+        parts.insert(0, node.attr)
+        node = node.value
+    return (node.id if isinstance(node, ast.Name) and parts else ""), parts
+
+
+def _differing(old: dict[str, ModuleType], name: str, parts: list[str]) -> Iterator[str]:
+    """Yield the dotted name of what is something else here than on the platform, if it is."""
+    there: Any = old.get(name)
+    if there is None:
+        return
+    here: Any = _module_here(name)
+    if here is None:
+        yield name
+        return
+    for i, part in enumerate(parts):
+        there, here = getattr(there, part, None), getattr(here, part, None)
+        if there is here:
+            return
+        if not isinstance(there, ModuleType) or not isinstance(here, ModuleType):
+            yield ".".join([name, *parts[: i + 1]])
+            return
+
+
+def _module_here(name: str) -> ModuleType | None:
+    try:
+        return import_module(name)
+    except ImportError:
+        return None
+
+
+# -- numbers
+
+
+def _whole_quotients(tree: ast.Module) -> Iterator[str]:
+    """Yield divisions whose result has to be a whole number, as it was in Python 2."""
+    names = {
+        target.id
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign) and _divides(node.value, frozenset())
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Subscript):
+            places = [node.slice]
+        elif isinstance(node, ast.Call) and _called(node) in _SIZES:
+            places = node.args
+        else:
+            continue
+        if any(_divides(place, frozenset(names)) for place in places):
+            yield f"a quotient as a whole number, line {node.lineno}"
+
+
+def _divides(place: ast.expr, names: frozenset[str]) -> bool:
+    """Whether an expression has a quotient in it that may be whole, outside of ``int()`` and its like."""
+    if isinstance(place, ast.Call) and _called(place) in ("int", "round", "float", "len"):
+        return False
+    if isinstance(place, ast.BinOp) and may_be_whole(place):
+        return True
+    if isinstance(place, ast.Name):
+        return place.id in names
+    return any(_divides(one, names) for one in ast.iter_child_nodes(place) if isinstance(one, ast.expr))
+
+
+def _called(node: ast.Call) -> str:
+    return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+
+
+# -- messages
+
+
+def _tuples(tree: ast.Module) -> Iterator[str]:
+    """Yield uses of what are tuples on the platform as tuples."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr in _OF_TUPLES and _is_array(node.value):
+            yield f"{ast.unparse(node)}, of a tuple"
+        elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+            sides = (node.left, node.right)
+            if any(map(_is_array, sides)) and any(isinstance(side, (ast.Tuple, ast.List)) for side in sides):
+                yield f"{ast.unparse(node)}, of tuples"
+
+
+def _is_array(node: ast.expr) -> bool:
+    return isinstance(node, ast.Attribute) and node.attr in _ARRAYS
+
+
+# -- lists
+
+
+def _lists(tree: ast.Module) -> Iterator[str]:
+    """Yield what is used as a list and is none in Python 3."""
+    iterated: set[ast.expr] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.For, ast.comprehension)):
+            iterated.add(node.iter)
+        elif isinstance(node, ast.Call) and _called(node) in _TAKING:
+            iterated.update(node.args)
+        elif isinstance(node, ast.Compare):
+            iterated.update(node.comparators)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and _called(node) in _LISTS and node not in iterated:
+            yield f"{_called(node)}() as a list, line {node.lineno}"

@@ -1,0 +1,36 @@
+"""``hbp_nrp_excontrol.logs``: texts for the user, which state machines can wait for."""
+
+from __future__ import annotations
+
+from nrp_legacy.shims.graph import Graph, log
+from nrp_legacy.shims.modules import OpenMessage
+
+LOGS = "/ros_cle_simulation/logs"
+"""The topic of the texts, which is there if somebody listens."""
+
+
+class ClientLoggerMessage(OpenMessage):
+    """A text for the user, as ``message``."""
+
+
+class ClientLogger:
+    """Shows texts to the user.
+
+    Args:
+        graph: of the run.
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+
+    def info(self, *words: object) -> None:
+        """Show a text."""
+        text = " ".join(map(str, words))
+        log.info("%s", text)
+        if LOGS in self._graph.topics:
+            self._graph.publish(LOGS, ClientLoggerMessage, ClientLoggerMessage(message=text))
+
+    advertise = info
+
+    def clear_advertisements(self) -> None:
+        """Do nothing: what was shown stays."""

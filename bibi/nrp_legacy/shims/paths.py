@@ -1,0 +1,62 @@
+"""Files that code names by paths of another machine, or from the folder of the experiment."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from nrp_legacy.files import Library
+
+
+class BytesOrText(io.BufferedWriter):
+    """A binary file that takes text too, as it did in Python 2."""
+
+    def write(self, content: Any) -> int:
+        return super().write(content.encode("utf-8") if isinstance(content, str) else content)
+
+
+class Paths:
+    """Where files are that code names.
+
+    Args:
+        library: where they are looked for that are not where code says.
+    """
+
+    def __init__(self, library: Library) -> None:
+        self._library = library
+
+    def there(self, path: Any) -> Any:
+        """Return the path of what is to be read: where code says, else where it is found."""
+        if not isinstance(path, (str, os.PathLike)) or Path(path).exists():
+            return path
+        return str(self._library.find_data(os.fspath(path)) or path)
+
+    def place(self, path: Any) -> Any:
+        """Return where something is to be written: where code says, else in the folder of the experiment."""
+        if not isinstance(path, (str, os.PathLike)) or Path(path).parent.is_dir():
+            return path
+        return str(self._library.folder / Path(path).name)
+
+    def open(self, name: Any, mode: str = "r", buffering: int = -1, *more: Any, **options: Any) -> Any:
+        """Open a file as Python 2 did: binary ones take text, and text may be of any encoding."""
+        mode = mode.replace("U", "") or "r"
+        is_read = "r" in mode
+        path = self.there(name) if is_read else self.place(name)
+        if "b" in mode:
+            takes_text = not is_read and "+" not in mode and buffering != 0
+            file: Any = open(path, mode, buffering, *more, **options)  # noqa: PTH123, SIM115 - see below
+            return BytesOrText(file.detach()) if takes_text else file
+        if not more:
+            options = {"errors": "surrogateescape", **options}
+        return open(path, mode, buffering or 1, *more, **options)  # noqa: PTH123 - also a descriptor
+
+    def reading(self, function: Callable[..., Any], **defaults: Any) -> Callable[..., Any]:
+        """Return a function that finds the file which its first argument names."""
+        return lambda name=".", *values, **options: function(self.there(name), *values, **defaults | options)
+
+    def writing(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a function that has a place for the file which its first argument names."""
+        return lambda name, *values, **options: function(self.place(name), *values, **options)
