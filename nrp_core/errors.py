@@ -147,16 +147,24 @@ class LifecycleError(NrpError, RuntimeError):
     """An operation came out of order, such as stepping a closed simulation."""
 
 
+_MOST_NAMES, _NEAREST = 12, 6
+"""Of more names than this, only so many are told."""
+
+
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """Return a hint for a misspelt name.
 
     Returns:
-        ``"; did you mean 'x'?"`` when one valid name is close, else ``"; valid: a, b, c"``.
+        ``"; did you mean 'x'?"`` when one valid name is close, else ``"; valid: a, b, c"``, of many those
+        that are most like it.
     """
-    names = sorted(valid)
+    names = sorted(set(valid))
     close = difflib.get_close_matches(name, names, n=1)
     if close:
         return f"; did you mean '{close[0]}'?"
+    if len(names) > _MOST_NAMES:
+        like = difflib.get_close_matches(name, names, n=_NEAREST, cutoff=0.0)
+        return f"; valid: {', '.join(like)} and {len(names) - len(like)} more"
     return f"; valid: {', '.join(names)}" if names else "; there are none"
 
 
@@ -166,7 +174,7 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     Returns:
         ``"the nearest is x, of a, b, x"``, ``"there is only x"``, or ``"there are none"``.
     """
-    names = sorted(valid)
+    names = sorted(set(valid))
     if len(names) == 1:
         return f"there is only {names[0]}"
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.0)

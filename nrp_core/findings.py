@@ -74,6 +74,10 @@ class InvalidExperimentError(ExperimentError):
         first = next(finding for finding in self.findings if finding.level is Level.ERROR)
         super().__init__(first.message, path=first.path, line=first.line, column=first.column)
 
+    def __reduce__(self) -> tuple[type[InvalidExperimentError], tuple[tuple[Finding, ...]]]:
+        """Let it reach whoever waits for it in another process."""
+        return type(self), (self.findings,)
+
 
 def has_errors(findings: Iterable[Finding]) -> bool:
     """Return whether any finding keeps the experiment from running."""

@@ -10,7 +10,7 @@ import io
 import signal
 import sys
 
-from nrp_core.cli.app import run_app
+_INTERRUPTED = 130
 
 
 def main() -> None:
@@ -21,4 +21,11 @@ def main() -> None:
     if callable(signal.getsignal(signal.SIGINT)):  # a job in the background may have to ignore it
         # what batch systems and containers send ends a run as Ctrl-C does: between two steps
         signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
-    sys.exit(run_app(sys.argv[1:]))
+    try:
+        from nrp_core.cli.app import run_app
+
+        code = run_app(sys.argv[1:])
+    except KeyboardInterrupt:  # before a command had begun: while the program itself is still being read
+        sys.stderr.write("error: interrupted\n")
+        code = _INTERRUPTED
+    sys.exit(code)

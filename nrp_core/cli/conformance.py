@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from enum import StrEnum
@@ -82,7 +84,7 @@ def _parsed(options: list[str]) -> dict[str, str]:
     pairs = [option.partition("=") for option in options]
     for key, equals, _ in pairs:
         if not (key and equals):
-            raise typer.BadParameter(f"an option is written KEY=VALUE, not '{key}'")
+            raise typer.BadParameter(f"an option is written KEY=VALUE, not '{key}'", param_hint="--options")
     return {key: value for key, _, value in pairs}
 
 
@@ -96,16 +98,29 @@ def _run(kind: Kind, name: str, options: dict[str, str], level: Level) -> Any:
         asked = {"kind": kind, "name": name, "options": options, "level": level}
         command = [sys.executable, "-m", "pytest", *ALONE, "-p", "nrp_core.conformance.plugin"]
         command += ["--prove", json.dumps(asked), "--write", str(written)]
-        done = subprocess.run(command, stdout=2, check=False)
+        code = _ended(command)
         if not written.exists():
             raise NrpError(
-                f"the tests of {kind} '{name}' ended with exit code {done.returncode} and without a report; "
+                f"the tests of {kind} '{name}' ended with exit code {code} and without a report; "
                 "what they said is above"
             )
         found = json.loads(written.read_text("utf-8"))
     if "refused" in found:
         raise ExperimentError(found["refused"])
     return found
+
+
+def _ended(command: list[str]) -> int:
+    """Run a command whose output goes to standard error, and return its exit code.
+
+    It is a process group of its own: Ctrl-C is for the process that waits, which then ends it.
+    """
+    with subprocess.Popen(command, stdout=2, process_group=0) as process:
+        try:
+            return process.wait()
+        except BaseException:
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
 
 
 def _write(path: Path, found: Any) -> None:

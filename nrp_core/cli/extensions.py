@@ -52,7 +52,7 @@ class CommandGroup(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands for the help text."""
-        rows = [(name, command.get_short_help_str(80)) for name, command in self.commands.items()]
+        rows = [(name, command.get_short_help_str(120)) for name, command in self.commands.items()]
         with formatter.section("Commands"):
             formatter.write_dl(rows)
         others = [(name, f"added by {_owner(entry)}") for name, entry in sorted(self._added.items())]

@@ -53,10 +53,12 @@ def report_interrupt(*, as_json: bool) -> int:
 
 
 def lines(error: Exception) -> Iterator[str]:
-    """Return what is wrong, a line for each finding."""
+    """Return what is wrong, a line for each finding that is an error."""
     findings = getattr(error, "findings", ())
     if findings:
-        yield from map(str, findings)
+        yield from (str(finding) for finding in findings if finding.level == "error")
+    elif isinstance(error, OSError) and not isinstance(error, NrpError) and error.filename is not None:
+        yield f"{error.filename}: {error.strerror}"
     elif isinstance(error, (NrpError, OSError)):
         yield str(error)
     else:

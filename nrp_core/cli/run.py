@@ -43,7 +43,7 @@ def run(
     pictures: Annotated[
         Pictures,
         typer.Option(
-            metavar="exact|jpeg|off", envvar="NRP_PICTURES", help="How camera pictures are recorded."
+            metavar="exact|jpeg|hash|off", envvar="NRP_PICTURES", help="How camera pictures are recorded."
         ),
     ] = Pictures.EXACT,
     snapshots: Annotated[

@@ -72,16 +72,18 @@ class Grid:
     ) -> Grid:  # fmt: skip
         """Return a grid of so many seeds from the experiment's own on; without names its own backends.
 
-        What the experiment itself says is varied is varied as well.
+        What the experiment itself says is varied is varied as well, unless an override says otherwise.
         """
         own = load_experiment(experiment, overrides)
+        fixed = {text.partition("=")[0].strip() for text in overrides}
+        its_own = {key: values for key, values in own.comparison.vary.items() if key not in fixed}
         return cls(
             experiment,
             tuple(brains) or (own.brain.backend,),
             tuple(worlds) or (own.world.backend,),
             tuple(range(own.seed, own.seed + seeds)),
             tuple(overrides),
-            {**own.comparison.vary, **(varied or {})},
+            {**its_own, **(varied or {})},
         )
 
     @property

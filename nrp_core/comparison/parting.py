@@ -97,11 +97,17 @@ def first_difference(one: Recording, other: Recording) -> tuple[int, Difference 
 def _together(
     one: Iterator[RecordedStep], other: Iterator[RecordedStep]
 ) -> Iterator[tuple[RecordedStep, RecordedStep]]:
-    """Return the steps of both that end at the same time."""
+    """Return the steps of both that end at the same time.
+
+    What a recording begins with is a state: in one that began before, a step has led there.
+    """
     ours, theirs = next(one, None), next(other, None)
+    begun = ours is None or theirs is None or ours.t_ns == theirs.t_ns
     while ours is not None and theirs is not None:
         if ours.t_ns == theirs.t_ns:
-            yield ours, theirs
+            if begun:
+                yield ours, theirs
+            begun = True
         ahead = ours.t_ns - theirs.t_ns
         ours, theirs = (ours if ahead > 0 else next(one, None)), (theirs if ahead < 0 else next(other, None))
 

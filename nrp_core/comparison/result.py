@@ -92,7 +92,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class PairDiff:
-    """What two recordings have in common and where they part.
+    """What two recordings have in common and where they part, over the time that both cover.
 
     Args:
         one, other: the runs.
@@ -114,7 +114,9 @@ class PairDiff:
         Raises:
             ExperimentError: one is none, or they have no step in common.
         """
-        ours, theirs = RunSignals(Recording(one)), RunSignals(Recording(other))
+        runs = RunSignals(Recording(one)), RunSignals(Recording(other))
+        begin_s, end_s = max(run.begin_s for run in runs), min(run.end_s for run in runs)
+        ours, theirs = (run.between(begin_s, end_s) for run in runs)
         parted = parting(ours, theirs)
         if not parted.steps:
             raise ExperimentError(f"has no step in common with {other}", path=one)

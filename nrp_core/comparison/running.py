@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
+from threading import Thread
 
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.signals import RunSignals
@@ -50,14 +53,14 @@ def run_grid(grid: Grid, results: Path, workers: int, tell: Progress) -> dict[Ce
 
 
 def record(grid: Grid, cell: Cell, folder: Path) -> None:
-    """Run one cell into a folder, without pictures; half of one that was killed is removed before.
+    """Run one cell into a folder, with hashes for pictures; half of one that was killed is removed before.
 
     Raises:
         NrpError: it cannot be opened, or not be written.
     """
     shutil.rmtree(folder, ignore_errors=True)
     with Run(grid.load(cell)) as run:
-        capsule = Capsule(run, folder, pictures=Pictures.OFF, snapshots_ns=None)
+        capsule = Capsule(run, folder, pictures=Pictures.HASH, snapshots_ns=None)
         state = "interrupted"
         try:
             run.run()
@@ -77,7 +80,7 @@ def _run_all(grid: Grid, folders: dict[Cell, Path], workers: int) -> Iterator[Ce
             yield cell
         return
     # engines keep threads and libraries of their own, which a forked process would get half of
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_follow_parent)
     try:
         futures = {pool.submit(record, grid, cell, folder): cell for cell, folder in folders.items()}
         for future in as_completed(futures):
@@ -89,6 +92,19 @@ def _run_all(grid: Grid, folders: dict[Cell, Path], workers: int) -> Iterator[Ce
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _follow_parent() -> None:
+    """Leave Ctrl-C, which a terminal sends to all, to the process that waits for this one; end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    assert parent is not None
+
+    def end() -> None:
+        parent.join()
+        os._exit(1)
+
+    Thread(target=end, daemon=True).start()
 
 
 def _require_done(future: Future[None], cell: Cell) -> None:

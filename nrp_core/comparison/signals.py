@@ -17,18 +17,26 @@ from nrp_core.world.parts.model_states import MODEL_STATES
 
 
 class RunSignals:
-    """One recorded run.
+    """One recorded run, or a part of it.
 
     Args:
         recording: of it.
+        window_s: from when to when, s; all that was recorded by default.
 
     Attributes:
         run: what ``run.json`` says.
     """
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, window_s: tuple[float, float] | None = None) -> None:
         self.recording = recording
         self.run: dict[str, Any] = recording.run
+        self._window_s = window_s
+
+    def between(self, begin_s: float, end_s: float) -> RunSignals:
+        """Return a part of the run; what its result says is of the whole."""
+        part = RunSignals(self.recording, (begin_s, end_s))
+        part.numbers = self.numbers
+        return part
 
     @property
     def label(self) -> str:
@@ -66,14 +74,25 @@ class RunSignals:
         return Numbers.of(self.recording)
 
     @property
+    def begin_s(self) -> float:
+        """Simulated time of the beginning, s; above 0 in a recording that goes on from within another."""
+        return self.numbers.begin_s if self._window_s is None else self._window_s[0]
+
+    @property
     def end_s(self) -> float:
         """Simulated time of the end, s."""
-        return self.numbers.end_s
+        return self.numbers.end_s if self._window_s is None else self._window_s[1]
+
+    @property
+    def duration_s(self) -> float:
+        """How long it is, s."""
+        return self.end_s - self.begin_s
 
     @cached_property
     def times_s(self) -> FloatArray:
-        """The ends of all steps, s, from 0 on."""
-        times: FloatArray = np.arange(round(self.end_s / self.step_s) + 1, dtype=float) * self.step_s
+        """The beginning and the ends of all steps, s."""
+        first, last = (round(t_s / self.step_s) for t_s in (self.begin_s, self.end_s))
+        times: FloatArray = np.arange(first, last + 1, dtype=float) * self.step_s
         return times
 
     def held(self, series: Series, times_s: FloatArray | None = None) -> FloatArray:
@@ -120,7 +139,7 @@ class RunSignals:
         return found
 
     def trains_s(self, group: str) -> list[FloatArray]:
-        """Return the spike times of each neuron of a group, s."""
+        """Return the spike times of each neuron of a group, s from the beginning."""
         label, ids = self.groups[group]
         by_neuron = self._trains[label]
         return [by_neuron[i] for i in ids]
@@ -130,7 +149,9 @@ class RunSignals:
         """All spike trains by population."""
         trains = {}
         for label, (ids, times_ms) in self.numbers.spikes.items():
-            order = np.lexsort((times_ms, ids))
+            within = (times_ms > self.begin_s * 1e3) & (times_ms <= self.end_s * 1e3)
+            ids, times_s = ids[within], times_ms[within] * 1e-3 - self.begin_s
+            order = np.lexsort((times_s, ids))
             cuts = np.searchsorted(ids[order], np.arange(1, self.numbers.size_of(label)))
-            trains[label] = np.split(times_ms[order] * 1e-3, cuts)
+            trains[label] = np.split(times_s[order], cuts)
         return trains

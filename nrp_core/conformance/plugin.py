@@ -22,14 +22,21 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--write", type=Path, help="the file that gets the report")
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Choose the suite, unless the backend or its options cannot be used."""
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> pytest.ExitCode | None:
+    """Run nothing if the backend or its options cannot be used; whoever asked tells why."""
     proof: Proof = config.getoption("--prove")
     try:
         proof.report([])
     except NrpError as error:
         _write(config, {"refused": str(error)})
-        pytest.exit("nothing was run", returncode=pytest.ExitCode.USAGE_ERROR)
+        return pytest.ExitCode.USAGE_ERROR
+    return None
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose the suite."""
+    proof: Proof = config.getoption("--prove")
     under_test.append(proof.tests)
     config.pluginmanager.register(Collector(), "nrp-conformance-results")
 

@@ -60,7 +60,8 @@ def find_file(text: str, folder: Path | None = None) -> Path:
         folder: where relative paths start; by default the current one.
 
     Raises:
-        ExperimentError: there is none, a folder has several, or no reader knows the file's suffix.
+        ExperimentError: there is none, a folder has several, no reader knows the file's suffix, or a name
+            is not of characters.
     """
     package = text.partition("/")[0]
     if package in _shipped().names():
@@ -68,6 +69,10 @@ def find_file(text: str, folder: Path | None = None) -> Path:
         if text in variants:
             return variants[text]
     path = (folder or Path.cwd()) / Path(text).expanduser()
+    try:
+        str(path.resolve()).encode()
+    except UnicodeEncodeError:  # it could be opened, but be told to nobody and be kept in no recording
+        raise ExperimentError("the name of the file or of a folder above is not UTF-8", path=path) from None
     if path.is_dir():
         return _in_folder(path)
     if not path.is_file():

@@ -13,7 +13,7 @@ from nrp_core.experiment.criteria import Judge, Outcome, judge_of
 from nrp_core.experiment.events import Action, Events, action_of
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.whereabouts import Whereabouts
-from nrp_core.findings import Code
+from nrp_core.findings import Code, Level, has_errors
 from nrp_core.world.interface import World
 
 
@@ -21,16 +21,21 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
     """Give a world the topics and aliases of an experiment; what is wrong goes to the collector.
 
     Returns:
-        whether nothing is.
+        whether nothing is that keeps it from running.
     """
     findings_before = len(collector.findings)
     for name, kind in experiment.topics.items():
         with collector.during(Code.NRP212, "topics", name):
             world.declare(name, kind)
     for alias, topic in experiment.aliases.items():
-        with collector.during(Code.NRP212, "aliases", alias):
+        with collector.during(Code.NRP212, "aliases", alias, level=_lapse(experiment)):
             world.add_alias(alias, topic)
-    return len(collector.findings) == findings_before
+    return not has_errors(collector.findings[findings_before:])
+
+
+def _lapse(experiment: Experiment) -> Level:
+    """How bad a topic is that nobody serves."""
+    return Level.ERROR if experiment.strict else Level.WARNING
 
 
 def furnish(experiment: Experiment, world: World, functions: Sequence[TransferFunction]) -> list[str]:
@@ -62,7 +67,7 @@ class Watch:
         for name, event in experiment.events.items():
             actions: list[Action] = []
             for i, publish in enumerate(event.publish):
-                with collector.during(Code.NRP213, "events", name, "publish", i):
+                with collector.during(Code.NRP213, "events", name, "publish", i, level=_lapse(experiment)):
                     actions.append(action_of(publish, world))
             with collector.during(Code.NRP213, "events", name, "when"):
                 self.events.add(name, trigger(event, world, self.where), actions)

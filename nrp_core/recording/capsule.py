@@ -26,7 +26,7 @@ from nrp_core.experiment.tree import Tree
 from nrp_core.plain import plain
 from nrp_core.recording.calls import CallNoter
 from nrp_core.recording.hashes import Chain
-from nrp_core.recording.layout import FILES_FOLDER, RUN_NAME, Pictures, check_folder
+from nrp_core.recording.layout import FILES_FOLDER, MCAP_NAME, RUN_NAME, Pictures, check_folder
 from nrp_core.recording.read import DIGEST, Recording, digest_of
 from nrp_core.recording.recorder import Recorder
 from nrp_core.recording.self_contained import write_experiment
@@ -207,9 +207,13 @@ def _meshes(scene: Scene) -> Iterator[Path]:
 
 
 def _make(folder: Path) -> None:
+    """Make the folder, and in it the file that nobody else who begins at this moment can make as well."""
     check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        (folder / MCAP_NAME).touch(exist_ok=False)
+    except FileExistsError as error:
+        raise ExperimentError("another run has begun to record here", path=folder) from error
     except OSError as error:
         raise ExperimentError(f"cannot be made: {error.strerror}", path=folder) from error
 

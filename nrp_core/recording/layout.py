@@ -41,6 +41,8 @@ class Pictures(StrEnum):
     5 kB a picture and is recorded quicker than as JPEG; one full of noise takes 230 kB."""
     JPEG = "jpeg"
     """With small losses, as ``sensor_msgs/CompressedImage`` on ``<topic>/compressed``: for real cameras."""
+    HASH = "hash"
+    """Only a hash of each, on ``<topic>/hash``: a replay can tell whether it sees the same."""
     OFF = "off"
     """Not at all."""
 
@@ -81,6 +83,11 @@ def device_topic(device: str, quantity: str) -> str:
 def compressed_topic(camera: str) -> str:
     """Return the topic of a camera's compressed pictures, named as ROS names it."""
     return f"{camera}/compressed"
+
+
+def hash_topic(camera: str) -> str:
+    """Return the topic of the hashes of a camera's pictures."""
+    return f"{camera}/hash"
 
 
 def check_folder(folder: Path) -> None:

@@ -16,6 +16,7 @@ from nrp_core.recording.layout import CALLED, PUBLISHED, Pictures, Role
 from nrp_core.recording.signals import (
     QUICKLY_ENCODED,
     Camera,
+    CameraHashes,
     DeviceValues,
     Entry,
     MovingModels,
@@ -128,6 +129,8 @@ class Observer:
             return
         if topic.type is not Image:
             self._signals.append(Sensor(self._world, topic, self._period_ns))
+        elif self._pictures is Pictures.HASH:
+            self._signals.append(CameraHashes(self._world, topic, self._period_ns))
         elif self._pictures is not Pictures.OFF:
             self._signals.append(Camera(self._world, topic, self._period_ns, self._pictures))
 

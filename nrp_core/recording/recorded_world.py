@@ -106,8 +106,8 @@ class RecordedWorld(World):
 
     def _do_render(self, model: str, link: str, camera: str) -> Any:
         raise CapabilityError(
-            f"the recording has no pictures of {model}/{link}/{camera}: it was made with --pictures off, or "
-            "nobody looked at them"
+            f"the recording has no pictures of {model}/{link}/{camera}: it was made with --pictures off or "
+            "hash, or nobody looked at them"
         )
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:

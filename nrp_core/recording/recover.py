@@ -39,7 +39,8 @@ def recover(recording: Recording, target: Path | None = None) -> Recovered:
         target: where to; by default the file takes the place of the damaged one, which is kept beside it.
 
     Raises:
-        ExperimentError: there is no room, the target is there already, or what was read is not ours.
+        ExperimentError: there is no room, the target is there already, what was read is not ours, or not
+            one message of it is whole; then nothing is changed.
     """
     source = recording.file
     if target is None and recording.complete:
@@ -49,6 +50,9 @@ def recover(recording: Recording, target: Path | None = None) -> Recovered:
         raise ExperimentError("is there already", path=draft)
     try:
         messages, until_s = _write(recording, draft)
+        if not messages:
+            draft.unlink()
+            raise ExperimentError("not one whole message of a recording is in it", path=source)
         if target is not None:
             return Recovered(target, messages, until_s, source)
         kept = _free(source)

@@ -9,6 +9,7 @@ from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
+import xxhash
 
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network import FloatArray, IntArray
@@ -18,14 +19,22 @@ from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import seconds
 from nrp_core.recording import encoding
 from nrp_core.recording.encoding import Parts
-from nrp_core.recording.layout import SCENE, Pictures, Role, compressed_topic, device_topic, spikes_topic
+from nrp_core.recording.layout import (
+    SCENE,
+    Pictures,
+    Role,
+    compressed_topic,
+    device_topic,
+    hash_topic,
+    spikes_topic,
+)  # fmt: skip
 from nrp_core.recording.pictures import compress, compressible
 from nrp_core.recording.scenery import markers
 from nrp_core.world.interface import World
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray, String
 from nrp_core.world.messages.visualization_msgs import MarkerArray
 from nrp_core.world.parts.model_states import MODEL_STATES
 from nrp_core.world.scene.model import Scene
@@ -158,6 +167,14 @@ class Camera(Sensor):
             small = compress(picture)
             return Entry(stamped.t_ns, compressed_topic(topic), CompressedImage, self._about, message=small)
         return Entry(stamped.t_ns, topic, Image, self._about, encoding.image(picture))
+
+
+class CameraHashes(Sensor):
+    """A hash of each picture of one camera."""
+
+    def _entry(self, topic: str, stamped: Stamped) -> Entry:
+        digest = String(xxhash.xxh3_128_hexdigest(np.ascontiguousarray(stamped.message.data).data))
+        return Entry(stamped.t_ns, hash_topic(topic), String, self._about, message=digest)
 
 
 @dataclass(frozen=True, slots=True)

@@ -205,10 +205,15 @@ def _told(then: Sequence[_Message], now: Sequence[_Message], topic: str, codec: 
     for messages in (then, now):
         own = [codec.decode(data, kind) for name, _, kind, data in messages if name == topic]
         both.append(dict(_leaves(own[0] if len(own) == 1 else own, "")))
-    if not all(both):
-        return tuple(_words(leaves, leaves) for leaves in both)  # type: ignore[return-value]
+    if not all(both):  # a message that is there once: the time in its header tells nothing
+        return tuple(_words(one, _without_header(one)) for one in both)  # type: ignore[return-value]
     paths = [path for path in {**both[0], **both[1]} if both[0].get(path) != both[1].get(path)]
     return _words(both[0], paths), _words(both[1], paths)
+
+
+def _without_header(paths: Iterable[str]) -> list[str]:
+    found = list(paths)
+    return [path for path in found if not path.startswith(".header.")] or found
 
 
 def _words(leaves: Mapping[str, Any], paths: Iterable[str]) -> str:

@@ -202,10 +202,12 @@ def test_every_test_answers_one_of_the_questions():
 def test_the_reference_fires_where_the_closed_form_does():
     sample = SAMPLES["IF_curr_exp"]
     p = sample.all_parameters
-    above = 0.8 * p["tau_m"] / p["cm"]
-    period = p["tau_refrac"] + p["tau_m"] * log(above / (above - 15.0))
+    settled = p["v_rest"] + 0.8 * p["tau_m"] / p["cm"]
+    from_rest, from_reset = (
+        p["tau_m"] * log((settled - p[start]) / (settled - p["v_thresh"])) for start in ("v_rest", "v_reset")
+    )
     spikes = simulate(sample, until_ms=60, current_na=0.8).spikes
-    expected = [period - p["tau_refrac"] + k * period for k in range(len(spikes))]
+    expected = [from_rest + k * (p["tau_refrac"] + from_reset) for k in range(len(spikes))]
     assert len(spikes) == 4
     assert spikes == pytest.approx(expected, abs=1e-4)
 

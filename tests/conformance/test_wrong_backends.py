@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import brains_in_kind
+import brains_in_number
 import brains_in_time
 import pytest
 import worlds
+import worlds_in_body
 import worlds_in_change
+from nrp_brain_minimal.brain import MinimalBackend
 from small_brain import SmallBackend
 
 from nrp_core.conformance import BrainBackendTests, WorldBackendTests
@@ -14,8 +17,8 @@ from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.report import Outcome
 from nrp_core.conformance.run import run_tests
 
-BRAINS = brains_in_time.FOUND_BY | brains_in_kind.FOUND_BY
-WORLDS = worlds.FOUND_BY | worlds_in_change.FOUND_BY
+BRAINS = brains_in_time.FOUND_BY | brains_in_kind.FOUND_BY | brains_in_number.FOUND_BY
+WORLDS = worlds.FOUND_BY | worlds_in_change.FOUND_BY | worlds_in_body.FOUND_BY
 
 
 def failing(suite: type[BackendTests], backend: type) -> set[str]:
@@ -31,11 +34,12 @@ def named(backend: type) -> str:
 
 
 def test_there_are_enough_wrong_backends():
-    assert len(BRAINS) + len(WORLDS) >= 30
+    assert len(BRAINS) + len(WORLDS) >= 100
 
 
-def test_the_brain_that_the_wrong_ones_are_made_from_is_right():
-    assert failing(BrainBackendTests, SmallBackend) == set()
+@pytest.mark.parametrize("backend", [SmallBackend, MinimalBackend], ids=named)
+def test_the_brains_that_the_wrong_ones_are_made_from_are_right(backend: type):
+    assert failing(BrainBackendTests, backend) == set()
 
 
 @pytest.mark.parametrize("backend", BRAINS, ids=named)

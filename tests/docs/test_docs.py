@@ -13,12 +13,16 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
 
+from nrp_core.cli.app import COMMANDS
+
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
+READMES = sorted([ROOT / "experiments" / "README.md", *(ROOT / "plugins").glob("*/README.md")])
 
 BLOCK = re.compile(r"(<!-- not run: .+? -->\n)?^```(\w+)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w./-]+\.\w+)(?: -->)?\n")
@@ -60,8 +64,32 @@ def test_every_block_of_a_page_runs(page: Path, tmp_path: Path) -> None:
         assert done.returncode == 0, f"{page}:{block.line}\n{done.stdout}\n{done.stderr}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+@pytest.mark.parametrize("page", [*PAGES, *READMES], ids=lambda p: str(p.relative_to(ROOT)))
 def test_every_link_of_a_page_leads_somewhere(page: Path) -> None:
-    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", BLOCK.sub("", page.read_text())):
-        if "://" not in target:
-            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+    for link in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", page.read_text())):
+        if "://" not in link:
+            target, _, heading = link.partition("#")
+            file = page.parent / target if target else page
+            assert file.exists(), f"{page.name} links to {target}"
+            assert not heading or heading in headings(file), f"{page.name} links to {link}"
+
+
+def headings(page: Path) -> set[str]:
+    """Return the headings of a page as links name them."""
+    titles = re.findall(r"^#+ (.+)$", BLOCK.sub("", page.read_text()), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title).strip().lower().replace(" ", "-") for title in titles}
+
+
+def test_every_command_stands_in_the_reference() -> None:
+    names = {command.__name__.strip("_") for command in COMMANDS}
+    names |= {entry.name for entry in entry_points(group="nrp_core.commands")}
+    reference = (ROOT / "docs" / "reference" / "command-line.md").read_text()
+    assert names <= set(re.findall(r"^\| `nrp ([\w-]+)", reference, re.MULTILINE))
+
+
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if p.parents[1] == ROOT / "docs" and p.name != "README.md"]
+)
+def test_every_page_can_be_found_from_the_index(page: Path) -> None:
+    index = page.parent if page.parent.name == "decisions" else page.parents[1]
+    assert f"({page.relative_to(index)})" in (index / "README.md").read_text()

@@ -44,6 +44,17 @@ class FlippedSynapses(EventBackend):
         return super().open(replace(network, projections=tuple(flipped)), seed=seed, options=options)
 
 
+class Mirrored(MujocoBackend):
+    """What its cameras see on the right is on the left."""
+
+    def open(self, scene, *, seed, options):
+        class World(MujocoWorld):
+            def _do_render(self, model, link, camera):
+                return super()._do_render(model, link, camera)[:, ::-1].copy()
+
+        return World(scene, seed=seed, capabilities=self.capabilities(options), options=options)
+
+
 class LargeWheels(MujocoBackend):
     """Its wheels are 2 % larger than its drives believe."""
 
@@ -62,6 +73,7 @@ late = copies_with_bugs:LateSynapses
 flipped = copies_with_bugs:FlippedSynapses
 [nrp_core.world]
 large_wheels = copies_with_bugs:LargeWheels
+mirrored = copies_with_bugs:Mirrored
 """
 SETTINGS = ("world.options.image_scale=0.1", "events.left_red.at=0.5 s", "duration=2 s")
 SEEDS = 4
@@ -118,6 +130,21 @@ def test_a_larger_wheel_parts_runs_in_the_world_while_brain_and_commands_are_the
     assert first is not None
     assert (first.group, first.signal) == ("world", "/gazebo/model_states")
     assert first.step == 1  # with the first command
+
+
+def test_a_mirrored_camera_is_named_and_not_the_device_that_it_drives(copies: None, tmp_path: Path) -> None:
+    settings = ("world.options.image_scale=0.1", "duration=0.1 s")
+    grid = Grid.of("braitenberg_husky", ("event",), ("mujoco", "mirrored"), 1, settings)
+    runs = run_grid(grid, tmp_path, 1, lambda done, total, last: None)
+    first = parting(*runs.values()).first
+    assert first is not None
+    assert (first.group, first.signal) == ("inputs", "/husky/camera/hash")
+
+
+def test_a_setting_that_somebody_sets_is_not_drawn_anew() -> None:
+    grid = Grid.of("braitenberg_husky", (), (), 1, ("events.left_red.at=0.5 s",))
+    assert grid.varied == {}
+    assert list(Grid.of("braitenberg_husky", (), (), 1).varied) == ["events.left_red.at"]
 
 
 def test_a_delay_of_one_step_more_is_named_by_the_spike_that_is_late(diff: GridDiff) -> None:

@@ -54,6 +54,11 @@ def test_spikes_are_where_the_equation_of_the_cell_puts_them(sim: ModuleType) ->
     assert cells.mean_spike_count() == len(trains(cells)[0]) / 2
 
 
+def test_a_name_that_there_is_not_may_be_another() -> None:
+    with pytest.raises(AttributeError, match="no 'IF_cond_expo'; did you mean 'IF_cond_exp'"):
+        nrp_core.pynn.IF_cond_expo  # noqa: B018
+
+
 def test_state_is_sampled_from_the_start_to_the_end(sim: ModuleType) -> None:
     cells = sim.Population(2, sim.IF_curr_exp(i_offset=0.5))
     cells.record("v", sampling_interval=0.5)

@@ -17,6 +17,8 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from nrp_core.brain.sinks import LeakyIntegratorAlpha
+from nrp_core.comparison.metrics.base import all_metrics
+from nrp_core.comparison.result import PairDiff
 from nrp_core.dsl import Neuron2Robot, Topic
 from nrp_core.errors import ExperimentError, SnapshotError
 from nrp_core.experiment.find import load_experiment
@@ -96,6 +98,18 @@ def test_a_step_has_four_hashes_and_the_chain_of_all_before(made: Made) -> None:
     assert [step.hash.step for step in steps] == list(range(151))
     assert len({step.hash.chain for step in steps}) == 151
     assert all(len(one) == 16 for one in steps[-1].hashes)
+
+
+def test_a_future_that_nobody_edited_is_the_same_where_both_have_steps(made: Made, tmp_path: Path) -> None:
+    made.replay(Request(from_ns=round(1.24 * S), record=tmp_path / "future"), verify=False)
+    compared = PairDiff.of(made.folder, tmp_path / "future", all_metrics())
+    assert compared.is_identical
+    assert compared.parting.steps == 150 - 62
+    # of the command in force where it goes on from only the first recording knows
+    apart = {
+        (row.metric.name, row.part): row.apart for row in compared.measured if abs(row.apart or 0) > 1e-4
+    }
+    assert apart == {}
 
 
 @pytest.mark.parametrize("from_s", [1.0, 1.24, 2.98])

@@ -31,3 +31,10 @@ def test_a_misspelt_name_gets_the_nearest_one_and_a_strange_one_gets_them_all() 
     assert did_you_mean("mujco", ["mujoco", "pybullet"]) == "; did you mean 'mujoco'?"
     assert did_you_mean("xyz", ["mujoco", "pybullet"]) == "; valid: mujoco, pybullet"
     assert did_you_mean("xyz", []) == "; there are none"
+    assert did_you_mean("xyz", ["b", "a", "b"]) == "; valid: a, b"
+
+
+def test_of_very_many_names_those_are_told_that_are_most_like_the_strange_one() -> None:
+    hint = did_you_mean("/lamp/color", ["/lamp/body/glass/off", *(f"/gazebo/service_{i}" for i in range(40))])
+    assert hint.startswith("; valid: /lamp/body/glass/off, ")
+    assert hint.endswith(" and 35 more")

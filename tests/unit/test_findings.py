@@ -1,6 +1,7 @@
 """Findings: what is wrong, where, as text, data and errors."""
 
 import json
+import pickle
 from pathlib import Path
 
 import pytest
@@ -49,3 +50,10 @@ def test_only_errors_keep_an_experiment_from_running() -> None:
 def test_every_code_says_what_it_means_why_it_matters_and_what_to_do() -> None:
     assert len({code.summary for code in Code}) == len(Code)
     assert all(text.endswith(".") for code in Code for text in (code.summary, code.why, code.suggestion))
+
+
+def test_an_error_with_findings_reaches_whoever_waits_in_another_process():
+    found = Finding(Code.NRP201, "an experiment has no key 'sed'", Level.ERROR, Path("a.yaml"), 3, 1)
+    error = pickle.loads(pickle.dumps(InvalidExperimentError([found])))
+    assert isinstance(error, InvalidExperimentError)
+    assert (error.findings, error.path, error.line) == ((found,), Path("a.yaml"), 3)

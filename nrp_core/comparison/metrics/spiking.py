@@ -27,13 +27,13 @@ class FiringRate(ScalarMetric):
 
     def values(self, run: RunSignals) -> Mapping[str, float]:
         return {
-            part: sum(map(len, trains)) / (max(len(trains), 1) * (run.end_s or 1.0))
+            part: sum(map(len, trains)) / (max(len(trains), 1) * (run.duration_s or 1.0))
             for part, trains in _parts(run)
         }
 
     def resolution(self, run: RunSignals) -> float:
         """One spike in a run."""
-        return 1.0 / (run.end_s or 1.0)
+        return 1.0 / (run.duration_s or 1.0)
 
 
 class Irregularity(ScalarMetric):
@@ -61,7 +61,7 @@ class SpikeTrains(DistanceMetric):
         for label in run.numbers.spikes:
             trains = run.trains_s(label)
             chosen = np.linspace(0, len(trains) - 1, min(len(trains), _MOST_TRAINS)).round().astype(int)
-            found[label] = filtered_trains([trains[i] for i in chosen], run.end_s, _TAU_S)
+            found[label] = filtered_trains([trains[i] for i in chosen], run.duration_s, _TAU_S)
         return found
 
     def distance(self, one: FloatArray, other: FloatArray) -> float:

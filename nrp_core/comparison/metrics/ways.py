@@ -22,9 +22,10 @@ _MOVING = 1e-3
 """Commands on average below this, m/s or rad/s, tell nothing of what they effect."""
 
 
-def position(motion: Series) -> FloatArray:
-    """Return where a robot was, m, shape ``(n, 3)``."""
-    return motion.values[:, :3]
+def poses(run: RunSignals, robot: str) -> FloatArray:
+    """Return where a robot was after each step since it is there, m and quaternion, shape ``(n, 7)``."""
+    values = run.held(run.motion(robot))[:, :7]
+    return values[np.isfinite(values[:, 0])]
 
 
 class Trajectory(DistanceMetric):
@@ -34,7 +35,7 @@ class Trajectory(DistanceMetric):
 
     def features(self, run: RunSignals) -> Mapping[str, FloatArray]:
         def thinned(robot: str) -> FloatArray:
-            way = position(run.motion(robot))
+            way = poses(run, robot)[:, :3]
             chosen = np.linspace(0, len(way) - 1, min(len(way), _POINTS)).round().astype(int)
             return np.ascontiguousarray(way[chosen])
 
@@ -53,7 +54,7 @@ class FinalPosition(DistanceMetric):
     name, title, unit = "final_position", "Final position", "m"
 
     def features(self, run: RunSignals) -> Mapping[str, FloatArray]:
-        return {robot: position(run.motion(robot))[-1] for robot in run.robots}
+        return {robot: poses(run, robot)[-1, :3] for robot in run.robots}
 
     def distance(self, one: FloatArray, other: FloatArray) -> float:
         return float(np.linalg.norm(one - other))
@@ -68,7 +69,7 @@ class FinalHeading(DistanceMetric):
     name, title, unit = "final_heading", "Final heading", "rad"
 
     def features(self, run: RunSignals) -> Mapping[str, float]:
-        ends = {robot: run.motion(robot).values[-1, 3:7] for robot in run.robots}
+        ends = {robot: poses(run, robot)[-1, 3:] for robot in run.robots}
         return {robot: Pose(orientation=tuple(end)).yaw for robot, end in ends.items()}
 
     def distance(self, one: float, other: float) -> float:
@@ -84,7 +85,7 @@ class Distance(ScalarMetric):
     name, title, unit = "distance", "Distance covered", "m"
 
     def values(self, run: RunSignals) -> Mapping[str, float]:
-        steps = {robot: np.diff(position(run.motion(robot)), axis=0) for robot in run.robots}
+        steps = {robot: np.diff(poses(run, robot)[:, :3], axis=0) for robot in run.robots}
         return {robot: float(np.linalg.norm(step, axis=1).sum()) for robot, step in steps.items()}
 
     def resolution(self, run: RunSignals) -> float:

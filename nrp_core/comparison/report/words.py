@@ -21,9 +21,10 @@ HEADLINES = {
 def subject(diff: GridDiff) -> str:
     """Say what was run."""
     grid = diff.grid
+    first, last = grid.seeds[0], grid.seeds[-1]
     return (
         f"{len(diff.runs)} runs: {', '.join(grid.brains)} x {', '.join(grid.worlds)}, "
-        f"{len(grid.seeds)} seeds ({grid.seeds[0]} to {grid.seeds[-1]})"
+        + (f"seed {first}" if first == last else f"{len(grid.seeds)} seeds ({first} to {last})")
         + "".join(f", {key}={values}" for key, values in grid.varied.items())
     )
 

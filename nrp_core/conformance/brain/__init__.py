@@ -5,19 +5,23 @@ from nrp_core.conformance.brain.capability import CapabilityTests
 from nrp_core.conformance.brain.changes import ChangeTests
 from nrp_core.conformance.brain.comparison import CrossTests, SpeedTests
 from nrp_core.conformance.brain.devices import DeviceTests
+from nrp_core.conformance.brain.each import EachTests
 from nrp_core.conformance.brain.life import LifeTests
 from nrp_core.conformance.brain.sequences import SequenceTests
+from nrp_core.conformance.brain.short_term import ShortTermTests
 from nrp_core.conformance.brain.state import StateTests
 from nrp_core.conformance.brain.statistical import StatisticalTests
 from nrp_core.conformance.brain.timing import TimingTests
 from nrp_core.conformance.brain.wiring import WiringTests
 
 
-class BrainContractTests(TimingTests, WiringTests, DeviceTests, StateTests, LifeTests):
+class BrainContractTests(TimingTests, WiringTests, EachTests, DeviceTests, StateTests, LifeTests):
     """What every brain does."""
 
 
-class BrainBackendTests(BrainContractTests, CapabilityTests, ChangeTests, AccuracyTests, DeviceAccuracyTests):
+class BrainBackendTests(
+    BrainContractTests, CapabilityTests, ChangeTests, ShortTermTests, AccuracyTests, DeviceAccuracyTests
+):
     """What a third party runs: contract, capabilities, accuracy."""
 
 

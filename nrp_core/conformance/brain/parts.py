@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network import STATIC, Network, Population, Projection
+from nrp_core.brain.network import STATIC, FloatArray, Network, Population, Projection
 from nrp_core.conformance.brain.samples import Sample
 
 Part = Population | Projection
 Pairs = Sequence[tuple[int, int]]
+Numbers = float | Sequence[float]
 
 
 def network(*parts: Part) -> Network:
@@ -39,19 +40,23 @@ def poisson(label: str, size: int, rate: float) -> Population:
 
 
 def connect(
-    pre: str, post: str, weight: float, delay: float | Sequence[float] = 1.0, *,
+    pre: str, post: str, weight: Numbers, delay: Numbers = 1.0, *,
     pairs: Pairs = ((0, 0),), receptor: str = "excitatory", kind: str = STATIC,
-    rule: Mapping[str, str] | None = None, **parameters: float,
+    rule: Mapping[str, str] | None = None, **parameters: Numbers,
 ) -> Projection:  # fmt: skip
-    """Return synapses between pairs of cells; numbers are the same for all, but for the delays (ms)."""
+    """Return synapses between pairs of cells; a number is the same for all, or one for each; delays in ms."""
     pre_index, post_index = np.array(pairs, np.int32).T
     n = len(pre_index)
     return Projection(
         f"{pre} to {post}, {receptor}", pre, post, receptor, pre_index, post_index,
-        np.full(n, float(weight)), np.broadcast_to(np.asarray(delay, float), n).copy(),
-        kind, {name: np.full(n, float(value)) for name, value in parameters.items()}, dict(rule or {}),
+        _of_each(weight, n), _of_each(delay, n),
+        kind, _each(parameters, n), dict(rule or {}),
     )  # fmt: skip
 
 
 def _each(values: Mapping[str, Any], size: int) -> dict[str, Any]:
-    return {name: np.broadcast_to(np.asarray(v, float), size).copy() for name, v in values.items()}
+    return {name: _of_each(value, size) for name, value in values.items()}
+
+
+def _of_each(value: Numbers, size: int) -> FloatArray:
+    return np.broadcast_to(np.asarray(value, float), size).copy()

@@ -48,10 +48,11 @@ class Sample:
         return 1 if "_cond_" in self.cell_type else -1
 
 
-_LEAKY = {
-    "v_rest": -65.0, "v_reset": -65.0, "v_thresh": -50.0, "tau_m": 10.0, "cm": 0.25, "tau_refrac": 10.0,
+_LEAKY = {  # a reset below the rest, so that neither is taken for the other
+    "v_rest": -65.0, "v_reset": -68.0, "v_thresh": -50.0, "tau_m": 10.0, "cm": 0.25, "tau_refrac": 10.0,
 }  # fmt: skip
 _CURRENTS = _LEAKY | {"tau_syn_E": 2.0, "tau_syn_I": 3.0}
+_ADAPTIVE = {"tau_refrac": 10.0, "tau_syn_E": 2.0, "v_reset": -66.0}
 _CONDUCTANCES = _CURRENTS | {"e_rev_E": 0.0, "e_rev_I": -75.0}
 
 SAMPLES = {
@@ -62,8 +63,8 @@ SAMPLES = {
         Sample("IF_curr_exp", _CURRENTS),
         Sample("IF_curr_alpha", _CURRENTS, strong=3.0, weak=0.05),
         Sample("IF_curr_delta", _LEAKY, strong=20.0, weak=2.0),
-        Sample("EIF_cond_alpha_isfa_ista", {"tau_refrac": 10.0, "tau_syn_E": 2.0}, 1.0, 0.1, 0.001),
-        Sample("EIF_cond_exp_isfa_ista", {"tau_refrac": 10.0, "tau_syn_E": 2.0}, 1.0, 0.2, 0.002),
+        Sample("EIF_cond_alpha_isfa_ista", _ADAPTIVE, 1.0, 0.1, 0.001),
+        Sample("EIF_cond_exp_isfa_ista", _ADAPTIVE, 1.0, 0.2, 0.002),
         Sample("Izhikevich", {"d": 8.0}, 0.01, 60.0, 1.0),
         Sample("HH_cond_exp", {"tau_syn_E": 2.0}, 0.5, 0.1, 0.001, rest_mv=-64.76462926),
     )

@@ -1,5 +1,6 @@
 """The suites for worlds; each contains the one before it."""
 
+from nrp_core.conformance.world.bodies import BodyTests
 from nrp_core.conformance.world.capability import CapabilityTests
 from nrp_core.conformance.world.changing import ChangingTests
 from nrp_core.conformance.world.comparison import CrossTests, SpeedTests
@@ -16,7 +17,7 @@ class WorldContractTests(TopicTests, MotionTests, DrivingTests, SeeingTests, Sta
     """What every world does."""
 
 
-class WorldBackendTests(WorldContractTests, CapabilityTests, SensingTests, ChangingTests):
+class WorldBackendTests(WorldContractTests, CapabilityTests, BodyTests, SensingTests, ChangingTests):
     """What a third party runs: contract and capabilities."""
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import pi, sqrt
+
 import pytest
 
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit, states
@@ -10,7 +12,7 @@ from nrp_core.errors import CapabilityError
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.gazebo_msgs import ModelState
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3, Wrench
+from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.parts.base import Wrench as Push
 from nrp_core.world.scene.acting import JointController, Pid
@@ -18,6 +20,7 @@ from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
 from nrp_core.world.scene.pose import Pose as ScenePose
 
 ARM_KG, ARM_M = 2.0, 0.5
+HALF = sqrt(0.5)
 INERTIA = 0.02 + ARM_KG * ARM_M**2
 
 
@@ -52,7 +55,24 @@ class ChangingTests(WorldKit):
         world = self.open(arm("effort"), gravity=(0.0, 0.0, 0.0))
         world.advertise("/arm/cmd").publish(Float64(-0.5))
         self.run(world, 0.5)
-        assert world.joint_states("arm").velocities[0] == pytest.approx(-0.25 / INERTIA, rel=0.02)
+        told = world.joint_states("arm")
+        assert told.velocities[0] == pytest.approx(-0.25 / INERTIA, rel=0.02)
+        assert told.efforts[0] == pytest.approx(-0.5, rel=0.01)
+
+    def test_a_snapshot_keeps_what_joints_are_told(self) -> None:
+        self.require("joint_control")
+        self.require_snapshot()
+        self.require_repeatable()
+        world, fresh = self.open(arm()), self.open(arm())
+        world.advertise("/arm/cmd").publish(Float64(-0.4))
+        self.run(world, 0.1)
+        snapshot = world.snapshot()
+        expected = self._later(world)
+        world.advertise("/arm/cmd").publish(Float64(0.4))
+        self.run(world, 1.0)
+        for again in (world, fresh):
+            again.restore(snapshot)
+            assert self._later(again) == expected
 
     def test_a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused(self) -> None:
         self.require("dynamics")
@@ -69,13 +89,16 @@ class ChangingTests(WorldKit):
     def test_models_are_put_where_they_are_wanted_or_that_is_refused(self) -> None:
         ball = thing("ball", Sphere(0.1), at(0, 2, 5), mass=1.0)
         world = self.open(floor(), robot(), *self.movable(ball))
-        state = ModelState("ball", Pose(Point(1.0, 2.0, 3.0)), Twist(Vector3(0.5)))
+        turned = Pose(Point(1.0, 2.0, 3.0), Quaternion(0.0, 0.0, HALF, HALF))
+        state = ModelState("ball", turned, Twist(Vector3(0.5), Vector3(0.0, 0.0, 1.0)))
         answer = world.call("/gazebo/set_model_state", state)
         assert answer.success == (self.capabilities.changes and self.capabilities.dynamics)
         if answer.success:
             self.run(world, 0.1)
             motion = world.model_motion("ball")
             assert motion.pose.position == pytest.approx((1.05, 2.0, 3.0 - GRAVITY * 0.005), abs=0.02)
+            assert motion.pose.rpy == pytest.approx((0.0, 0.0, pi / 2 + 0.1), abs=0.01)
+            assert motion.angular == pytest.approx((0.0, 0.0, 1.0), abs=0.01)
             assert world.model_motion("robot").pose.position[:2] == pytest.approx((0, 0), abs=0.01)
 
     def test_models_come_and_go_and_leave_the_others_as_they_are_or_that_is_refused(self) -> None:
@@ -104,9 +127,10 @@ class ChangingTests(WorldKit):
     def test_a_spawned_robot_drives_and_sees(self) -> None:
         self.require("changes")
         world = self.open(floor())
-        world.spawn(robot("late"))
+        world.spawn(robot("late", yaw=pi / 2))
         self.drive(world, 0.5, 0.0, 1.0, robot="late")
-        assert world.model_motion("late").pose.position[0] == pytest.approx(0.5, rel=0.1)
+        x, y, _ = world.model_motion("late").pose.position
+        assert (x, y) == pytest.approx((0.0, 0.5), abs=0.05)
         if self.capabilities.renderers:
             assert self.look(world, "late").any()
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, sin
 
 import pytest
 
 from nrp_core.conformance.world.kit import WorldKit, twist
-from nrp_core.conformance.world.scenes import DRIVE_TIMEOUT_S, WHEEL_RADIUS, floor, robot
+from nrp_core.conformance.world.scenes import DRIVE_TIMEOUT_S, WHEEL_RADIUS, at, floor, robot, thing
 from nrp_core.world.interface import World
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.scene.acting import PlanarMove
+from nrp_core.world.scene.model import Box
 from nrp_core.world.scene.pose import Pose
 
 SLIP = 0.05
@@ -111,6 +115,7 @@ class DrivingTests(WorldKit):
     def test_several_robots_each_do_what_they_are_told(self) -> None:
         world = self.open(floor(), robot("a"), robot("b", y=3.0), robot("c", y=-3.0))
         commands = {name: world.advertise(f"/{name}/cmd_vel") for name in ("a", "b", "c")}
+        heard = {name: world.subscribe(f"/{name}/odom") for name in commands}
         for step in range(50):
             commands["a"].publish(twist(0.5, 0.0))
             commands["b"].publish(twist(0.0, 0.8))
@@ -120,6 +125,22 @@ class DrivingTests(WorldKit):
         assert moved.position[:2] == pytest.approx((0.5, 0.0), abs=0.06)
         assert turned.position[:2] == pytest.approx((0.0, 3.0), abs=0.06)
         assert turned.yaw == pytest.approx(0.8, abs=0.12)
+        told = {
+            name: odometry.latest.message.twist.twist for name, odometry in heard.items() if odometry.latest
+        }
+        assert [told[name].linear.x for name in "abc"] == pytest.approx([0.5, 0.0, 0.0], abs=0.05)
+        assert [told[name].angular.z for name in "abc"] == pytest.approx([0.0, 0.8, 0.0], abs=0.08)
+        if self.capabilities.dynamics:
+            rolling = [float(world.joint_states(name).velocities.mean()) for name in "abc"]
+            assert rolling == pytest.approx([0.5 / WHEEL_RADIUS, 0.0, 0.0], abs=0.3)
+
+    def test_a_planar_drive_goes_sideways_as_well(self) -> None:
+        base = thing("robot", Box((0.6, 0.4, 0.2)), at(0, 0, 0.1, yaw=pi / 2), mass=5.0)
+        world = self.open(floor(), replace(base, drives=(PlanarMove("drive", "/robot/cmd_vel"),)))
+        world.advertise("/robot/cmd_vel").publish(Twist(Vector3(0.3, 0.2)))
+        self.run(world, 1.0)
+        x, y, _ = self._pose(world).position
+        assert (x, y) == pytest.approx((-0.2, 0.3), abs=0.03)
 
     def _pose(self, world: World) -> Pose:
         return world.model_motion("robot").pose

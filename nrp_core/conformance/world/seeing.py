@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -23,6 +24,7 @@ from nrp_core.conformance.world.scenes import (
     thing,
 )  # fmt: skip
 from nrp_core.world.scene.model import Box, Rgba
+from nrp_core.world.scene.pose import Pose
 
 PIXEL = 2.0 / WIDTH
 """The width of a pixel where the picture goes from -1 to 1."""
@@ -108,6 +110,45 @@ class SeeingTests(WorldKit):
             assert latest is not None
             told = latest.message
             assert (told.r, told.g, told.b, told.a) == pytest.approx(expected)
+
+    def test_a_picture_shows_the_moment_of_its_stamp(self) -> None:
+        """What a camera served while its robot turned is what a world sees that came there blindly."""
+        self.require_camera()
+        self.require_repeatable()
+        scene = floor(), robot(), screen("screen", 0.0, RED)
+        watched, other = self.open(*scene), self.open(*scene)
+        heard = watched.subscribe("/robot/camera")
+        for world in (watched, other):
+            self.drive(world, 0.2, 0.8, 0.4)
+        assert heard.latest is not None
+        assert heard.latest.t_ns == other.now_ns
+        served = np.asarray(heard.latest.message.data, dtype=np.int64)
+        expected = np.asarray(other.render("robot", "eye", "camera"), dtype=np.int64)
+        assert centre(where(served, 0)) == pytest.approx(centre(where(expected, 0)), abs=PIXEL / 2)
+
+    def test_a_camera_sees_from_where_it_is_in_its_link(self) -> None:
+        model = robot()
+        eye = model.link("eye")
+        (camera,) = eye.sensors
+        moved = replace(eye, sensors=(replace(camera, pose=Pose((0.5, 0.6, 0.4))),))
+        links = tuple(moved if link is eye else link for link in model.links)
+        seen = self.look(self.open(floor(), replace(model, links=links), screen("screen", 0.0, RED, x=3.5)))
+        row, column = centre(where(seen, 0))
+        assert column == pytest.approx(0.6 / 3, abs=3 * PIXEL), "it is left of the robot: things move right"
+        assert row > 0.1, "it is higher up: things move down"
+
+    def test_a_visual_is_where_and_as_it_lies_in_its_link(self) -> None:
+        """A high slab that was turned about x and moved to the left lies on its side there."""
+        slab = screen("slab", 0.0, RED)
+        (link,) = slab.links
+        lying = Pose.from_rpy((0.0, 0.9, 0.0), pi / 2, 0.0, 0.0)
+        visual = replace(link.visuals[0], geometry=Box((0.1, 0.3, 1.5)), pose=lying)
+        seen = self.look(
+            self.open(floor(), robot(), replace(slab, links=(replace(link, visuals=(visual,)),)))
+        )
+        mask = where(seen, 0)
+        assert centre(mask)[1] == pytest.approx(-0.3, abs=3 * PIXEL)
+        assert mask.any(axis=0).sum() > 2 * mask.any(axis=1).sum()
 
     def test_each_robot_sees_with_its_own_camera(self) -> None:
         turned = robot("b", y=-4.0, yaw=pi)

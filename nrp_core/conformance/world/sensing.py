@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, inf, pi
+from math import cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,8 @@ class SensingTests(WorldKit):
             angle = float(world.joint_states("pendulum").positions[0])
             motion = world.link_motion("pendulum", "bob")
             assert motion.pose.position == pytest.approx((0.0, 0.0, 2.0), abs=1e-6)
-            assert motion.pose.rotate((1.0, 0.0, 0.0))[0] == pytest.approx(cos(angle), abs=1e-3)
+            ahead = motion.pose.rotate((1.0, 0.0, 0.0))
+            assert ahead == pytest.approx((cos(angle), 0.0, -sin(angle)), abs=1e-3)
         else:
             with pytest.raises(CapabilityError):
                 world.link_motion("pendulum", "bob")
@@ -90,6 +91,9 @@ class SensingTests(WorldKit):
         force = state.total_wrench.force
         assert (force.x, force.y, force.z) == pytest.approx((0.0, 0.0, MASS * GRAVITY), abs=0.3)
         assert all(normal.z == pytest.approx(1.0, abs=0.01) for normal in state.contact_normals)
+        places = np.array([(place.x, place.y, place.z) for place in state.contact_positions])
+        assert places[:, 2] == pytest.approx(0.0, abs=0.01)
+        assert np.abs(places[:, :2]) == pytest.approx(np.full((len(places), 2), 0.1), abs=0.02), "its corners"
 
     def test_what_hangs_free_touches_nothing(self) -> None:
         self.require("dynamics")

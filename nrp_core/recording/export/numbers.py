@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -61,12 +62,13 @@ class Numbers:
 
     Args:
         run: what ``run.json`` says.
-        end_s: simulated time of the last message, s.
+        begin_s, end_s: simulated times of the first and the last message, s.
         spikes: ids within the population and times in ms, by population.
         series: all else, by name.
     """
 
     run: dict[str, Any]
+    begin_s: float = 0.0
     end_s: float = 0.0
     spikes: dict[str, tuple[IntArray, FloatArray]] = field(default_factory=dict)
     series: dict[str, Series] = field(default_factory=dict)
@@ -74,16 +76,17 @@ class Numbers:
     @classmethod
     def of(cls, recording: Recording) -> Numbers:
         """Read a recording."""
-        numbers, topics = cls(recording.run), recording.topics
+        numbers, topics = cls(recording.run, begin_s=inf), recording.topics
         roles = (Role.MODELS, Role.SENSOR, Role.PUBLISHED, Role.SPIKES, Role.SINK, Role.SOURCE)
         spikes: dict[str, list[Any]] = {label: [] for label in _populations(recording.run)}
         for one in recording.messages({topic.name for topic in recording.with_role(*roles)}):
             topic, t_s = topics[one.topic], seconds(one.t_ns)
-            numbers.end_s = max(numbers.end_s, t_s)
+            numbers.begin_s, numbers.end_s = min(numbers.begin_s, t_s), max(numbers.end_s, t_s)
             if topic.role == Role.SPIKES:
                 spikes.setdefault(one.message.population, []).append(one.message)
             else:
                 numbers._take(topic, t_s, one.message)
+        numbers.begin_s = min(numbers.begin_s, numbers.end_s)
         for label, messages in spikes.items():
             ids = np.concatenate([np.empty(0, np.int64), *(m.ids.astype(np.int64) for m in messages)])
             times_ms = np.concatenate([np.empty(0), *(m.times_ms for m in messages)])

@@ -84,8 +84,8 @@ def _add_units(file: Any, numbers: Numbers) -> None:
     for label, neuron in neurons:
         own = [name for name, parts in members.items() if neuron in parts.get(label, ())]
         file.add_unit(
-            spike_times=trains[label][neuron], obs_intervals=[[0.0, numbers.end_s]], population=label,
-            neuron=neuron, groups=" ".join(own),
+            spike_times=trains[label][neuron], obs_intervals=[[numbers.begin_s, numbers.end_s]],
+            population=label, neuron=neuron, groups=" ".join(own),
         )  # fmt: skip
 
 

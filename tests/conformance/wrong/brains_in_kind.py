@@ -19,6 +19,7 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
 
 
 @found_by(
+    "a_cell_can_act_on_itself",
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
     "a_snapshot_keeps_spikes_in_flight",
@@ -29,12 +30,17 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "a_synapse_moves_the_membrane_as_its_equations_say",
     "an_injected_spike_acts_after_its_delay",
     "each_synapse_has_its_own_delay",
+    "each_synapse_has_its_own_weight",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "inhibition_holds_a_cell_back",
+    "many_cells_keep_apart",
+    "projections_between_the_same_populations_add_to_each_other",
+    "source_cells_that_fire_at_once_all_act",
     "spikes_of_a_device_that_come_at_once_add_up",
     "spikes_reach_the_connected_cell_and_no_other",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
 )
 class SwapsReceptors(SmallBrain):
     def receive(self, target: int, weight: float, receptor: str) -> None:
@@ -55,8 +61,11 @@ class IgnoresInhibition(SmallBrain):
     "a_device_acts_within_its_delay_and_a_step",
     "a_source_acts_on_the_chosen_neurons_alone",
     "an_injected_spike_acts_after_its_delay",
+    "each_cell_has_its_own_parameters",
     "each_synapse_has_its_own_delay",
+    "each_synapse_has_its_own_weight",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
+    "many_cells_keep_apart",
     "spikes_reach_the_connected_cell_and_no_other",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
@@ -186,14 +195,21 @@ class SharesCurrentsBetweenBrains(SmallBrain):
 
 
 @found_by(
+    "a_cell_can_act_on_itself",
     "a_snapshot_keeps_spikes_in_flight",
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
     "a_spike_arrives_after_its_delay_and_not_before",
+    "each_cell_has_its_own_parameters",
     "each_synapse_has_its_own_delay",
+    "each_synapse_has_its_own_weight",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "inhibition_holds_a_cell_back",
+    "many_cells_keep_apart",
+    "projections_between_the_same_populations_add_to_each_other",
+    "source_cells_that_fire_at_once_all_act",
     "spikes_reach_the_connected_cell_and_no_other",
     "two_synapses_onto_one_cell_add_up",
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
 )
 class CountsSourcesOut(SmallBrain):
     def _do_take_spikes(self) -> Spikes:
@@ -231,14 +247,10 @@ class ReadsInTheOrderOfIds(SmallBrain):
 
 
 @found_by(
+    "a_cell_can_act_on_itself",
     "a_cell_fires_under_a_current_when_its_equations_say",
     "a_refractory_cell_fires_no_faster_than_it_may",
-    "a_snapshot_keeps_spikes_in_flight",
-    "a_snapshot_keeps_what_a_device_has_sent",
-    "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
-    "an_injected_spike_acts_after_its_delay",
-    "every_kind_of_cell_can_be_heard_under_its_own_id",
-    "spikes_reach_the_connected_cell_and_no_other",
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
 )
 class IsNeverRefractory(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -352,6 +364,7 @@ class PromisesSnapshots(SmallBrain):
     "a_refractory_cell_fires_no_faster_than_it_may",
     "a_spike_arrives_after_its_delay_and_not_before",
     "splitting_a_run_is_invisible",
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
 )
 class HidesItsGrid(SmallBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:

@@ -15,6 +15,7 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
 
 
 @found_by(
+    "a_cell_can_act_on_itself",
     "a_snapshot_keeps_spikes_in_flight",
     "a_spike_arrives_after_its_delay_and_not_before",
     "a_synapse_moves_the_membrane_as_its_equations_say",
@@ -29,6 +30,7 @@ class IgnoresDelays(SmallBrain):
 @found_by(
     "a_spike_arrives_after_its_delay_and_not_before",
     "a_synapse_moves_the_membrane_as_its_equations_say",
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
 )
 class AddsAMillisecondToDelays(SmallBrain):
     def send(self, neuron: int, time_ms: float) -> None:
@@ -66,6 +68,7 @@ class DropsSourceSpikesAtTheEdge(SmallBrain):
 
 @found_by(
     "splitting_a_run_is_invisible",
+    "two_brains_in_one_process_do_not_disturb_each_other",
 )
 class DropsSpikesAtTheEdge(SmallBrain):
     def _do_take_spikes(self) -> Spikes:
@@ -74,6 +77,7 @@ class DropsSpikesAtTheEdge(SmallBrain):
 
 
 @found_by(
+    "a_late_recorder_hears_nothing_of_the_past",
     "every_spike_is_reported_in_the_window_it_lies_in",
 )
 class ReportsSpikesOneWindowLate(SmallBrain):
@@ -87,6 +91,7 @@ class ReportsSpikesOneWindowLate(SmallBrain):
 
 
 @found_by(
+    "a_cell_can_act_on_itself",
     "a_cell_fires_under_a_current_when_its_equations_say",
     "a_refractory_cell_fires_no_faster_than_it_may",
     "a_snapshot_keeps_spikes_in_flight",
@@ -95,6 +100,7 @@ class ReportsSpikesOneWindowLate(SmallBrain):
     "an_injected_spike_acts_after_its_delay",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "spikes_reach_the_connected_cell_and_no_other",
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
 )
 class ReportsSpikesTwice(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -196,7 +202,9 @@ class KeepsSpikesInFlightOverAReset(SmallBrain):
 
 
 @found_by(
+    "a_cell_starts_from_its_initial_potential_also_after_a_reset",
     "a_reset_brain_equals_a_fresh_one",
+    "a_reset_forgets_what_is_on_its_way",
     "a_reset_repeats_the_noise",
     "a_reset_with_another_seed_equals_a_brain_opened_with_it",
 )

@@ -14,6 +14,7 @@ from nrp_core.brain.grid import Grid
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network import STATIC, FloatArray, IntArray, Network
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.clock import NS_PER_MS
 
 STEP_NS = 100_000
 GRID = Grid(STEP_NS)
@@ -109,8 +110,9 @@ class SmallBrain(Brain):
         s = self.live
         s.v[neuron] = self.p["v_reset"][neuron]
         s.free_at[neuron] = s.tick + round(self.p["tau_refrac"][neuron] / STEP_MS)
-        self.spikes.append((neuron, s.tick * STEP_MS))
-        self.send(neuron, s.tick * STEP_MS)
+        time_ms = s.tick * STEP_NS / NS_PER_MS
+        self.spikes.append((neuron, time_ms))
+        self.send(neuron, time_ms)
 
     def send(self, neuron: int, time_ms: float) -> None:
         for target, weight, delay, receptor in self.targets[neuron]:

@@ -38,7 +38,9 @@ class _Changes(_Opens):
 
 
 @found_by(
+    "a_camera_sees_from_where_it_is_in_its_link",
     "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "a_visual_is_where_and_as_it_lies_in_its_link",
     "left_is_left",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
@@ -48,6 +50,7 @@ class SwapsLeftAndRight(MujocoWorld):
 
 
 @found_by(
+    "a_camera_sees_from_where_it_is_in_its_link",
     "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
     "up_is_up",
 )
@@ -58,10 +61,13 @@ class IsUpsideDown(MujocoWorld):
 
 @found_by(
     "a_camera_looks_along_the_x_axis_of_its_robot",
+    "a_camera_sees_from_where_it_is_in_its_link",
     "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
     "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
     "a_new_colour_is_seen_within_one_period",
+    "a_picture_shows_the_moment_of_its_stamp",
     "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
+    "a_visual_is_where_and_as_it_lies_in_its_link",
     "channels_are_red_green_blue",
     "coming_nearer_makes_things_larger",
     "each_robot_sees_with_its_own_camera",
@@ -92,6 +98,7 @@ class UsesOneBufferForAllPictures(MujocoWorld):
 
 @found_by(
     "a_new_colour_is_seen_within_one_period",
+    "a_picture_shows_the_moment_of_its_stamp",
     "coming_nearer_makes_things_larger",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
@@ -125,6 +132,7 @@ class TakesTheFieldOfViewForVertical(_Changes):
 
 
 @found_by(
+    "a_camera_sees_from_where_it_is_in_its_link",
     "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
 )
 class IgnoresThePoseOfCameras(_Changes):
@@ -180,7 +188,9 @@ class KeepsColoursOverAReset(MujocoWorld):
     "a_positive_turn_is_to_the_left",
     "a_quarter_turn_is_told_as_x_y_z_w",
     "a_velocity_is_the_change_of_the_position",
+    "an_axis_is_along_the_frame_of_its_joint",
     "forward_is_along_the_robots_own_x",
+    "models_are_put_where_they_are_wanted_or_that_is_refused",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
     "odometry_tells_the_way_since_the_start",
     "several_robots_each_do_what_they_are_told",
@@ -193,6 +203,7 @@ class TellsQuaternionsWithWFirst(MujocoWorld):
 
 
 @found_by(
+    "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_velocity_is_the_change_of_the_position",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
 )
@@ -205,8 +216,11 @@ class TellsVelocitiesInTheBodysFrame(MujocoWorld):
 
 @found_by(
     "a_positive_turn_is_to_the_left",
+    "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_velocity_is_the_change_of_the_position",
+    "models_are_put_where_they_are_wanted_or_that_is_refused",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
+    "several_robots_each_do_what_they_are_told",
 )
 class TellsTurnsInDegrees(MujocoWorld):
     def _do_model_motion(self, model: str) -> ModelMotion:
@@ -215,17 +229,25 @@ class TellsTurnsInDegrees(MujocoWorld):
         return replace(motion, angular=(x, y, z))
 
 
-@found_by("a_thing_falls_along_gravity_by_half_g_t_squared")
+@found_by(
+    "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "what_slides_is_held_by_its_friction",
+)
 class KnowsGravityAlongZOnly(_Changes):
     def changed(self, scene: Scene) -> Scene:
         return replace(scene, gravity=(0.0, 0.0, scene.gravity[2]))
 
 
 @found_by(
+    "a_joint_ends_at_its_lower_limit",
+    "a_joint_is_slowed_by_its_damping",
+    "a_joint_takes_no_more_effort_than_its_limit",
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
     "an_effort_accelerates_a_joint",
+    "what_slides_is_held_by_its_friction",
     "without_gravity_nothing_moves",
 )
 class HasGravityOfItsOwn(_Changes):
@@ -263,11 +285,13 @@ class MakesEverythingSolid(_Changes):
     "a_laser_measures_the_distance_to_a_wall",
     "a_laser_sees_what_moves",
     "a_robot_pushes_what_stands_in_its_way",
+    "a_shape_ends_where_its_size_and_its_place_say",
     "a_thing_at_rest_stays_at_rest",
     "a_turned_box_has_its_sides_where_they_belong",
     "a_wall_stops_a_robot",
     "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
     "contacts_carry_the_weight_or_are_refused",
+    "what_slides_is_held_by_its_friction",
 )
 class LetsNothingTouch(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -298,6 +322,7 @@ class TurnsTheWrongWay(MujocoWorld):
     "a_spawned_robot_drives_and_sees",
     "forward_is_along_the_robots_own_x",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
+    "several_robots_each_do_what_they_are_told",
     "the_commanded_speed_is_reached",
     "wheels_turn_by_the_way_they_roll",
 )
@@ -307,7 +332,6 @@ class DrivesATenthTooFast(MujocoWorld):
 
 
 @found_by(
-    "a_snapshot_keeps_a_command_and_its_time_out",
     "a_snapshot_keeps_everything_that_moves",
     "several_robots_each_do_what_they_are_told",
 )
@@ -328,10 +352,18 @@ class NeverStopsADrive(MujocoWorld):
 
 
 @found_by(
+    "a_joint_ends_at_its_lower_limit",
     "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
+    "a_joint_is_slowed_by_its_damping",
+    "a_joint_takes_no_more_effort_than_its_limit",
     "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
+    "a_link_turns_about_axes_of_the_world",
+    "a_shape_ends_where_its_size_and_its_place_say",
+    "an_axis_is_along_the_frame_of_its_joint",
     "an_effort_accelerates_a_joint",
+    "several_robots_each_do_what_they_are_told",
     "wheels_turn_by_the_way_they_roll",
+    "where_links_are_is_told_or_refused",
 )
 class TellsJointsBackwards(MujocoWorld):
     def _do_joint_states(self, model: str) -> JointStates:
@@ -380,6 +412,7 @@ class JoltsWithEveryCall(MujocoWorld):
 @found_by(
     "a_snapshot_keeps_a_command_and_its_time_out",
     "a_snapshot_keeps_everything_that_moves",
+    "a_snapshot_keeps_what_joints_are_told",
     "a_snapshot_keeps_what_was_spawned",
 )
 class ForgetsVelocitiesInASnapshot(MujocoWorld):

@@ -66,6 +66,7 @@ class FeelsTheOtherSideOfAContact(MujocoWorld):
 
 
 @found_by(
+    "contacts_carry_the_weight_or_are_refused",
     "what_hangs_free_touches_nothing",
 )
 class TouchesWhatIsNear(MujocoWorld):
@@ -85,6 +86,7 @@ class TellsLoadsFromTheOtherSide(MujocoWorld):
 
 @found_by(
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
+    "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
 )
 class PullsInsteadOfPushing(MujocoWorld):
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
@@ -93,6 +95,8 @@ class PullsInsteadOfPushing(MujocoWorld):
 
 @found_by(
     "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
+    "a_joint_is_slowed_by_its_damping",
+    "a_joint_takes_no_more_effort_than_its_limit",
     "an_effort_accelerates_a_joint",
 )
 class TurnsJointsBackwards(MujocoWorld):

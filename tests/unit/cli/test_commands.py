@@ -1,6 +1,7 @@
 """The commands around a run, and what all commands have in common."""
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -9,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from nrp_core.cli import doctor
+from nrp_core.cli import app, doctor, main
 from nrp_core.cli.app import COMMANDS
 from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import TopicError
@@ -191,3 +192,16 @@ def test_a_recording_is_drawn_later(nrp: Nrp, experiment: Path, tmp_path: Path) 
     assert Recording(recording).complete
     assert nrp("plot", tmp_path / "nothing", "-o", figure).code == 2
     assert nrp("plot", recording, "-o", "figure.doc").code == 2
+
+
+def test_an_interrupt_while_the_program_is_still_being_read_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(_: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(app, "run_app", interrupted)
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    with pytest.raises(SystemExit, match="130"):
+        main()
+    assert capsys.readouterr().err == "error: interrupted\n"

@@ -143,3 +143,21 @@ def test_each_part_of_the_figure_is_drawn_by_itself(
     else:
         assert done.code == 0
         assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_file_that_is_no_recording_is_left_as_it_is(nrp: Nrp, tmp_path: Path) -> None:
+    file = tmp_path / "letters.mcap"
+    file.write_text("dear reader\n" * 99)
+    done = nrp("recover", file)
+    assert (done.code, done.out) == (3, "")
+    assert done.err == f"error: {file}: not one whole message of a recording is in it\n"
+    assert [each.name for each in tmp_path.iterdir()] == ["letters.mcap"]
+    assert file.read_text().startswith("dear reader")
+
+
+def test_a_figure_that_cannot_be_written_is_named(nrp: Nrp, recorded: Path, tmp_path: Path) -> None:
+    (tmp_path / "folder.png").mkdir()
+    done = nrp("plot", recorded, "-o", tmp_path / "folder.png")
+    assert done.code != 0
+    assert "folder.png" in done.err
+    assert "Errno" not in done.err

@@ -1,5 +1,6 @@
 """Experiments are found by name, file or folder, whatever their format."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -103,3 +104,11 @@ def test_a_file_of_unknown_kind_is_refused(folder: Path) -> None:
 def test_the_reader_is_chosen_by_the_suffix_and_gets_the_overrides(folder: Path) -> None:
     (folder / "one.walk").touch()
     assert load_experiment("one.walk", ["seed=1"]) == ("one", ["seed=1"])
+
+
+def test_a_path_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff"))
+    folder.mkdir()
+    (folder / "experiment.yaml").touch()
+    with pytest.raises(ExperimentError, match="not UTF-8"):
+        find_file(str(folder))

@@ -20,6 +20,7 @@ from nrp_core.errors import (
 )
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.run import Run
+from nrp_core.findings import InvalidExperimentError
 from nrp_core.simulation import State
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.parts.base import ModelMotion
@@ -43,6 +44,19 @@ def open_run(drive_to_the_wall: Path) -> Iterator[Open]:
     yield opened
     for run in runs:
         run.close()
+
+
+def test_events_for_what_is_not_there_are_told_and_left_out_where_the_experiment_is_not_strict(
+    open_run: Open,
+) -> None:
+    events = "events.nowhere={at: 0 s, publish: {topic: /no/such/color, value: red}}"
+    with pytest.raises(InvalidExperimentError, match="no topic '/no/such/color'"):
+        open_run(events)
+    run = open_run(events, "strict=false", "aliases./lamp=/no/lamp")
+    run.run()
+    assert run.result().passed is True
+    told = "\n".join(run.warnings)
+    assert told.count("no topic '/no/such/color'") == told.count("no topic '/no/lamp'") == 1
 
 
 def test_the_whole_story_runs_and_passes(open_run: Open) -> None:

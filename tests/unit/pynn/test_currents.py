@@ -57,6 +57,12 @@ def test_steps_that_do_not_ascend_are_refused(times: list[float]) -> None:
         waveform("StepCurrentSource", times=times, amplitudes=[0.5, -0.5])
 
 
+def test_noise_changes_with_the_time_step_at_most() -> None:
+    fast, slow = (waveform("NoisyCurrentSource", dt=dt_ms) for dt_ms in (0.01, 0.2))
+    assert changes_ms(fast, 0.0, 0.5) == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5])
+    assert changes_ms(slow, 0.0, 0.5) == pytest.approx([0.2, 0.4])
+
+
 def test_a_sinusoidal_current_starts_at_its_phase_and_changes_every_time_step() -> None:
     wave = waveform("ACSource", amplitude=2.0, offset=0.5, frequency=100.0, phase=90.0, start=5.0, stop=15.0)
     assert values(wave, 4.9, 5.0, 7.5, 10.0, 15.0) == pytest.approx([0.0, 2.5, 0.5, -1.5, 0.0])

@@ -11,6 +11,7 @@ import pytest
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.run import Run
+from nrp_core.recording import capsule
 from nrp_core.recording.capsule import Capsule
 from nrp_core.recording.layout import Role
 from nrp_core.recording.read import Recording
@@ -149,6 +150,21 @@ def test_a_folder_that_holds_something_is_left_alone(open_run: Open, tmp_path: P
     with pytest.raises(ExperimentError, match="a recording begins in a new folder"):
         Capsule(open_run(), tmp_path / "out")
     assert (tmp_path / "out" / "run.json").read_text() == before
+
+
+def test_of_two_runs_that_begin_to_record_at_one_moment_one_is_refused(
+    open_run: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "out"
+    monkeypatch.setattr(capsule, "check_folder", lambda folder: None)  # nothing was there when they looked
+    run = open_run()
+    first = Capsule(run, folder)
+    with pytest.raises(ExperimentError, match="another run has begun to record here"):
+        Capsule(open_run(), folder)
+    run.run()
+    first.close("finished")
+    assert Recording(folder).complete
+    assert Recording(folder).run["result"]["steps"] == run.loop.steps
 
 
 def test_a_folder_that_cannot_be_made_is_one_clear_error(open_run: Open, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xxhash
 
 from nrp_core.errors import SimulationError
 from nrp_core.recording.layout import MCAP_NAME, SCENE, Pictures, Role, device_topic, spikes_topic
@@ -110,6 +111,16 @@ def test_pictures_can_be_left_out(make_rig: Any) -> None:
     rig.step()
     rig.recorder.close()
     assert not [topic for topic in Recording(rig.folder).topics if "camera" in topic]
+
+
+def test_a_hash_in_the_place_of_a_picture_tells_which_are_the_same(make_rig: Any) -> None:
+    rig = make_rig(Pictures.HASH)
+    for _ in range(3):
+        rig.step()
+    hashes = recorded(rig, "/husky/camera/hash")
+    assert "/husky/camera" not in Recording(rig.folder).topics
+    assert len(hashes) > 1
+    assert {one.message.data for one in hashes} == {xxhash.xxh3_128_hexdigest(bytes(12))}  # all black
 
 
 @pytest.mark.parametrize("encoding", ["rgb8", "bgr8", "mono8"])

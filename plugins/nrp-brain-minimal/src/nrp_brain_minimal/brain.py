@@ -19,6 +19,7 @@ from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, Bra
 from nrp_core.brain.network import STATIC, TSODYKS_MARKRAM, FloatArray, IntArray, Network
 from nrp_core.brain.short_term import CONSTANTS, released_share
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.clock import NS_PER_MS
 
 GRID = Grid(100_000)
 STEP_MS = GRID.step_ms
@@ -145,7 +146,7 @@ class MinimalBrain(Brain):
 
     def _fire(self, fired: IntArray) -> None:
         s = self._now
-        time_ms = s.tick * STEP_MS
+        time_ms = s.tick * GRID.step_ns / NS_PER_MS  # to the bit the end of the window it lies in
         s.v[fired] = self._p["v_reset"][fired]
         s.free_at[fired] = s.tick + np.rint(self._p["tau_refrac"][fired] / STEP_MS).astype(np.int64)
         self._spikes.append((fired, time_ms))

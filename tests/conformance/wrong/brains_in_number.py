@@ -1,0 +1,236 @@
+"""Brains with one bug each in what each cell and each synapse has of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import defaultdict
+from typing import Any
+
+import numpy as np
+from nrp_brain_minimal.brain import MinimalBackend, MinimalBrain
+from registry import Found, register
+from small_brain import STEP_MS, SmallBackend, SmallBrain
+
+from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
+from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.short_term import CONSTANTS, released_share
+
+FOUND_BY: Found = {}
+found_by = register(FOUND_BY, SmallBackend, "brain")
+
+
+class _Opens(MinimalBackend):
+    brain: type[MinimalBrain] = MinimalBrain
+
+    def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
+        return self.brain(network, seed=seed, capabilities=self.capabilities(options))
+
+
+found_by_with_short_term = register(FOUND_BY, _Opens, "brain")
+
+
+class _Wires(SmallBrain):
+    """Takes other synapses than it was given."""
+
+    def outgoing(self) -> Any:
+        given = self.network
+        self.network = dataclasses.replace(given, projections=tuple(self.changed(given.projections)))
+        try:
+            return super().outgoing()
+        finally:
+            self.network = given
+
+    def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
+        raise NotImplementedError
+
+
+@found_by(
+    "a_spike_arrives_after_its_delay_and_not_before",
+    "each_synapse_has_its_own_delay",
+)
+class RoundsDelaysToMilliseconds(_Wires):
+    def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
+        return [dataclasses.replace(p, delay_ms=np.maximum(1.0, p.delay_ms.round())) for p in projections]
+
+
+@found_by(
+    "a_spike_arrives_after_its_delay_and_not_before",
+)
+class KeepsThirtyTwoMillisecondsOfDelay(_Wires):
+    def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
+        return [dataclasses.replace(p, delay_ms=p.delay_ms % 32.0) for p in projections]
+
+
+@found_by(
+    "each_synapse_has_its_own_weight",
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+)
+class TakesTheFirstWeightOfAProjectionForAll(_Wires):
+    def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
+        return [dataclasses.replace(p, weight=np.full(p.size, p.weight[0])) for p in projections]
+
+
+@found_by(
+    "a_cell_can_act_on_itself",
+    "projections_between_the_same_populations_add_to_each_other",
+    "two_synapses_onto_one_cell_add_up",
+)
+class TurnsTheSecondProjectionRound(_Wires):
+    def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
+        return [dataclasses.replace(p, weight=-p.weight) if i == 1 else p for i, p in enumerate(projections)]
+
+
+@found_by(
+    "projections_between_the_same_populations_add_to_each_other",
+)
+class KeepsTheLastProjectionOfAPair(_Wires):
+    def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
+        return list({(p.pre, p.post): p for p in projections}.values())
+
+
+@found_by(
+    "a_cell_can_act_on_itself",
+)
+class LeavesOutSynapsesOntoOneself(SmallBrain):
+    def outgoing(self) -> Any:
+        found = super().outgoing()
+        others = {pre: [sent for sent in all_sent if sent[0] != pre] for pre, all_sent in found.items()}
+        return defaultdict(list, others)
+
+
+@found_by(
+    "many_cells_keep_apart",
+)
+class CountsTargetsInAByte(SmallBrain):
+    def post(self, target: int, weight: float, time_ms: float, receptor: str) -> None:
+        super().post(target % 256, weight, time_ms, receptor)
+
+
+@found_by(
+    "source_cells_that_fire_at_once_all_act",
+)
+class HearsOneSourceAtATime(SmallBrain):
+    def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        _, first = np.unique(times_ms, return_index=True)
+        super()._do_fire(neurons[first], times_ms[first])
+
+
+@found_by(
+    "each_cell_has_its_own_parameters",
+)
+class TakesTheFirstCellOfAPopulationForAll(SmallBrain):
+    def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
+        super().__init__(network, seed=seed, capabilities=capabilities)
+        for label, population in network.populations.items():
+            if not population.is_source:
+                for name in self.p.keys() - {"i_offset"}:
+                    self.p[name][network.ids_of(label)] = population.parameters[name][0]
+
+
+@found_by(
+    "a_cell_starts_from_its_initial_potential_also_after_a_reset",
+)
+class StartsAtRest(SmallBrain):
+    def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
+        super().__init__(network, seed=seed, capabilities=capabilities)
+        self.v0 = self.p["v_rest"].copy()
+        self.live = self.fresh()
+
+
+@found_by(
+    "a_cell_fires_under_a_current_when_its_equations_say",
+    "a_refractory_cell_fires_no_faster_than_it_may",
+)
+class ResetsToTheRest(SmallBrain):
+    def fire(self, neuron: int) -> None:
+        super().fire(neuron)
+        self.live.v[neuron] = self.p["v_rest"][neuron]
+
+
+@found_by(
+    "a_refractory_cell_fires_no_faster_than_it_may",
+)
+class IsRefractoryForAStepTooFew(SmallBrain):
+    def fire(self, neuron: int) -> None:
+        super().fire(neuron)
+        self.live.free_at[neuron] -= 1
+
+
+@found_by(
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+)
+class HearsNothingWhileRefractory(SmallBrain):
+    def receive(self, target: int, weight: float, receptor: str) -> None:
+        if self.live.tick >= self.live.free_at[target]:
+            super().receive(target, weight, receptor)
+
+
+@found_by_with_short_term(
+    "a_snapshot_keeps_what_synapses_have_released",
+)
+class ForgetsDepressionInASnapshot(MinimalBrain):
+    def _do_restore(self, saved: Any) -> None:
+        super()._do_restore(saved)
+        self._now.synapses = self._at_rest.copy()
+
+
+@found_by_with_short_term(
+    "a_reset_fills_depressed_synapses_again",
+)
+class KeepsDepressionOverAReset(MinimalBrain):
+    def _do_reset(self, seed: int) -> None:
+        kept = self._now.synapses
+        super()._do_reset(seed)
+        self._now.synapses = kept
+
+
+@found_by_with_short_term(
+    "each_synapse_depresses_by_constants_of_its_own",
+)
+class TakesTheConstantsOfTheFirstSynapseForAll(MinimalBrain):
+    def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
+        super().__init__(network, seed=seed, capabilities=capabilities)
+        for name in CONSTANTS:
+            self._at_rest[name] = self._at_rest[name][:1]
+        self._now = self._fresh()
+
+
+@found_by_with_short_term(
+    "each_synapse_depresses_by_constants_of_its_own",
+)
+class SharesOneResourceAmongSynapses(MinimalBrain):
+    def _send(self, neuron: int, time_ms: float) -> None:
+        own = self._now.synapses[self._first[neuron] : self._first[neuron + 1]]
+        share = released_share(own[0], time_ms) if own["plastic"].any() else 1.0
+        self._post(own["target"], own["receptor"], own["weight"] * share, time_ms + own["delay_ms"])
+
+
+@found_by_with_short_term(
+    "a_cell_can_act_on_itself",
+    "a_device_acts_within_its_delay_and_a_step",
+    "a_fixed_frequency_source_sends_equidistant_spikes",
+    "a_reset_fills_depressed_synapses_again",
+    "a_snapshot_keeps_spikes_in_flight",
+    "a_snapshot_keeps_what_a_device_has_sent",
+    "a_source_acts_on_the_chosen_neurons_alone",
+    "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
+    "a_spike_arrives_after_its_delay_and_not_before",
+    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "a_tsodyks_markram_synapse_releases_what_its_equations_say",
+    "an_injected_spike_acts_after_its_delay",
+    "each_synapse_depresses_by_constants_of_its_own",
+    "each_synapse_has_its_own_delay",
+    "each_synapse_has_its_own_weight",
+    "every_kind_of_cell_can_be_heard_under_its_own_id",
+    "many_cells_keep_apart",
+    "projections_between_the_same_populations_add_to_each_other",
+    "source_cells_that_fire_at_once_all_act",
+    "spikes_of_a_device_that_come_at_once_add_up",
+    "spikes_reach_the_connected_cell_and_no_other",
+    "the_noise_of_a_device_does_not_depend_on_other_devices",
+    "two_synapses_onto_one_cell_add_up",
+    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+)
+class ScalesJumpsByTheStep(MinimalBrain):
+    def _post(self, target: IntArray, receptor: IntArray, weight: FloatArray, at_ms: FloatArray) -> None:
+        super()._post(target, receptor, weight * STEP_MS, at_ms)

@@ -1,0 +1,246 @@
+"""Worlds with one bug each in what belongs to each body, joint and camera; all are MuJoCo but for the bug."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+import numpy as np
+from nrp_world_mujoco.world import MujocoWorld
+from registry import Found, register
+from worlds import _Changes, _Opens, _with_links, _with_sensors
+
+from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointStates, ModelMotion, Touch, Wrench
+from nrp_core.world.scene.model import Capsule, Cylinder, Joint, Link, Scene
+from nrp_core.world.scene.pose import Pose
+
+FOUND_BY: Found = {}
+found_by = register(FOUND_BY, _Opens, "world")
+
+
+def _with_joints(scene: Scene, change: Callable[[Joint], Joint]) -> Scene:
+    models = (replace(m, joints=tuple(map(change, m.joints))) for m in scene.models)
+    return replace(scene, models=tuple(models))
+
+
+def _with_shapes(scene: Scene, change: Callable[[Any], Any]) -> Scene:
+    def changed(link: Link) -> Link:
+        return replace(link, collisions=tuple(map(change, link.collisions)))
+
+    return _with_links(scene, changed)
+
+
+def _w_first(pose: Pose) -> Pose:
+    x, y, z, w = pose.orientation
+    return Pose(pose.position, (w, x, y, z))
+
+
+@found_by(
+    "what_slides_is_held_by_its_friction",
+)
+class KnowsOneFriction(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_shapes(scene, lambda shape: replace(shape, friction=1.0))
+
+
+@found_by(
+    "a_shape_ends_where_its_size_and_its_place_say",
+)
+class PutsShapesIntoTheMiddleOfTheirLink(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_shapes(
+            scene, lambda shape: replace(shape, pose=Pose((0.0, 0.0, 0.0), shape.pose.orientation))
+        )
+
+
+@found_by(
+    "a_shape_ends_where_its_size_and_its_place_say",
+)
+class TakesLengthsForHalfLengths(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        def halved(shape: Any) -> Any:
+            geometry = shape.geometry
+            if not isinstance(geometry, Cylinder | Capsule):
+                return shape
+            return replace(shape, geometry=replace(geometry, length=geometry.length / 2))
+
+        return _with_shapes(scene, halved)
+
+
+@found_by(
+    "a_shape_ends_where_its_size_and_its_place_say",
+)
+class CutsTheEndsOffCapsules(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        def cut(shape: Any) -> Any:
+            geometry = shape.geometry
+            if not isinstance(geometry, Capsule):
+                return shape
+            return replace(shape, geometry=Cylinder(geometry.radius, geometry.length))
+
+        return _with_shapes(scene, cut)
+
+
+@found_by(
+    "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
+)
+class TurnsEveryBodyAsIfItWereASphere(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        def round_(link: Link) -> Link:
+            if link.inertial is None:
+                return link
+            mean = sum(link.inertial.inertia[:3]) / 3
+            return replace(link, inertial=replace(link.inertial, inertia=(mean, mean, mean, 0.0, 0.0, 0.0)))
+
+        return _with_links(scene, round_)
+
+
+@found_by(
+    "a_joint_is_slowed_by_its_damping",
+)
+class DampsNoJoint(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_joints(scene, lambda joint: replace(joint, damping=0.0))
+
+
+@found_by(
+    "a_joint_ends_at_its_lower_limit",
+)
+class KnowsUpperLimitsOnly(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_joints(scene, lambda joint: replace(joint, lower=-3.0) if joint.lower > -inf else joint)
+
+
+@found_by(
+    "a_joint_takes_no_more_effort_than_its_limit",
+)
+class KnowsNoLimitOfEffort(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_joints(scene, lambda joint: replace(joint, effort=inf))
+
+
+@found_by(
+    "an_axis_is_along_the_frame_of_its_joint",
+)
+class TakesAxesInTheFrameOfTheModel(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_joints(scene, lambda joint: replace(joint, pose=Pose(joint.pose.position)))
+
+
+@found_by(
+    "a_camera_sees_from_where_it_is_in_its_link",
+)
+class PutsCamerasIntoTheMiddleOfTheirLink(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_sensors(
+            scene, lambda camera: replace(camera, pose=Pose((0.0, 0.0, 0.0), camera.pose.orientation))
+        )
+
+
+@found_by(
+    "a_visual_is_where_and_as_it_lies_in_its_link",
+)
+class DoesNotTurnVisuals(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        def straight(link: Link) -> Link:
+            return replace(link, visuals=tuple(replace(v, pose=Pose(v.pose.position)) for v in link.visuals))
+
+        return _with_links(scene, straight)
+
+
+@found_by(
+    "a_reset_brings_back_the_first_scene",
+    "a_spawned_robot_drives_and_sees",
+)
+class SpawnsWithWFirst(MujocoWorld):
+    known: frozenset[str] = frozenset()
+
+    def _do_load(self, scene: Scene, built: Any = None) -> None:
+        if self.known:
+            models = (m if m.name in self.known else replace(m, pose=_w_first(m.pose)) for m in scene.models)
+            scene = replace(scene, models=tuple(models))
+        self.known = frozenset(model.name for model in scene.models)
+        super()._do_load(scene, built)
+
+
+@found_by(
+    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+    "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
+    "where_links_are_is_told_or_refused",
+)
+class TellsLinksWithWFirst(MujocoWorld):
+    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        motion = super()._do_link_motion(model, link)
+        return replace(motion, pose=_w_first(motion.pose))
+
+
+@found_by(
+    "a_link_turns_about_axes_of_the_world",
+)
+class TellsTurnsOfLinksAlongTheirOwnAxes(MujocoWorld):
+    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        motion = super()._do_link_motion(model, link)
+        return replace(motion, angular=motion.pose.inverse().rotate(motion.angular))
+
+
+@found_by(
+    "models_are_put_where_they_are_wanted_or_that_is_refused",
+)
+class PlacesWithoutTurning(MujocoWorld):
+    def _do_place(self, model: str, motion: ModelMotion) -> None:
+        orientation = self._do_model_motion(model).pose.orientation
+        super()._do_place(model, replace(motion, pose=Pose(motion.pose.position, orientation)))
+
+
+@found_by(
+    "several_robots_each_do_what_they_are_told",
+)
+class TellsTheJointsOfTheFirstRobot(MujocoWorld):
+    def _do_joint_states(self, model: str) -> JointStates:
+        mine = self._built.joints[model].keys()
+        alike = (m.name for m in self.scene.models if self._built.joints.get(m.name, {}).keys() == mine)
+        return super()._do_joint_states(next(alike))
+
+
+@found_by(
+    "an_effort_accelerates_a_joint",
+)
+class TellsNoEfforts(MujocoWorld):
+    def _do_joint_states(self, model: str) -> JointStates:
+        states = super()._do_joint_states(model)
+        return replace(states, efforts=np.zeros_like(states.efforts))
+
+
+@found_by(
+    "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
+)
+class PushesWithoutTurning(MujocoWorld):
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        super()._do_set_wrench(body, Wrench(wrench.force))
+
+
+@found_by(
+    "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
+)
+class PushesAlongTheAxesOfTheBody(MujocoWorld):
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        pose = self._do_model_motion(body[0]).pose
+        super()._do_set_wrench(body, Wrench(pose.rotate(wrench.force), pose.rotate(wrench.torque)))
+
+
+@found_by(
+    "a_planar_drive_goes_sideways_as_well",
+)
+class SlidesToTheWrongSide(MujocoWorld):
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        super()._do_set_drive(model, drive, replace(velocity, left=-velocity.left))
+
+
+@found_by(
+    "contacts_carry_the_weight_or_are_refused",
+)
+class TouchesAtTheOrigin(MujocoWorld):
+    def _do_touches(self) -> Sequence[Touch]:
+        return [replace(touch, position=(0.0, 0.0, 0.0)) for touch in super()._do_touches()]
