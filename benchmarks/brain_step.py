@@ -57,12 +57,12 @@ def backend(name: str, network: Network) -> Iterator[tuple[Step, Spikes]]:
 
         def step(rates_hz: list[float]) -> None:
             for eye, rate in zip(eyes, rates_hz, strict=True):
-                eye.rate = rate
+                eye.rate = rate  # type: ignore[attr-defined]
             brain.run_until(brain.now_ns + STEP_MS * NS_PER_MS)
             for wheel in wheels:
-                assert wheel.voltage is not None
+                assert wheel.voltage is not None  # type: ignore[attr-defined]
 
-        yield step, lambda: len(recorder.spikes())
+        yield step, lambda: len(recorder.spikes())  # type: ignore[attr-defined]
 
 
 @contextmanager

@@ -18,7 +18,7 @@ import argparse
 import json
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,7 @@ class Case:
     n: int
     extra: tuple[str, ...] = ()
     exact: bool = False
-    only: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    only: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 SLOW_NEST = {"nest": ("--duration", "200", "--chunks", "1", "--warm-up", "100")}

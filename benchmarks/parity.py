@@ -28,7 +28,7 @@ from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.render.cameras import REALISTIC
-from nrp_core.world.scene.controllers import JointController, Pid
+from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.model import (
     Box,
     Collision,
@@ -239,7 +239,7 @@ def hinged(joint: Joint, com: tuple[float, float, float], control: JointControll
 def period(engine: str) -> float:
     """Return the period of a pendulum let go at 0.1 rad, from the times at its lowest point."""
     joint = Joint("j", "continuous", "world", "bob", axis=(0.0, 1.0, 0.0))
-    crossings = []
+    crossings: list[float] = []
     with opened(engine, scene(hinged(joint, (0.5 * sin(0.1), 0.0, -0.5 * cos(0.1))))) as world:
         before = -0.1
         while len(crossings) < 5:
@@ -384,7 +384,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=10, help="of the random drives")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     arguments = parser.parse_args()
-    measures = (partial(drives, arguments.seeds), loads, physics, cameras)
+    measures: tuple[Callable[[], object], ...] = (partial(drives, arguments.seeds), loads, physics, cameras)
     for name, measure in zip(PARTS, measures, strict=True):
         if name in arguments.only:
             measure()

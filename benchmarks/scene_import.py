@@ -122,6 +122,7 @@ def cpu_ms(work: Callable[[], object]) -> float:
 def measure(models: int, rounds: int) -> dict[str, float]:
     """Return CPU milliseconds of each kind of import."""
     from nrp_core.registry import worlds
+    from nrp_core.world.interface import WorldBackend
     from nrp_core.world.scene.sdf import read_scene
 
     with TemporaryDirectory() as folder:
@@ -135,7 +136,7 @@ def measure(models: int, rounds: int) -> dict[str, float]:
         for name in ("mujoco", "pybullet"):
             backend = worlds().load(name)
 
-            def opened(backend=backend) -> None:
+            def opened(backend: WorldBackend = backend) -> None:
                 with backend.open(scene, seed=1, options=backend.options()):
                     pass
 

@@ -59,7 +59,8 @@ def errors(engine: str, mode: str, robot: Model) -> tuple[list[str], float]:
     )
     backend, found = worlds().load(engine), []
     began = time.process_time()
-    with backend.open(Scene((floor, robot)), seed=1, options=backend.options(drive=mode)) as world:
+    options = backend.options.model_validate({"drive": mode})
+    with backend.open(Scene((floor, robot)), seed=1, options=options) as world:
         opened, commands = time.process_time() - began, world.advertise("/cmd_vel")
         for forward, turn in COMMANDS.values():
             world.reset()

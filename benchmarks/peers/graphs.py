@@ -7,6 +7,7 @@ with the numbers of NEST's example brunel_delta_nest.py.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,8 +38,8 @@ class Graph:
     initial: dict[str, npt.NDArray[np.float64]]
     noise: tuple[float, float] = (0.0, 0.0)
     """Rate (Hz) and weight of an independent Poisson train into each neuron."""
-    own_weights: tuple[Values, Values] | None = None
-    own_delays: tuple[Values, Values] | None = None
+    own_weights: Sequence[Values] | None = None
+    own_delays: Sequence[Values] | None = None
     """Shaped as ``sources``."""
 
     @property
@@ -69,13 +70,12 @@ def make(model: str, n: int, *, seed: int = 1, weights: str = "equal", delays: s
     sizes = (n * 4 // 5, n - n * 4 // 5)
     graph = _brunel(sizes, rng) if model == "brunel" else _vogels_abbott(model, sizes, rng)
     if weights == "own":
-        exc, inh = (
+        graph.own_weights = tuple(
             w * rng.uniform(0.5, 1.5, s.shape) for w, s in zip(graph.weight, graph.sources, strict=True)
         )
-        graph.own_weights = exc, inh
     if delays == "own":
-        exc, inh = (rng.integers(15, 31, sources.shape) * 0.1 for sources in graph.sources)
-        graph.own_delays = exc, inh
+        shapes = (sources.shape for sources in graph.sources)
+        graph.own_delays = tuple(np.asarray(rng.integers(15, 31, shape) * 0.1, float) for shape in shapes)
     return graph
 
 

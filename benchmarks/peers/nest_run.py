@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import measure
 import nest
 import numpy as np
-from graphs import Graph
+from graphs import Graph, Values
 
 _MODELS = {"cuba": "iaf_psc_exp", "coba": "iaf_cond_exp", "brunel": "iaf_psc_delta"}
 _PER_UNIT = {"cuba": 1e3, "coba": 1e3, "brunel": 1.0}
@@ -17,7 +18,7 @@ _MOST = 100_000_000
 """Synapses of one model; NEST takes at most 2**27 in a thread."""
 
 
-def build(graph: Graph) -> tuple[object, object]:
+def build(graph: Graph) -> tuple[Any, Any]:
     nest.ResetKernel()
     nest.resolution = measure.STEP_MS
     nest.local_num_threads = chosen.threads
@@ -54,7 +55,7 @@ def _connect(graph: Graph) -> None:
         signed = weight if graph.model != "coba" or kind == 0 else -weight
         pre, post = graph.pre(kind) + 1, graph.post(kind) + 1
         alike = graph.own_weights is None and graph.own_delays is None
-        spec: dict[str, object] = {}
+        spec: dict[str, Values] = {}
         if not alike:
             spec["weight"] = (
                 np.full(len(pre), weight) if graph.own_weights is None else graph.own_weights[kind]

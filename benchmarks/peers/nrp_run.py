@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import measure
 import numpy as np
@@ -56,7 +57,7 @@ def network_of(graph: Graph) -> Network:
 def _projection(graph: Graph, kind: int, pre: str, post: str, targets: slice) -> Projection:
     sources = graph.sources[kind][targets]
 
-    def each(own: tuple[Values, Values] | None, common: float) -> Values:
+    def each(own: Sequence[Values] | None, common: float) -> Values:
         return np.broadcast_to(common, sources.size) if own is None else own[kind][targets].reshape(-1)
 
     return Projection(
@@ -89,13 +90,14 @@ def main() -> None:
         build_s = time.process_time() - began
         recorder = brain.add_sink(SpikeRecorder(), np.arange(n), name="all")
         brain.run_until(from_milliseconds(chosen.warm_up))
-        spikes = recorder.spikes()
+        spikes = recorder.spikes()  # type: ignore[attr-defined]
 
         def run() -> None:
             brain.run_until(brain.now_ns + from_milliseconds(chosen.duration))
 
         costs = measure.chunks(run, chosen.chunks, chosen.duration)
-        rate = (len(recorder.spikes()) - len(spikes)) / n / (chosen.duration * chosen.chunks * 1e-3)
+        fresh = len(recorder.spikes()) - len(spikes)  # type: ignore[attr-defined]
+        rate = fresh / n / (chosen.duration * chosen.chunks * 1e-3)
         measure.report(
             build_s=build_s, costs=costs, rate_hz=rate, bytes_per_synapse=table_bytes(brain) / size,
             digest=measure.digest(spikes.neurons, spikes.times_ms), synapses=size,

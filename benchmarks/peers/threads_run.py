@@ -38,7 +38,8 @@ def main() -> None:
         recorders.append(opened[-1].add_sink(SpikeRecorder(), np.arange(n), name="all"))
         opened[-1].run_until(from_milliseconds(chosen.warm_up))
     turns = [[elapsed(brain, chosen.duration) for brain in opened] for _ in range(chosen.chunks)]
-    digests = {measure.digest(r.spikes().neurons, r.spikes().times_ms) for r in recorders}
+    found = [recorder.spikes() for recorder in recorders]  # type: ignore[attr-defined]
+    digests = {measure.digest(spikes.neurons, spikes.times_ms) for spikes in found}
     one, several = np.min(turns, axis=0)
     measure.report(one=one, several=several, same_spikes=len(digests) == 1)
     for brain in opened:

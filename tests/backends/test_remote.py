@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import version
 
 import numpy as np
 import pytest
@@ -226,6 +227,68 @@ def test_a_program_that_is_no_python_with_nrp_core_does_not_open(remote):
         remote(EventBackend(), cells(), python="false")
     with pytest.raises(BackendLoadError, match="'no-such-python' is not a program that can be run"):
         remote(EventBackend(), cells(), python="no-such-python")
+
+
+@pytest.fixture
+def python(tmp_path):
+    """Return what makes a Python that finds files of its own first."""
+
+    def make(files, *flags):
+        for name, text in files.items():
+            path = tmp_path / name
+            path.parent.mkdir(parents=True)
+            path.write_text(text)
+        program = tmp_path / "python"
+        program.write_text(f'#!/bin/sh\nPYTHONPATH={tmp_path} exec {sys.executable} {" ".join(flags)} "$@"\n')
+        program.chmod(0o755)
+        return str(program)
+
+    return make
+
+
+LACKS = {
+    "nrp-core": ({}, ["-S"], "PackageNotFoundError: No package metadata was found for nrp-core"),
+    "the version": (
+        {"nrp_core-0.0.1.dist-info/METADATA": "Name: nrp-core\nVersion: 0.0.1\n"}, [],
+        "ImportError: it has nrp-core 0.0.1",
+    ),
+    "a library": (
+        {"nrp_brain_event/__init__.py": "raise OSError('libevent.so:\\nno such file')"}, [],
+        "OSError: libevent.so: no such file",
+    ),
+    "a part of nrp-core": (
+        {"nrp_core/__init__.py": ""}, [], "ModuleNotFoundError: No module named 'nrp_core.brain'",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("files", "flags", "reason"), LACKS.values(), ids=LACKS)
+def test_what_another_python_lacks_is_one_clear_error(files, flags, reason, python, remote, capfd):
+    with pytest.raises(BackendLoadError) as caught:
+        remote(EventBackend(), cells(), python=python(files, *flags))
+    assert f"/python) does not start: {reason}; " in str(caught.value)
+    assert f"needs nrp-core {version('nrp-core')}, as here, and the backend" in str(caught.value)
+    assert capfd.readouterr().err == ""
+
+
+class NeedyBackend(EventBackend):
+    """A backend whose simulator does not load."""
+
+    def open(self, network, *, seed, options):
+        import no_such_simulator  # noqa: F401
+
+
+def test_a_simulator_that_does_not_load_there_is_one_clear_error(remote, capfd):
+    reason = "does not open a brain: ModuleNotFoundError: No module named 'no_such_simulator'"
+    with pytest.raises(BackendLoadError, match=rf"the process of the brain \(.*\) {reason}"):
+        remote(NeedyBackend(), cells())
+    assert capfd.readouterr().err == ""
+
+
+def test_a_python_in_the_home_folder_is_found(python, remote, tmp_path, monkeypatch):
+    python({})
+    monkeypatch.setenv("HOME", str(tmp_path))
+    remote(EventBackend(), cells(), python="~/python").run_until(NS_PER_MS)
 
 
 def test_closing_a_brain_ends_its_process(remote):

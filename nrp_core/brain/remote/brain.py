@@ -70,7 +70,7 @@ class RemoteBrain(Brain):
         self, backend: BrainBackend, network: Network, *, seed: int, options: BrainOptions, python: str
     ) -> None:
         limit_ns = options.time_limit if isinstance(options, RemoteOptions) else DEFAULT_LIMIT_NS
-        self._process = BrainProcess(python, seconds(limit_ns))
+        self._process = BrainProcess(python, type(backend).__module__, seconds(limit_ns))
         try:
             opened: Opened = self._process.call("open", backend, network, seed, options)
         except BaseException:

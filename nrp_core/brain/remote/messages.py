@@ -47,6 +47,17 @@ class Channel:
         self._write(_BELL.pack(_OBJECT, len(data), *[0] * (_NUMBERS - 1)))
         self._write(data)
 
+    def receive_line(self) -> str:
+        """Wait for a line of text, which comes before all messages.
+
+        Raises:
+            EOFError: the other end is closed.
+        """
+        line = bytearray()
+        while not line.endswith(b"\n"):
+            line += self._part(1)
+        return line.decode().strip()
+
     def send_step(self, *numbers: int) -> None:
         """Send up to six numbers; the columns they are about are written already."""
         self._write(_BELL.pack(_STEP, *numbers, *[0] * (_NUMBERS - len(numbers))))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import socket
 import struct
 import subprocess
+from importlib.metadata import version
 from typing import Any, Final
 
+from nrp_core.brain.remote import far_end
 from nrp_core.brain.remote.columns import SharedColumns
 from nrp_core.brain.remote.liveness import Watch
 from nrp_core.brain.remote.messages import Channel, Numbers
@@ -21,12 +24,13 @@ _MICROSECONDS: Final = 1_000_000
 
 
 class BrainProcess:
-    """A Python process that runs :mod:`nrp_core.brain.remote`.
+    """A Python process that runs :mod:`nrp_core.brain.remote.far_end`.
 
     What it prints goes to standard error: standard output is for what a command is asked for.
 
     Args:
         python: the interpreter, a path or a name on the search path.
+        module: what it is to import, which holds the backend.
         time_limit_s: how long it may neither answer nor compute.
 
     Attributes:
@@ -36,15 +40,15 @@ class BrainProcess:
         BackendLoadError: there is no such program.
     """
 
-    def __init__(self, python: str, time_limit_s: float) -> None:
-        program = shutil.which(python)
+    def __init__(self, python: str, module: str, time_limit_s: float) -> None:
+        program = shutil.which(os.path.expanduser(python))  # noqa: PTH111  a Path would lose the ./ of a path
         if program is None:
             raise BackendLoadError(f"python: '{python}' is not a program that can be run")
         self._python, self._time_limit_s = python, time_limit_s
         self.columns = SharedColumns()
         ours, theirs = socket.socketpair()
         descriptors = [theirs.fileno(), self.columns.descriptor]
-        command = [program, "-m", "nrp_core.brain.remote", *map(str, descriptors)]
+        command = [program, far_end.__file__, *map(str, descriptors), version("nrp-core"), module]
         with theirs:
             self._process = subprocess.Popen(
                 command, pass_fds=descriptors, stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
@@ -52,7 +56,7 @@ class BrainProcess:
         self._watch = Watch(self._process.pid, time_limit_s, self._hangs)
         _time_out(ours, self._watch.between_looks_s)
         self._channel = Channel(ours, self.columns, self._watch.look)
-        self._opened = self._waiting = False
+        self._greeted = self._opened = self._waiting = False
 
     @property
     def pid(self) -> int:
@@ -63,7 +67,7 @@ class BrainProcess:
         """Return the answer to a request.
 
         Raises:
-            BackendLoadError: the process ended before it had opened a brain.
+            BackendLoadError: the process ended before it had opened a brain, or cannot open one.
             SimulationError: it ended later, or hangs.
             NrpError: what was raised there.
         """
@@ -97,9 +101,18 @@ class BrainProcess:
 
     def _begin(self) -> None:
         self._watch.begin()
+        if not self._greeted:
+            self._greet()
         if self._waiting:  # an earlier call was interrupted, and its answer is still to come
             self._channel.receive()
         self._waiting = True
+
+    def _greet(self) -> None:
+        """Wait until the process is ready."""
+        problem = self._channel.receive_line()
+        self._greeted = True
+        if problem:
+            raise self._error(f"does not start: {problem}; {_needs()}")
 
     def _answer(self) -> tuple[Any, Numbers]:
         message, numbers = self._channel.receive()
@@ -107,6 +120,8 @@ class BrainProcess:
         if message is None:
             return None, numbers
         answer, error = message
+        if isinstance(error, BackendLoadError):
+            raise self._error(f"does not open a brain: {error}")
         if error is not None:
             raise error
         self._opened = True
@@ -130,11 +145,15 @@ class BrainProcess:
         how = f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
         if self._opened:
             return self._error(how)
-        return self._error(f"{how} before it was ready; that Python needs nrp-core and the backend installed")
+        return self._error(f"{how} before it was ready; {_needs()}")
 
     def _error(self, how: str) -> BackendLoadError | SimulationError:
         kind = SimulationError if self._opened else BackendLoadError
         return kind(f"the process of the brain ({self._python}) {how}")
+
+
+def _needs() -> str:
+    return f"that Python needs nrp-core {version('nrp-core')}, as here, and the backend installed"
 
 
 def _time_out(connection: socket.socket, after_s: float) -> None:

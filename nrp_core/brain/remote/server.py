@@ -12,7 +12,7 @@ from nrp_core.brain.network import FloatArray, IntArray, Network
 from nrp_core.brain.remote.columns import SharedColumns
 from nrp_core.brain.remote.messages import Channel
 from nrp_core.brain.remote.step import carry_out, write_spikes
-from nrp_core.errors import NrpError, SimulationError
+from nrp_core.errors import BackendLoadError, NrpError, SimulationError
 
 
 class Opened(NamedTuple):
@@ -37,7 +37,7 @@ class BrainServer:
         try:
             return REQUESTS[request](self, *arguments), None
         except Exception as error:  # noqa: BLE001  whatever it is, the other side raises it
-            return None, _portable(error)
+            return None, _portable(error, SimulationError if hasattr(self, "_brain") else BackendLoadError)
 
     def open(self, backend: BrainBackend, network: Network, seed: int, options: BrainOptions) -> Opened:
         """Open the brain."""
@@ -122,9 +122,9 @@ def serve(channel: Channel) -> None:
     server.close()
 
 
-def _portable(error: Exception) -> NrpError:
+def _portable(error: Exception, kind: type[NrpError] = SimulationError) -> NrpError:
     """Return an error that exists on the other side, too."""
     if isinstance(error, NrpError):
         error.__cause__ = error.__context__ = None
         return error
-    return SimulationError(f"{type(error).__name__}: {error}")
+    return kind(f"{type(error).__name__}: {error}")

@@ -11,10 +11,10 @@ from nrp_core.errors import CapabilityError
 DELAY_MS, TAU_PLUS, TAU_MINUS, W_MAX = 1.0, 15.0, 25.0, 4.0
 
 
-def pair(sim, weight_dependence="Additive", **rule):
+def pair(sim, weight_dependence="Additive", depression=0.1, **rule):
     """Build a cell that drives another; each fires once for each event of 100 mV."""
     cells = sim.Population(2, sim.IF_curr_delta(tau_m=1e9, cm=1.0, tau_refrac=0.1), label="cells")
-    timing = sim.SpikePairRule(tau_plus=TAU_PLUS, tau_minus=TAU_MINUS, A_plus=0.1, A_minus=0.1)
+    timing = sim.SpikePairRule(tau_plus=TAU_PLUS, tau_minus=TAU_MINUS, A_plus=0.1, A_minus=depression)
     dependence = getattr(sim, f"{weight_dependence}WeightDependence")(**{"w_min": 0.0, "w_max": W_MAX} | rule)
     stdp = sim.STDPMechanism(
         timing_dependence=timing, weight_dependence=dependence, weight=1.0, delay=DELAY_MS
@@ -56,6 +56,11 @@ def test_a_pair_of_spikes_changes_the_weight_by_the_rule(weight_dependence, lag_
 def test_a_lower_limit_is_refused(network, opened):
     with pytest.raises(CapabilityError, match="'plastic': in NEST w_min is 0"):
         opened(network(lambda sim: pair(sim, w_min=0.5)))
+
+
+def test_a_rule_that_is_turned_round_is_refused(network, opened):
+    with pytest.raises(CapabilityError, match="'plastic': A_minus is negative; in NEST it is 0 or more"):
+        opened(network(lambda sim: pair(sim, depression=-0.1)))
 
 
 def test_two_time_constants_on_one_cell_are_refused(network, opened):

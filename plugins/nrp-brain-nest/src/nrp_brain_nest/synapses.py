@@ -234,6 +234,9 @@ def _exponent(projection: Projection) -> float:
         raise CapabilityError(f"{where}: NEST has the SpikePairRule with {known}, not {timing} with {weight}")
     if "w_min" in projection.synapse_parameters and _parameter(projection, "w_min").any():
         raise CapabilityError(f"{where}: in NEST w_min is 0")
+    for name in ("A_plus", "A_minus"):
+        if (_parameter(projection, name) < 0).any():
+            raise CapabilityError(f"{where}: {name} is negative; in NEST it is 0 or more")
     fraction = projection.synapse_parameters.get("dendritic_delay_fraction")
     if fraction is not None and (fraction != 1.0).any():
         raise CapabilityError(f"{where}: in NEST dendritic_delay_fraction is 1: the whole delay is dendritic")

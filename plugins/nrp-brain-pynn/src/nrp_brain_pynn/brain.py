@@ -33,6 +33,7 @@ class PyNNBrain(Brain):
     ) -> None:
         self._options, chosen = options, options.chosen
         identity = f"pynn:{options.model_dump_json()}"
+        capabilities.require(network, f"PyNN's {chosen.name}")
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._grid = Grid(options.timestep, chosen.name)
         check(network, chosen)

@@ -13,25 +13,22 @@ def check(network: Network, simulator: Simulator) -> None:
     """Check that a simulator can hold a network.
 
     Raises:
-        CapabilityError: it cannot; the message names population or projection and parameter.
+        CapabilityError: it cannot; the message names projection and parameter.
     """
-    for population in network.populations.values():
-        _check_population(population, simulator)
     for projection in network.projections:
         if projection.synapse_type == STDP:
             _check_plasticity(projection, simulator)
+        if projection.synapse_type == TSODYKS_MARKRAM:
+            _check_target(projection, network.populations[projection.post], simulator)
 
 
-def check_change(network: Network, simulator: Simulator, change: ParameterChange) -> None:
-    """Check that parameters of cells can be changed while a simulator runs.
+def check_change(network: Network, change: ParameterChange) -> None:
+    """Check that parameters of cells can be changed while a brain runs.
 
     Raises:
         CapabilityError: they cannot; the message names population and parameter.
     """
     where = f"population '{change.label}' ({network.populations[change.label].cell_type})"
-    shared = set(simulator.uniform.get(network.populations[change.label].cell_type, ()))
-    for name in shared & change.values.keys():
-        raise CapabilityError(f"{where}: {simulator.name} cannot change {name} while it runs")
     for projection in network.projections:
         decay = "tau_syn_E" if projection.receptor == "excitatory" else "tau_syn_I"
         onto = projection.post == change.label and projection.synapse_type == TSODYKS_MARKRAM
@@ -42,15 +39,12 @@ def check_change(network: Network, simulator: Simulator, change: ParameterChange
             )
 
 
-def _check_population(population: Population, simulator: Simulator) -> None:
-    where = f"population '{population.label}' ({population.cell_type})"
-    for name in simulator.uniform.get(population.cell_type, ()):
-        values = population.parameters[name]
-        if (values != values[:1]).any():
-            raise CapabilityError(
-                f"{where}: in PyNN's {simulator.name} all cells of a population share {name}; "
-                "make one population for each value"
-            )
+def _check_target(projection: Projection, post: Population, simulator: Simulator) -> None:
+    if post.cell_type in simulator.untiring and projection.size:
+        raise CapabilityError(
+            f"projection '{projection.label}': in PyNN's {simulator.name} no Tsodyks-Markram synapses act on "
+            f"{post.cell_type} cells, whose voltage a synapse lets jump (population '{post.label}')"
+        )
 
 
 def _check_plasticity(projection: Projection, simulator: Simulator) -> None:

@@ -15,6 +15,7 @@ from nrp_core.brain.traub import settled_gates
 
 from nrp_brain_pynn.backend import PyNNOptions
 from nrp_brain_pynn.checks import check_change
+from nrp_brain_pynn.short_term import short_term
 
 _STATE = ("v", "u", "w", "m", "h", "n")
 _ON_THE_GRID_MS = 1e-6
@@ -82,13 +83,13 @@ class Driver(ABC):
     def _projection(self, projection: Projection, pre: Any, delays_ms: FloatArray) -> Any:
         """Make a projection; all numbers of its synapses but those of STDP come as columns."""
         columns = {"weight": projection.weight, "delay": delays_ms}
+        columns |= short_term(self.network, projection)
         if projection.synapse_type == STDP:
             kind = self._stdp(projection)
         elif projection.synapse_type == STATIC:
             kind = self.sim.StaticSynapse()
         else:
             kind = self._short_term()
-            columns |= projection.synapse_parameters
         return self.sim.Projection(
             pre,
             self.populations[projection.post],
@@ -107,7 +108,7 @@ class Driver(ABC):
         return self.sim.FromListConnector(rows, column_names=tuple(columns), safe=False)
 
     def _stdp(self, projection: Projection) -> Any:
-        given = {name: float(values[0]) for name, values in projection.synapse_parameters.items()}
+        given = self._stdp_parameters(projection)
         rule = projection.plasticity
         parts = {}
         for part in ("timing_dependence", "weight_dependence"):
@@ -119,6 +120,9 @@ class Driver(ABC):
         fraction = given.get("dendritic_delay_fraction", 1.0)
         weight, delay = float(projection.weight[0]), self.grid.step_ms
         return self.sim.STDPMechanism(**parts, dendritic_delay_fraction=fraction, weight=weight, delay=delay)
+
+    def _stdp_parameters(self, projection: Projection) -> dict[str, float]:
+        return {name: float(values[0]) for name, values in projection.synapse_parameters.items()}
 
     def _delays_ms(self, projection: Projection) -> FloatArray:
         delays_ms = self.grid.time_ms(self.grid.delays(projection.delay_ms))
@@ -162,7 +166,7 @@ class Driver(ABC):
         Raises:
             CapabilityError: the simulator cannot.
         """
-        check_change(self.network, self.options.chosen, change)
+        check_change(self.network, change)
         label, cells = change.label, np.unique(change.index)
         now = {name: values.copy() for name, values in self._parameters[label].items()}
         for name, values in change.values.items():

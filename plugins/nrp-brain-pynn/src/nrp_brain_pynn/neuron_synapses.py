@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from nrp_core.brain.grid import Grid
-from nrp_core.brain.network import TSODYKS_MARKRAM, Projection
+from nrp_core.brain.network import TSODYKS_MARKRAM, FloatArray, Projection
 from nrp_core.brain.synapse_order import same_order
 
 
-def in_order(made: list[Any], projection: Projection, grid: Grid) -> list[Any]:
+def in_order(
+    made: list[Any], projection: Projection, short_term: Mapping[str, FloatArray], grid: Grid
+) -> list[Any]:
     """Return connections in the order of a projection, None for those of other processes.
 
     Args:
         made: PyNN's connections, with their weights as they were made or as plasticity left them.
         projection: what they were made of.
+        short_term: the parameters that Tsodyks-Markram synapses got.
         grid: NEURON's.
     """
     local = np.isin(projection.post_index, [one.postsynaptic_index for one in made])
@@ -32,10 +36,9 @@ def in_order(made: list[Any], projection: Projection, grid: Grid) -> list[Any]:
         "delay": grid.delays(np.array([one.delay for one in made])),
         "weight": [weight_of(one, projection)[0] for one in made],
     }
-    if projection.synapse_type == TSODYKS_MARKRAM:
-        for name in ("U", "tau_rec", "tau_facil"):
-            ours[name] = projection.synapse_parameters[name][local]
-            theirs[name] = [getattr(one.weight_adjuster, name) for one in made]
+    for name, values in short_term.items():
+        ours[name] = values[local]
+        theirs[name] = [getattr(one.weight_adjuster, name) for one in made]
     found: list[Any] = [None] * projection.size
     where = np.flatnonzero(local)
     for mine, other in zip(*same_order(ours, theirs), strict=True):

@@ -16,14 +16,13 @@ from pyNN.connectors import Connector
 
 from nrp_brain_pynn.brian2_models import PUT_RIGHT, TsodyksMarkramSynapse
 from nrp_brain_pynn.late_weights import LateWeightsDriver
+from nrp_brain_pynn.short_term import decay_ms
 from nrp_brain_pynn.stepping import SteppedRun
 
 _UNITS: Final = {"v": 1e-3, "u": 1.0, "w": 1e-9, "gsyn_exc": 1e-6, "gsyn_inh": 1e-6}
 _WEIGHT_UNITS: Final = {"v": 1e-3, "i": 1e-9, "y": 1e-9, "g": 1e-6}
 _NANO: Final = 1e-9
 _NO_TIME_MS: Final = 1e-6
-_APART: Final = 1.0 + 1e-6
-"""The model divides by the difference of two time constants."""
 
 
 class SourceGroup(brian2.NeuronGroup):  # type: ignore[misc]
@@ -85,15 +84,11 @@ class Brian2Driver(LateWeightsDriver):
         return sim.Population(population.size, SourceType(), label=population.label)
 
     def _kind(self, cell_type: str) -> Any:
-        return PUT_RIGHT.get(cell_type) or super()._kind(cell_type)
+        return PUT_RIGHT[cell_type]
 
     def _connector(self, projection: Projection, columns: dict[str, FloatArray]) -> Any:
         if projection.synapse_type == TSODYKS_MARKRAM:
-            given = self.network.populations[projection.post].parameters
-            taus = given.get("tau_syn_E" if projection.receptor == "excitatory" else "tau_syn_I")
-            tau_syn = np.zeros(projection.size) if taus is None else taus[projection.post_index]
-            equal = np.isclose(tau_syn, columns["tau_rec"], rtol=1e-7)
-            columns = columns | {"tau_syn": np.where(equal, tau_syn * _APART, tau_syn)}
+            columns = columns | {"tau_syn": decay_ms(self.network, projection)}
         return AtOnce(projection.pre_index, projection.post_index, columns)
 
     def _short_term(self) -> Any:

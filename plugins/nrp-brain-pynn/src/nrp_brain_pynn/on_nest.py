@@ -10,7 +10,6 @@ import pyNN.nest as sim
 from nrp_core.brain.network import (
     RECEPTORS,
     STATIC,
-    TSODYKS_MARKRAM,
     FloatArray,
     IntArray,
     Population,
@@ -23,8 +22,11 @@ from nrp_core.errors import CapabilityError
 
 from nrp_brain_pynn.driver import Driver
 from nrp_brain_pynn.nest_trains import Trains, put
+from nrp_brain_pynn.short_term import short_term
 
 _MILLI: Final = 1000.0
+_NO_POTENTIATION: Final = 1e-12
+"""PyNN gives NEST depression as a ratio to potentiation, which therefore cannot be 0."""
 
 
 class Direct(sim.SpikeSourceArray):  # type: ignore[misc]
@@ -68,6 +70,13 @@ class NestDriver(Driver):
         if self._is_relayed(projection):
             pre, delays_ms = self._relays(projection.pre), self.grid.time_ms(self._steps(projection))
         return self._projection(projection, pre, delays_ms)
+
+    def _stdp_parameters(self, projection: Projection) -> dict[str, float]:
+        """Return the numbers of a rule; PyNN scales weights onto cells that jump, but not their limits."""
+        given = super()._stdp_parameters(projection)
+        given["A_plus"] = given["A_plus"] or _NO_POTENTIATION
+        scale = getattr(self.populations[projection.post].celltype, "receptor_scale", 1.0)
+        return given | {name: given[name] * scale for name in ("w_min", "w_max") if name in given}
 
     def _is_relayed(self, projection: Projection) -> bool:
         return self.network.populations[projection.pre].is_source and projection.synapse_type != STATIC
@@ -167,9 +176,8 @@ class NestDriver(Driver):
             "target": np.array(made.post.node_collection.tolist())[projection.post_index],
             "weight": weights * self._factors_of(projection),
         }
-        if projection.synapse_type == TSODYKS_MARKRAM:
-            for name in ("U", "tau_rec", "tau_facil"):
-                ours[name.removesuffix("il")] = projection.synapse_parameters[name]
+        for name, values in short_term(self.network, projection).items():
+            ours[name.removesuffix("il")] = values
         theirs = synapses.get([*ours, "delay"])
         ours["delay"] = self._steps(projection)
         theirs["delay"] = self.grid.delays(np.asarray(theirs["delay"]))

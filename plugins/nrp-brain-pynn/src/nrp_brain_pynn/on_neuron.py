@@ -18,6 +18,7 @@ from pyNN.neuron.cells import NativeCellType
 
 from nrp_brain_pynn.late_weights import LateWeightsDriver
 from nrp_brain_pynn.neuron_synapses import in_order, weight_of
+from nrp_brain_pynn.short_term import short_term
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -180,7 +181,9 @@ class NeuronDriver(LateWeightsDriver):
         """Return PyNN's connections in the order of a projection, None for those of other processes."""
         if projection.label not in self._connections:
             made = list(self.projections[projection.label].connections)
-            self._connections[projection.label] = in_order(made, projection, self.grid)
+            self._connections[projection.label] = in_order(
+                made, projection, short_term(self.network, projection), self.grid
+            )
         return self._connections[projection.label]
 
     def _write(self, projection: Projection, index: IntArray, weights: FloatArray) -> None:

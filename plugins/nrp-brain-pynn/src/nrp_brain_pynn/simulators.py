@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
@@ -26,7 +26,7 @@ class Simulator:
         driver: module and class of the driver.
         cells, synapses, approximate, state_variables, changes, determinism: see
             :class:`~nrp_core.brain.interface.BrainCapabilities`.
-        uniform: by cell type, the parameters of which PyNN gives a population one value there.
+        untiring: cells onto which PyNN has no Tsodyks-Markram synapses there.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Simulator:
     state_variables: frozenset[str] = _MEMBRANE
     changes: frozenset[str] = frozenset({PARAMETERS, WEIGHTS})
     determinism: Determinism = Determinism.MACHINE
-    uniform: Mapping[str, Iterable[str]] = field(default_factory=dict)
+    untiring: frozenset[str] = frozenset()
 
 
 NEST: Final = Simulator(
@@ -47,6 +47,7 @@ NEST: Final = Simulator(
     cells=_LEAKY | _ADAPTIVE | {"IF_curr_delta", "Izhikevich", "HH_cond_exp"},
     synapses=frozenset({STATIC, TSODYKS_MARKRAM, STDP}),
     approximate=frozenset({"Izhikevich", "HH_cond_exp"}),
+    untiring=frozenset({"IF_curr_delta", "Izhikevich"}),
 )  # fmt: skip
 NEURON: Final = Simulator(
     "NEURON", "neuron", "pip install neuron", "nrp_brain_pynn.on_neuron:NeuronDriver",
@@ -56,16 +57,13 @@ NEURON: Final = Simulator(
     approximate=frozenset(
         {"IF_curr_exp", "IF_cond_exp", "EIF_cond_exp_isfa_ista", "Izhikevich", "HH_cond_exp"}
     ),
+    untiring=frozenset({"Izhikevich"}),
 )  # fmt: skip
-_ONE_RESET: Final = ("v_thresh", "delta_T", "v_reset", "b", "tau_refrac")
 BRIAN2: Final = Simulator(
     "Brian2", "brian2", "pip install brian2 'numpy<2.4'", "nrp_brain_pynn.on_brian2:Brian2Driver",
     cells=_LEAKY | _ADAPTIVE | {"IF_curr_delta", "Izhikevich", "HH_cond_exp"},
     synapses=frozenset({STATIC, TSODYKS_MARKRAM}),
     approximate=frozenset({"Izhikevich", "HH_cond_exp"}),
-    uniform=dict.fromkeys(_LEAKY | {"IF_curr_delta"}, ("tau_refrac",))
-    | dict.fromkeys(_ADAPTIVE, _ONE_RESET)
-    | {"Izhikevich": ("c", "d")},
 )  # fmt: skip
 _FIXED_POINT: Final = frozenset(
     {"IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_exp", "Izhikevich"}

@@ -1,0 +1,45 @@
+"""The process of a brain, a script: ``python far_end.py SOCKET MEMORY VERSION MODULE``.
+
+It is the near end's file in the hands of the Python that was named, so it can tell what that Python lacks:
+the first line that it sends, before any message, says why it cannot go on, and is empty if it can.
+"""
+
+import signal
+import socket
+import sys
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+
+
+def main(connection: int, memory: int, wanted: str, module: str) -> None:
+    """Answer requests.
+
+    Args:
+        connection: number of an open socket.
+        memory: number of an open file.
+        wanted: the near end's version of nrp-core.
+        module: holds the backend.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the near end decides when to stop
+    sys.path[:] = [entry for entry in sys.path if entry != str(Path(__file__).parent)]
+    near = socket.socket(fileno=connection)
+    try:
+        found = version("nrp-core")
+        if found != wanted:
+            raise ImportError(f"it has nrp-core {found}")
+        from nrp_core.brain.remote.columns import SharedColumns
+        from nrp_core.brain.remote.messages import Channel
+        from nrp_core.brain.remote.server import serve
+
+        import_module(module)
+    except Exception as error:  # noqa: BLE001  whatever it is, the other side raises it
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        near.sendall(f"{reason}\n".encode())
+        return
+    near.sendall(b"\n")
+    serve(Channel(near, SharedColumns(memory)))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), int(sys.argv[2]), *sys.argv[3:])
