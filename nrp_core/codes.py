@@ -128,7 +128,8 @@ class Code(Enum):
     # -- names
     NRP218 = _E(
         "An import that finds nothing.",
-        "The file cannot be loaded.",
+        "The file cannot be loaded; one of the Neurorobotics Platform is loaded all the same, and fails "
+        "where it uses what is missing.",
         "Correct the name, put the module beside the file, or install its package.",
     )
     NRP219 = _E(
@@ -324,6 +325,11 @@ class Code(Enum):
         "A row that does not fit the headers of its file.",
         "Cells stand below headers that are not theirs.",
         "Record one value for each header; headers are a list of texts.",
+    )
+    NRP255 = _E(
+        "Something of an experiment of the Neurorobotics Platform is converted, replaced or left out.",
+        "The rest runs; what the message names may not do quite what it did there.",
+        "Nothing, unless it matters: docs/reference/nrp-experiments.md shows what becomes of what.",
     )
 
     @property

@@ -11,7 +11,9 @@ import builtins
 import codecs
 import operator
 from collections.abc import Callable, Iterable, Iterator
+from decimal import ROUND_HALF_UP, Decimal
 from functools import cmp_to_key, reduce
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -90,6 +92,17 @@ def _key(compare: Callable[[Any, Any], int] | None, key: Any) -> Any:
 def ord(character: Any) -> int:
     """Return the number of a character, or of a byte, which is one already."""
     return int(character) if isinstance(character, (int, np.integer)) else builtins.ord(character)
+
+
+def round_of(number: Any, ndigits: int = 0) -> Any:
+    """Return a number rounded as Python 2 did: halves go away from zero, and the result is a float."""
+    if np.size(number) != 1:
+        return np.round(number, ndigits)  # its namesake, which code may have imported
+    value = float(_only(number))
+    if not isfinite(value):
+        return value
+    unit = Decimal(1).scaleb(-int(ndigits))
+    return float((Decimal(value) / unit).to_integral_value(ROUND_HALF_UP) * unit)
 
 
 def float_of(value: Any = 0.0) -> float:

@@ -26,6 +26,8 @@ _CONTROLLER = re.compile(
     rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT.replace("]+|", "]+?|")}"""
     r"""(?P<end>(?:_(?:position|velocity|effort))?_controller/command)["']"""
 )
+_SERVED = "the plugin 'gazebo_ros_control' is not known"
+"""What is told of a robot whose controllers that plugin ran; it is not so where its joints obey."""
 _KINDS: dict[str, Kind] = {"vel": "velocity", "eff": "effort", "tor": "effort"}
 
 
@@ -42,15 +44,24 @@ def with_commanded_joints(model: Model, sources: Iterable[str], others: Collecti
     served = {controller.topic for controller in model.controllers}
     added = [
         JointController(joint, kind, topic, gains=None)
-        for topic, joint, kind in dict.fromkeys(_commands(sources, sorted(free)))
+        for topic, joint, kind in dict.fromkeys(_commands(model.name, sources, sorted(free)))
         if (joint, kind) not in driven and topic not in served and topic.split("/")[1] not in others
     ]
-    return replace(model, controllers=(*model.controllers, *added)) if added else model
+    controllers = (*model.controllers, *added)
+    warnings = tuple(text for text in model.warnings if not (controllers and _SERVED in text))
+    return replace(model, controllers=controllers, warnings=warnings)
 
 
-def _commands(sources: Iterable[str], joints: Collection[str]) -> Iterator[tuple[str, str, Kind]]:
-    """Yield the topics in some code, with the joints that they name; all joints where code puts names in."""
+def _commands(model: str, sources: Iterable[str], joints: Collection[str]) -> Iterator[tuple[str, str, Kind]]:
+    """Yield the topics in some code, with the joints that they name; all joints where code puts names in.
+
+    Joints that trajectories move get topics of their own, so that they hold where they are put.
+    """
     for source in sources:
+        if "JointTrajectory" in source:
+            for joint in joints:
+                if re.search(rf"""["'](?:[\w-]+::)*{re.escape(joint)}["']""", source):
+                    yield f"/{model}/{joint}/cmd_pos", joint, "position"
         for found in (*_TOPIC.finditer(source), *_CONTROLLER.finditer(source)):
             named = found["joint"]
             meant = [named] if re.fullmatch(r"[\w-]+", named) else joints

@@ -156,7 +156,7 @@ class ShimmedMaker(Maker, ABC):
         run.on_close.append(machines.close)
 
     def _note(self, message: str) -> None:
-        self._notes.append(Finding(Code.NRP210, message, Level.WARNING, self._document))
+        self._notes.append(Finding(Code.NRP255, message, Level.WARNING, self._document))
 
 
 class LegacyMaker(ShimmedMaker):

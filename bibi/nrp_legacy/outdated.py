@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ast
 
+ROUND = "_round_of_python_2"
 HELPERS = {
     "_next_of_python_2": "next_of", "_sort_of_python_2": "sort", "_text_of_python_2": "text_of",
     "_message_of_python_2": "message_of", "_bytes_of_numpy_1": "bytes_of", "_ptp_of_numpy_1": "ptp_of",
     "_itemset_of_numpy_1": "itemset_of", "_rgb_of_matplotlib_1": "rgb_of",
+    ROUND: "round_of",
 }  # fmt: skip
 """The names under which converted code finds functions of :mod:`nrp_legacy.builtins2`."""
 _NAMES = {function: name for name, function in HELPERS.items()}
@@ -43,6 +45,9 @@ class Outdated(ast.NodeTransformer):
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         method = node.func
+        if self._is_old and isinstance(method, ast.Name) and method.id == "round" and node.args:
+            self._changes.append("round()")
+            return call(ROUND, node, *node.args, keywords=node.keywords)
         if not isinstance(method, ast.Attribute):
             return node
         name, is_bare = method.attr, not node.args and not node.keywords

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from nrp_legacy.nest.native import native_cell, native_synapse
 from nrp_legacy.pynn07_methods import add_methods_to_cells, let_label_follow, with_methods_for_weights
 
@@ -106,12 +108,16 @@ def _connector(today: type) -> type:
     class Connector(today):  # type: ignore[misc]
         def __init__(self, *values: Any, weights: Any = None, delays: Any = None, **more: Any) -> None:
             super().__init__(*values, **more)
-            self.of_synapses = {
-                name: value for name, value in (("weight", weights), ("delay", delays)) if value is not None
-            }
+            given = (("weight", weights), ("delay", delays))
+            self.of_synapses = {name: _of_distance(value) for name, value in given if value is not None}
 
     Connector.__name__ = Connector.__qualname__ = today.__name__
     return Connector
+
+
+def _of_distance(value: Any) -> Any:
+    """Return a weight or delay; an expression of the distance ``d`` as a function, in NumPy's names."""
+    return eval(f"lambda d: {value}", dict(vars(np))) if isinstance(value, str) else value
 
 
 def _projection(sim: ModuleType, today: type) -> type:

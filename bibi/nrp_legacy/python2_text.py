@@ -138,6 +138,44 @@ def _end_of_lambda(tokens: list[Token], first: int) -> int:
     return len(tokens)
 
 
+# -- lists that comprehensions go through
+
+
+def _comprehensions(tokens: list[Token]) -> Iterator[Edit]:
+    """Let ``[x for x in 1, 2]`` go through a tuple."""
+    said = [token for token in tokens if token.type not in (tokenize.COMMENT, tokenize.NL)]
+    for i, token in enumerate(said):
+        if token.string == "in" and _is_in_list(said[:i]):
+            end = _end_of_items(said, i + 1)
+            if _outermost(said[i + 1 : end], ","):
+                yield said[i + 1].start, said[i + 1].start, "("
+                yield said[end - 1].end, said[end - 1].end, ")"
+
+
+def _is_in_list(before: list[Token]) -> bool:
+    """Whether what begins behind some tokens are the items of a comprehension within ``[]``."""
+    depth, is_loop = 0, False
+    for token in reversed(before):
+        depth -= _nesting(token)
+        if depth < 0:
+            return is_loop and token.string == "["
+        if depth == 0 and token.string in ("for", "in", "if", "else"):
+            if not is_loop and token.string != "for":
+                return False
+            is_loop = True
+    return False
+
+
+def _end_of_items(tokens: list[Token], first: int) -> int:
+    """Return the index behind the items that a comprehension goes through."""
+    depth = 0
+    for k in range(first, len(tokens)):
+        depth += _nesting(tokens[k])
+        if depth < 0 or (depth == 0 and tokens[k].string in ("for", "if")):
+            return k
+    return len(tokens)
+
+
 # -- statements
 
 
@@ -212,6 +250,7 @@ def _print_call(statement: list[Token]) -> list[Edit]:
 _REWRITES: tuple[tuple[str, Callable[[list[Token]], Iterator[Edit]]], ...] = (
     ("operators and literals", _operators),
     ("parameters in parentheses", _lambdas),
+    ("comprehensions", _comprehensions),
     ("except and raise", _exceptions),
     ("exec statements", _exec_statements),
     ("print statements", _print_statements),

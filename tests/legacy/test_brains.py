@@ -47,6 +47,18 @@ def test_the_spellings_of_pynn_0_7_mean_those_of_today(tmp_path: Path) -> None:
     assert old.digest == new.digest
 
 
+def test_weights_of_pynn_0_7_can_depend_on_the_distance(tmp_path: Path) -> None:
+    network, _ = loaded(
+        tmp_path,
+        CELLS + "sim.Projection(circuit, circuit, "
+        "sim.AllToAllConnector(weights='0.01 * exp(-d)', delays='1.0 + d'), target='excitatory')\n",
+    )
+    (projection,) = network.projections
+    distance = np.abs(np.subtract(projection.pre_index, projection.post_index, dtype=float))
+    assert projection.weight == pytest.approx(0.01 * np.exp(-distance))
+    assert projection.delay_ms == pytest.approx(1.0 + distance)
+
+
 @pytest.mark.parametrize(
     "line",
     ["import hbp_nrp_cle.brainsim.simulator as sim", "from python_cle.brainsim import simulator as sim"],

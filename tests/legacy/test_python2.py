@@ -5,12 +5,15 @@ from __future__ import annotations
 import ast
 import io
 from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from nrp_legacy.builtins2 import divide
+from nrp_legacy.code import Source
+from nrp_legacy.convert.python import piece_of
 from nrp_legacy.python2 import converted, executable, names
 
 
@@ -42,6 +45,9 @@ def printed(code: str, **values: object) -> str:
         ('try:\n  raise ValueError, "no"\nexcept (KeyError, ValueError), e:\n  print e', "no\n"),
         ("d = {1: 2}\nprint sorted(d.iteritems()), d.has_key(1)", "[(1, 2)] True\n"),
         ("print 7 / 2, 7.0 / 2, 7 // 2", "3 3.5 3\n"),
+        ("print round(2.5), round(-0.5), round(2.675, 2), round(1234.5, -2)", "3.0 -1.0 2.67 1200.0\n"),
+        ("print [x for x in 1, 2], [x for y in (1, 2), [3] for x in y if x in y]", "[1, 2] [1, 2, 3]\n"),
+        ("print [max(a, b) for a in 1, 2 for b in 3, 4], 2 in [1, 2]", "[3, 4, 3, 4] True\n"),
         ("from __future__ import division\nprint 7 / 2", "3.5\n"),
         ("print list(xrange(2)), unicode(1), long(2), reduce(max, [1, 3])", "[0, 1] 1 2 3\n"),
         ("if 1:\n\tx = 1\n        print x", "1\n"),
@@ -158,3 +164,13 @@ def test_code_that_stays_unreadable_is_refused_at_its_line() -> None:
     with pytest.raises(SyntaxError) as error:
         converted("print 'a'\nx = = 3\n")
     assert error.value.lineno == 2
+
+
+def test_an_import_rounds_as_python_2_did(tmp_path: Path) -> None:
+    path = tmp_path / "tf.py"
+    path.write_text("print 1\nx = round(2.5)\n")
+    piece = piece_of(Source.of_file(path))
+    assert not piece.lacks
+    scope: dict[str, object] = {}
+    exec(piece.text, scope)
+    assert scope["x"] == 3.0

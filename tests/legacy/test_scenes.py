@@ -66,3 +66,18 @@ def test_of_parts_on_one_line_those_that_cannot_be_used_are_left_out(tmp_path: P
     scene, told = read_without(lambda without: read_scene(path, without=without))
     assert not scene.models
     assert "there is no 'model://gone'" in "\n".join(told)
+
+
+@pytest.mark.parametrize("version", ["", ' version="1.0"'])
+@pytest.mark.parametrize("kept", [ROOM, ROOM[ROOM.index("<world") : ROOM.index("</sdf>")]])
+def test_a_room_within_an_element_of_gazebo_is_read(tmp_path: Path, version: str, kept: str) -> None:
+    scene, _ = read(tmp_path, f"<gazebo{version}>{kept}</gazebo>")
+    assert [model.name for model in scene.models] == ["box"]
+
+
+def test_a_model_named_twice_is_there_once_and_told_of_once(tmp_path: Path) -> None:
+    box = ROOM[ROOM.index("<model") : ROOM.index("<light")].replace("<pose>0 0</pose>", "")
+    scene, told = read(tmp_path, f'<sdf version="1.6"><world name="w">{box}{box}</world></sdf>')
+    assert [model.name for model in scene.models] == ["box"]
+    assert len([*told, *scene.warnings]) == 1
+    assert "the name 'box' is taken" in told[0]

@@ -6,6 +6,7 @@ import re
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -122,6 +123,19 @@ def test_a_joint_is_commanded_by_any_name_that_code_has_for_it(code: str, topic:
 def test_what_names_another_robot_or_no_joint_commands_nothing() -> None:
     codes = ["'/other/j1/cmd_pos'", "'/robot/fixed/cmd_pos'", "'/husky/cmd_vel'"]
     assert with_commanded_joints(ARM, codes, {"other"}).controllers == ()
+
+
+def test_a_plugin_that_ran_controllers_is_told_of_only_where_no_joint_obeys() -> None:
+    told = "a.sdf:3: the plugin 'gazebo_ros_control' is not known: it does nothing"
+    arm = replace(ARM, warnings=(told, "another"))
+    assert with_commanded_joints(arm, ["'/nao/j1_controller/command'"]).warnings == ("another",)
+    assert with_commanded_joints(arm, ["'/husky/cmd_vel'"]).warnings == (told, "another")
+
+
+def test_joints_that_a_trajectory_names_hold_where_it_puts_them() -> None:
+    code = "point = JointTrajectory(joint_names=['j1', 'fixed'])"
+    (controller,) = with_commanded_joints(ARM, [code]).controllers
+    assert (controller.topic, controller.kind, controller.initial) == ("/arm/j1/cmd_pos", "position", None)
 
 
 def test_a_controller_of_the_file_stays_the_only_one_in_an_import(

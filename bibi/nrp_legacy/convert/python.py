@@ -14,6 +14,7 @@ from nrp_legacy.code import Source, as_of_old
 from nrp_legacy.convert.edits import Edits
 from nrp_legacy.convert.reliance import reliance
 from nrp_legacy.framework import SPELLINGS
+from nrp_legacy.outdated import ROUND
 from nrp_legacy.python2 import DIVIDE, converted, rewritten
 from nrp_legacy.shims.graph import absolute
 
@@ -42,6 +43,9 @@ GIVEN = {
     "long": "long = int",
     "Topic": "",
     DIVIDE: f"def {DIVIDE}(a, b):\n    return a // b if isinstance(a, int) and isinstance(b, int) else a / b",
+    ROUND: f"from decimal import ROUND_HALF_UP, Decimal\n\n\ndef {ROUND}(number, ndigits=0):\n"
+    "    unit = Decimal(1).scaleb(-ndigits)\n"
+    "    return float((Decimal(float(number)) / unit).to_integral_value(ROUND_HALF_UP) * unit)",
     **dict.fromkeys(("Point", "Pose", "Quaternion"), "from geometry_msgs.msg import {name}"),
     **dict.fromkeys(("Float32", "Int32", "String"), "from std_msgs.msg import {name}"),
 }
@@ -109,8 +113,8 @@ def modern(source: Source) -> tuple[str, tuple[str, ...]]:
     if not result.changes:
         return text, ()
     text = rewritten(source.text).rstrip() + "\n"
-    divides = any(isinstance(node, ast.Name) and node.id == DIVIDE for node in ast.walk(result.tree))
-    if divides or _outdated(text):
+    names = {node.id for node in ast.walk(result.tree) if isinstance(node, ast.Name)}
+    if names & {DIVIDE, ROUND} or _outdated(text):
         text = ast.unparse(result.tree) + "\n"
     return text, (f"leftovers of Python 2: {', '.join(result.changes)}",)
 

@@ -1,52 +1,115 @@
-"""``actionlib`` and ``dynamic_reconfigure``: who asks their servers learns that there are none."""
+"""``actionlib`` and ``dynamic_reconfigure``: joints follow trajectories; other servers there are none."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from math import inf
 from types import ModuleType
 from typing import Any
 
 from nrp_legacy.shims.graph import Graph, absolute
-from nrp_legacy.shims.modules import module
+from nrp_legacy.shims.modules import OpenMessage, bound, module
 from nrp_legacy.shims.smach import State
+from nrp_legacy.shims.steps import Task
+from nrp_legacy.shims.trajectories import Movement, is_trajectory
 
-_LOST = 9
 _STATES = {
     "PENDING": 0, "ACTIVE": 1, "PREEMPTED": 2, "SUCCEEDED": 3, "ABORTED": 4, "REJECTED": 5, "PREEMPTING": 6,
-    "RECALLING": 7, "RECALLED": 8, "LOST": _LOST,
+    "RECALLING": 7, "RECALLED": 8, "LOST": 9,
 }  # fmt: skip
+_OUTCOMES = {
+    _STATES["SUCCEEDED"]: "succeeded",
+    _STATES["ABORTED"]: "aborted",
+    _STATES["PREEMPTED"]: "preempted",
+}
 
 
 class SimpleActionClient:
-    """Asks a server that is not there: goals are lost.
+    """Has joints follow the trajectories that are sent; no server takes other goals, which are lost.
 
     Args:
         graph: of the run.
         name: of the action.
+        kind: its type.
     """
 
-    def __init__(self, graph: Graph, name: str, *_kinds: Any, **_options: Any) -> None:
-        graph.warn(f"no server takes the actions '{absolute(name)}': goals for it are lost")
+    def __init__(self, graph: Graph, name: str, kind: Any = None, *_values: Any, **options: Any) -> None:
+        self._graph, self._name = graph, absolute(name)
+        self._is_served = is_trajectory(options.get("ActionSpec", kind))
+        self._movement: Movement | None = None
+        self._is_cancelled = False
+        if not self._is_served:
+            graph.warn(f"no server takes the actions '{self._name}': goals for it are lost")
 
     def wait_for_server(self, *_values: Any, **_options: Any) -> bool:
-        """Return that there is no server."""
-        return False
+        """Return whether the world takes goals."""
+        return self._is_served and self._graph.has_begun
 
-    wait_for_result = wait_for_server
+    def send_goal(
+        self, goal: Any, done_cb: Any = None, active_cb: Any = None, *_values: Any, **_options: Any
+    ) -> None:
+        """Begin with a goal, instead of the one before."""
+        if self._movement is not None:
+            self._movement.drop()
+        self._movement, self._is_cancelled = None, False
+        if not self.wait_for_server():
+            return
+        done = None if done_cb is None else lambda: done_cb(self.get_state(), self.get_result())
+        self._movement = Movement(self._graph, self._name, goal, done)
+        if active_cb is not None and not self._movement.is_over:
+            active_cb()
 
-    def get_state(self, *_values: Any, **_options: Any) -> int:
-        """Return that the goal is lost."""
-        return _LOST
+    def send_goal_and_wait(self, goal: Any, *values: Any, **options: Any) -> int:
+        """Send a goal and return what became of it."""
+        self.send_goal(goal)
+        if not self.wait_for_result(*values[:1], **options) and Task.here() is not None:
+            self.cancel_goal()
+        return self.get_state()
 
-    send_goal_and_wait = get_state
+    def wait_for_result(self, timeout: Any = None, **options: Any) -> bool:
+        """Wait in simulated time and return whether the goal is done; transfer functions do not wait."""
+        limit_s = float(options.get("execute_timeout", timeout) or 0.0)
+        end_s = self._graph.now_s + limit_s if limit_s else inf
+        task = Task.here()
+        while task is not None and self._moves and self._graph.now_s < end_s:
+            task.wait_until(0)
+        return self._movement is not None and self._movement.is_over
 
-    def send_goal(self, *_values: Any, **_options: Any) -> None:
-        """Lose a goal."""
+    def get_state(self) -> int:
+        """Return what became of the goal, or is becoming."""
+        if self._moves:
+            return _STATES["ACTIVE"]
+        if self._movement is None:
+            return _STATES["LOST"]
+        if self._movement.has_succeeded:
+            return _STATES["SUCCEEDED"]
+        return _STATES["PREEMPTED" if self._is_cancelled else "ABORTED"]
 
-    get_result = cancel_goal = cancel_all_goals = stop_tracking_goal = send_goal
+    def get_result(self) -> OpenMessage | None:
+        """Return the result, None before there is one."""
+        if self._movement is None or self._moves:
+            return None
+        return OpenMessage(error_code=0 if self._movement.has_succeeded else -1, error_string="")
+
+    def cancel_goal(self, *_values: Any) -> None:
+        """End a goal where it is."""
+        if self._movement is not None and self._moves:
+            self._is_cancelled = True
+            self._movement.stop()
+
+    cancel_all_goals = cancel_goal
+
+    def stop_tracking_goal(self) -> None:
+        """Let a goal go on and know no more of it."""
+        self._movement = None
 
     def get_goal_status_text(self) -> str:
         """Return what became of the goal."""
-        return "there is no server"
+        return "there is no server" if self._movement is None else ""
+
+    @property
+    def _moves(self) -> bool:
+        return self._movement is not None and not self._movement.is_over
 
 
 class SimpleActionServer:
@@ -69,15 +132,47 @@ class SimpleActionServer:
 
 
 class SimpleActionState(State):
-    """A state whose goal is lost."""
+    """A state that sends a goal and waits for its end.
 
-    def __init__(self, graph: Graph, name: str, *_values: Any, **_options: Any) -> None:
-        super().__init__(("succeeded", "aborted", "preempted"))
-        self._graph, self._name = graph, name
+    Args:
+        graph: of the run.
+        name: of the action.
+        kind: its type.
+        goal: what is sent; or ``goal_cb`` makes it from the user data and an empty goal, or ``goal_key`` is
+            where the user data have it.
+        result_cb: called with the user data, the status and the result; it may return an outcome.
+        outcomes: those of ``result_cb``.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        name: str,
+        kind: Any = None,
+        goal: Any = None,
+        goal_key: str | None = None,
+        goal_cb: Callable[..., Any] | None = None,
+        result_cb: Callable[..., Any] | None = None,
+        outcomes: Iterable[str] = (),
+        **_more: Any,
+    ) -> None:
+        super().__init__((*_OUTCOMES.values(), *outcomes))
+        self._graph, self._name, self._kind = graph, name, kind
+        self._goal, self._goal_key, self._goal_cb, self._result_cb = goal, goal_key, goal_cb, result_cb
 
     def execute(self, userdata: Any) -> str:
-        SimpleActionClient(self._graph, self._name)
-        return "aborted"
+        client = SimpleActionClient(self._graph, self._name, self._kind)
+        status = client.send_goal_and_wait(self._made(userdata))
+        outcome = None
+        if self._result_cb is not None and client.get_result() is not None:
+            outcome = self._result_cb(userdata, status, client.get_result())
+        return outcome or _OUTCOMES.get(status, "aborted")
+
+    def _made(self, userdata: Any) -> Any:
+        if self._goal_key is not None:
+            return userdata[self._goal_key]
+        goal = OpenMessage() if self._goal is None else self._goal
+        return goal if self._goal_cb is None else self._goal_cb(userdata, goal) or goal
 
 
 class SettingsClient:
@@ -101,7 +196,7 @@ def action_modules(graph: Graph) -> dict[str, ModuleType]:
     return {
         "actionlib": module(
             "actionlib",
-            SimpleActionClient=lambda *values, **options: SimpleActionClient(graph, *values, **options),
+            SimpleActionClient=bound(SimpleActionClient, graph),
             SimpleActionServer=SimpleActionServer,
             GoalStatus=module("GoalStatus", **_STATES),
             SimpleGoalState=module("SimpleGoalState", PENDING=0, ACTIVE=1, DONE=2),

@@ -104,9 +104,10 @@ class Graph:
 
     def warn(self, message: str) -> None:
         """Report something once, with the result of the run."""
-        log.warning(message)
-        if self._run is not None:
-            self._run.world.warnings.append(message)
+        told = [] if self._run is None else self._run.world.warnings
+        if message not in told:
+            log.warning(message)
+            told.append(message)
 
     def _deliver(self, loop: ClosedLoop) -> None:
         for listener in list(self._listeners):

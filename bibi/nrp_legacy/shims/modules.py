@@ -26,7 +26,7 @@ _FURTHER_SERVICES = (
     "SetLinkProperties", "SetJointProperties", "SetJointTrajectory", "GetVisualProperties", "ExportWorldSDF",
     "AdvanceSimulation",
 )  # fmt: skip
-"""Services of Gazebo that no world here has: who calls them learns that."""
+"""Services of Gazebo that no world here has by itself: who calls one that nobody answers learns that."""
 
 
 def module(name: str, /, **content: Any) -> ModuleType:

@@ -8,6 +8,7 @@ from typing import Any
 from nrp_core.errors import NrpError
 from nrp_core.world.messages.base import Duration as DurationMessage
 from nrp_core.world.messages.base import Time as TimeMessage
+from nrp_legacy.shims import physics
 from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.modules import Request
 from nrp_legacy.shims.times import Duration, Time
@@ -43,12 +44,14 @@ class Services:
         Raises:
             ServiceException: there is no such service, or it cannot do this.
         """
-        if self._graph.has_begun and name not in self._graph.world.topics:
-            raise ServiceException(f"service {name} is not available")
         if not self._graph.has_begun:
             raise ServiceException(f"service {name} answers once the simulation runs")
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
+        if name in physics.SERVICES:
+            return physics.SERVICES[name](self._graph.world, *values, **fields)
+        if name not in self._graph.world.topics:
+            raise ServiceException(f"service {name} is not available")
         known = [field.name for field in dataclasses.fields(self._graph.world.topics[name].type)]
         if any(value is None for value in values):
             fields, values = {**dict(zip(known, values, strict=False)), **fields}, ()

@@ -54,6 +54,9 @@ class Source:
             root = read_added(root, reading.notes) or root
         if root.tag not in ("sdf", "gazebo"):
             raise root.error(f"this is neither SDF nor URDF: its root is <{root.tag}>")
+        if root.tag == "gazebo":
+            root = root.find("sdf") or root  # which it may enclose, or be by its name of old
+            root.attributes.setdefault("version", "1.4")
         check_vocabulary(root, reading.notes)
         return cls(root, _version(root, reading), (*trail, path.resolve()))
 

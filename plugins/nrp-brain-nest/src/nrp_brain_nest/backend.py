@@ -19,7 +19,7 @@ from pydantic import AfterValidator, Field
 from nrp_brain_nest.cell_types import APPROXIMATE, CELL_TYPES
 from nrp_brain_nest.kernel import NAME
 
-INSTALL = "pip install 'nest-simulator>=3.10'"
+INSTALL = "pip install 'nest-simulator>=3.9'"
 _NS_PER_TIC = 1000
 
 
