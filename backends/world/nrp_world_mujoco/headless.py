@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 
@@ -32,6 +33,7 @@ def works(name: str) -> bool:
     return ask("nrp_world_mujoco.try_gl", name, depends_on=" ".join(facts))
 
 
+@cache
 def _version(distribution: str) -> str:
     try:
         return version(distribution)

@@ -19,9 +19,11 @@ found_by = register(FOUND_BY, _Opens, "world")
 
 
 @found_by(
+    "a_camera_looks_along_the_x_axis_of_its_robot",
     "a_laser_measures_the_distance_to_a_wall",
+    "turning_left_moves_what_is_ahead_to_the_right",
 )
-class TurnsLasersBackwards(MujocoWorld):
+class TurnsWhatSeesBackwards(MujocoWorld):
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
         read = super()._do_frames(paths)
 
@@ -34,8 +36,10 @@ class TurnsLasersBackwards(MujocoWorld):
 
 @found_by(
     "a_laser_sees_what_moves",
+    "coming_nearer_makes_things_larger",
+    "turning_left_moves_what_is_ahead_to_the_right",
 )
-class ShowsLasersThePast(MujocoWorld):
+class ShowsThePast(MujocoWorld):
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
         read = super()._do_frames(paths)
         kept: list[Any] = []
