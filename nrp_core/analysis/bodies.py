@@ -8,13 +8,13 @@ from itertools import pairwise
 
 from nrp_core.analysis.events import Add, Compute, Event, Index, Rename, Return, Write
 from nrp_core.analysis.expressions import Expressions, with_hidden
+from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import UNKNOWN, Shape, attribute, item_of, joined
 
 _ENDS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
 _ASKS = frozenset({"hasattr", "isinstance", "getattr", "callable"})
 """Functions that a body asks before it does what may not be possible."""
 _ORDERS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
-_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 
 
 class Body(Expressions):
@@ -210,13 +210,9 @@ def _merged(first: Mapping[str, Shape], second: Mapping[str, Shape]) -> dict[str
 def assigned(statements: Iterable[ast.stmt]) -> set[str]:
     """Return the names that statements set, but those inside of functions."""
     found: set[str] = set()
-    waiting: list[ast.AST] = list(statements)
-    while waiting:
-        node = waiting.pop()
+    for node in own_nodes(statements):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             found.add(node.id)
         if isinstance(node, (ast.MatchAs, ast.MatchStar)) and node.name:
             found.add(node.name)
-        if not isinstance(node, _SCOPES):
-            waiting += ast.iter_child_nodes(node)
     return found

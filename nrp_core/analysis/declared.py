@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Shape
 from nrp_core.dsl.binding import Adapter, Binding, Mapping
 from nrp_core.dsl.decorators import Robot2Neuron
@@ -73,7 +73,7 @@ def found_in(source: Source, code: Code, node: ast.AST, message: str, level: Lev
 
 def stub_of(node: Function, path: Path) -> Any:
     """Return a function with the parameters of one that is written, and nothing in it."""
-    yields = any(isinstance(one, (ast.Yield, ast.YieldFrom)) for one in _own(node))
+    yields = any(isinstance(one, (ast.Yield, ast.YieldFrom)) for one in own_nodes(node.body))
     body = ast.Expr(ast.Yield(None)) if yields else ast.Pass()
     parameters = ast.arguments(
         posonlyargs=[ast.arg(one.arg) for one in node.args.posonlyargs],
@@ -90,13 +90,3 @@ def stub_of(node: Function, path: Path) -> Any:
     names: dict[str, Any] = {"__builtins__": {}}
     exec(compile(ast.Module([stub], []), str(path), "exec"), names)
     return names[node.name]
-
-
-def _own(node: Function) -> Iterator[ast.AST]:
-    """Yield all nodes of a function but those of functions in it."""
-    waiting: list[ast.AST] = list(node.body)
-    while waiting:
-        one = waiting.pop()
-        yield one
-        if not isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
-            waiting += ast.iter_child_nodes(one)

@@ -15,6 +15,7 @@ from typing import Any
 from nrp_core.analysis.bodies import assigned
 from nrp_core.analysis.evaluation import FAILURES, Evaluation, UnreadableError, items_of, truth_of, value_of
 from nrp_core.analysis.events import Call
+from nrp_core.analysis.scopes import SCOPES, own_nodes
 from nrp_core.analysis.shapes import UNKNOWN, Known, Row, Shape
 
 _DEPTH, _STATEMENTS = 20, 20_000
@@ -24,7 +25,6 @@ _CHANGING = frozenset(
      "discard", "setdefault", "appendleft"}
 )  # fmt: skip
 """Methods that change what they are called on."""
-_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 _NO_PLAIN_FUNCTION = (ast.Yield, ast.YieldFrom, ast.Await, ast.Global, ast.Nonlocal)
 
 
@@ -226,7 +226,7 @@ class Statements(Evaluation):
     # -- functions of the user's
 
     def _defined(self, node: ast.FunctionDef) -> Shape:
-        if any(isinstance(one, _NO_PLAIN_FUNCTION) for one in _own(node)):
+        if any(isinstance(one, _NO_PLAIN_FUNCTION) for one in own_nodes(ast.iter_child_nodes(node))):
             return UNKNOWN
         parts = node.args
         last = [*parts.posonlyargs, *parts.args][::-1]
@@ -327,7 +327,7 @@ def _signature(arguments: ast.arguments, defaults: Mapping[str, Shape]) -> Signa
 
 def _may_leave(node: ast.AST, in_loop: bool = False) -> bool:
     """Whether something may leave the loop or function that it stands in."""
-    if isinstance(node, _SCOPES):
+    if isinstance(node, SCOPES):
         return False
     if isinstance(node, (ast.Break, ast.Continue)):
         return not in_loop
@@ -335,13 +335,3 @@ def _may_leave(node: ast.AST, in_loop: bool = False) -> bool:
     return isinstance(node, ast.Return) or any(
         _may_leave(child, in_loop) for child in ast.iter_child_nodes(node)
     )
-
-
-def _own(node: ast.AST) -> Iterable[ast.AST]:
-    """Yield the nodes of a statement or function but those of functions in it."""
-    waiting = list(ast.iter_child_nodes(node))
-    while waiting:
-        one = waiting.pop()
-        yield one
-        if not isinstance(one, _SCOPES):
-            waiting += ast.iter_child_nodes(one)

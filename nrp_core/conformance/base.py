@@ -62,12 +62,12 @@ class SimulatorTests(BackendTests, Generic[Backend, Capabilities]):
         """The backend under test."""
         return self.make_backend()
 
-    @property
+    @cached_property
     def chosen(self) -> Any:
         """The options as the backend's own model."""
         return self.backend.options.model_validate(dict(self.options))
 
-    @property
+    @cached_property
     def capabilities(self) -> Capabilities:
         """What the backend declares under these options."""
         backend: Any = self.backend

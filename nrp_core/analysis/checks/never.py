@@ -7,13 +7,13 @@ from collections.abc import Iterator
 
 from nrp_core.analysis.events import Add
 from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.scopes import SCOPES
 from nrp_core.analysis.shapes import Known, Number
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.clock import seconds
 from nrp_core.experiment.happenings import Event
 from nrp_core.findings import Code, Finding, Level
 
-_SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
 
 
@@ -98,6 +98,6 @@ def _can_be_left(loop: ast.While) -> bool:
         if isinstance(node, (ast.For, ast.AsyncFor, ast.While)):
             waiting += [(child, False) for child in node.body]
             waiting += [(child, is_own) for child in node.orelse]
-        elif not isinstance(node, _SCOPES):
+        elif not isinstance(node, SCOPES):
             waiting += [(child, is_own) for child in ast.iter_child_nodes(node)]
     return False

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from nrp_core.analysis.declared import Unread
 from nrp_core.analysis.events import Return
 from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.mappings import MapSpikeSource
@@ -84,11 +85,7 @@ def what_is_returned_goes_somewhere(function: Examined) -> Iterator[Finding]:
 
 def _returns(function: Examined) -> bool:
     """Whether a body returns a value somewhere, what is meant to fail included."""
-    waiting: list[ast.AST] = list(function.declared.node.body)
-    while waiting:
-        node = waiting.pop()
+    for node in own_nodes(function.declared.node.body):
         if isinstance(node, ast.Return) and node.value is not None:
             return not (isinstance(node.value, ast.Constant) and node.value.value is None)
-        if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)):
-            waiting += ast.iter_child_nodes(node)
     return False
