@@ -10,8 +10,12 @@ import numpy.typing as npt
 from nrp_core.errors import NetworkError
 
 _POSITIVE = frozenset({"cm", "tau_m", "tau_syn_E", "tau_syn_I", "tau_w", "tau_rec", "tau_plus", "tau_minus"})
-_NOT_NEGATIVE = frozenset({"tau_refrac", "delta_T", "g_leak", "gbar_Na", "gbar_K", "duration", "tau_facil"})
-_FRACTIONS = frozenset({"U", "dendritic_delay_fraction"})
+_NOT_NEGATIVE = frozenset(
+    {"tau_refrac", "delta_T", "g_leak", "gbar_Na", "gbar_K", "duration", "tau_facil", "gsyn_exc", "gsyn_inh"}
+)
+_FRACTIONS = frozenset({"U", "dendritic_delay_fraction", "m", "h", "n"})
+_MAY_BE_INFINITE = frozenset({"v_thresh", "v_spike", "start", "duration", "tau_facil", "w_min", "w_max"})
+_IZHIKEVICH_PEAK_MV = 30.0
 MAX_RATE_HZ = 1e7
 """Spikes a second into one neuron: a hundred thousand afferents at 100 Hz. What is beyond is a mistake, and
 would have the machine draw spikes for ever."""
@@ -35,6 +39,31 @@ def check_values(
     for name, array in values.items():
         allowed, rule = _allowed(name, distinct(array))
         _require(allowed, owner, item, name, array, rule)
+
+
+def check_cells(owner: str, values: Mapping[str, Values]) -> None:
+    """Check that no cell is reset to where it spikes again at once.
+
+    Args:
+        owner: whose they are, for the message.
+        values: every parameter of the cells, by PyNN's name, shape ``(n,)``.
+
+    Raises:
+        NetworkError: one is.
+    """
+    name = "c" if "c" in values else "v_reset"
+    if name not in values:
+        return
+    limit = "v_spike" if "v_spike" in values else "v_thresh"
+    highest = values.get(limit, np.full(len(values[name]), _IZHIKEVICH_PEAK_MV))
+    endless = np.flatnonzero(values[name] >= highest)
+    if endless.size:
+        cell = int(endless[0])
+        whose = f"its {limit}, {highest[cell]:g} mV" if limit in values else f"{highest[cell]:g} mV"
+        raise NetworkError(
+            f"{owner}: {name} of cell {cell} is {values[name][cell]:g} mV; it must be less than {whose}, "
+            "where it spikes"
+        )
 
 
 def check_synapses(
@@ -115,13 +144,14 @@ def _allowed(name: str, array: Values) -> tuple[npt.NDArray[np.bool_], str]:
     if name in _POSITIVE:
         return (array > 0) & (array < np.inf), "more than 0, and finite"
     if name in _NOT_NEGATIVE:
-        return array >= 0, "0 or more"
+        finite = name not in _MAY_BE_INFINITE
+        return (array >= 0) & ((array < np.inf) | (not finite)), "0 or more" + ", and finite" * finite
     if name in _FRACTIONS:
         return (array >= 0) & (array <= 1), "between 0 and 1"
     if name == "rate":
         return (array >= 0) & (array <= MAX_RATE_HZ), f"from 0 to {MAX_RATE_HZ:g} Hz"
     if name == "delay":
         return (array >= 0) & (array < np.inf), "0 ms or more, and finite"
-    if name == "weight":
-        return np.isfinite(array), "finite"
-    return ~np.isnan(array), "a number"
+    if name in _MAY_BE_INFINITE:
+        return ~np.isnan(array), "a number"
+    return np.isfinite(array), "finite"

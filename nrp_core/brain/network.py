@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from nrp_core.brain.indices import IndexArray as IndexArray
 from nrp_core.brain.indices import ends_of, folded, indices_of
-from nrp_core.brain.limits import check_spike_times, check_synapses, check_values
+from nrp_core.brain.limits import check_cells, check_spike_times, check_synapses, check_values
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
 FloatArray = npt.NDArray[np.float64]
@@ -180,6 +180,7 @@ class Network:
         for label, population in self.populations.items():
             if label != population.label:
                 raise NetworkError(f"population '{population.label}' is stored under the name '{label}'")
+            check_cells(f"population '{label}'", population.parameters)
         for projection in self.projections:
             self._check(projection)
         for name, ids in self.views.items():

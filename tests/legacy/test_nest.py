@@ -22,7 +22,7 @@ SENSOR = {"E_L": -60.5, "V_th": -60.0, "V_reset": -60.5, "t_ref": 10.0, "g_L": 2
 IN_NEST = f"""
 import nest
 circuit = nest.Create('iaf_cond_alpha', 3, {SENSOR!r})
-nest.SetStatus([circuit[2]], {{'V_th': -60.51, 'V_m': -65.0}})
+nest.SetStatus([circuit[2]], {{'V_th': -60.51, 'V_reset': -61.6, 'V_m': -65.0}})
 nest.Connect(circuit[0:1], circuit[1:3], 'all_to_all', {{'weight': 0.15, 'delay': 0.1}})
 nest.Connect([circuit[1]], [circuit[2]], syn_spec={{'model': 'tsodyks_synapse', 'weight': -1.2, 'delay': 0.1,
              'U': 1.0, 'tau_rec': 1.0, 'tau_fac': 1.0}})
@@ -32,7 +32,7 @@ import pyNN.nest as sim
 sim.setup(timestep=0.1)
 circuit = sim.Population(3, sim.IF_cond_alpha(v_rest=-60.5, v_thresh=-60.0, v_reset=-60.5, tau_refrac=10.0,
     cm=0.025, tau_m=10.0, tau_syn_E=2.5, tau_syn_I=2.5, e_rev_E=0.0, e_rev_I=-75.0))
-circuit[2:3].set(v_thresh=-60.51)
+circuit[2:3].set(v_thresh=-60.51, v_reset=-61.6)
 circuit.initialize(v=[-70.0, -70.0, -65.0])
 sim.Projection(circuit[0:1], circuit[1:3], sim.AllToAllConnector(),
     sim.StaticSynapse(weight=1.5e-4, delay=0.1))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import Any, NoReturn
 
+import numpy as np
 from pyNN import common, connectors, errors, random, space
 from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
@@ -15,6 +16,7 @@ from pyNN.standardmodels import StandardCellType
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.connectors import connector_types
 from nrp_core.brain.pynn.export import network_of
+from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
 from nrp_core.brain.pynn.recording import Recorder
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import NetworkError, did_you_mean
@@ -86,9 +88,12 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         timestep: float = common.control.DEFAULT_TIMESTEP, min_delay: float | str = "auto", **extra: Any
     ) -> int:
         """Forget what was built and start anew; times in ms."""
-        if not timestep > 0:
+        if not (isinstance(timestep, (int, float, np.number)) and timestep > 0):
             raise NetworkError(f"setup: the time step must be more than 0 ms, not {timestep}")
-        common.setup(timestep, min_delay, **extra)
+        try:
+            common.setup(timestep, min_delay, **extra)
+        except Exception as error:  # noqa: BLE001 - PyNN's own about times that do not fit
+            raise NetworkError(f"setup: {error}") from None
         state.clear()
         state.configure(timestep, min_delay, extra.get("max_delay", "auto"))
         return state.mpi_rank
@@ -96,7 +101,25 @@ def _control(simulator: Simulator) -> dict[str, Any]:
     def end(compatible_output: bool = True) -> None:
         """Nothing to clean up: there are no data before the network runs."""
 
-    run, run_until = common.build_run(simulator)
+    advance = common.build_run(simulator)[1]
+
+    def run_until(time_point: float, callbacks: Any = None) -> float:
+        """Run to a time (ms), see PyNN.
+
+        Raises:
+            PastTimeError: it has passed.
+        """
+        if time_point - state.t < -state.dt / 2:
+            raise PastTimeError(f"run: {time_point:g} ms is in the past; the time is {state.t:g} ms")
+        reached: float = advance(time_point, callbacks)
+        return reached
+
+    def run(simtime: float, callbacks: Any = None) -> float:
+        """Run for a time (ms), see PyNN."""
+        if not isinstance(simtime, (int, float, np.number)):
+            raise WrongKindError(f"run: the time is a number of ms, not {simtime!r}")
+        return run_until(state.t + simtime, callbacks)
+
     queries = ("get_current_time", "get_time_step", "get_min_delay", "get_max_delay", "num_processes", "rank")
     return {
         "setup": setup,

@@ -13,7 +13,7 @@ import numpy as np
 from pyNN import errors
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.pynn.invalid import InvalidValueError
+from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.errors import NetworkError, did_you_mean
 
 _NO_NUMBERS = "USc"
@@ -51,6 +51,24 @@ def require_arguments(owner: str, function: Callable[..., Any], given: Iterable[
     parameters = inspect.signature(function).parameters.values()
     if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
         require_names(owner, given, (parameter.name for parameter in parameters if parameter.name != "self"))
+
+
+def require_kind(owner: str, what: str, value: Any, kinds: Any, valid: str) -> None:
+    """Check that a part of something is of the kind that it must be.
+
+    Args:
+        owner: whose it is, for the message.
+        what: which part.
+        value: the part.
+        kinds: a class, or several.
+        valid: what it must be, for the message.
+
+    Raises:
+        WrongKindError: it is something else.
+    """
+    if not isinstance(value, kinds):
+        shown = value.__name__ if isinstance(value, type) else reprlib.repr(value)
+        raise WrongKindError(f"{owner}: its {what} is {shown}; it must be {valid}")
 
 
 def require_values(owner: str, given: Mapping[str, Any]) -> None:

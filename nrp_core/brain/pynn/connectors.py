@@ -9,6 +9,7 @@ loop over synapses or fill a dense matrix; from the same generator they draw the
 from __future__ import annotations
 
 import inspect
+import reprlib
 from collections.abc import Iterator
 from copy import deepcopy
 from itertools import pairwise
@@ -21,7 +22,7 @@ from pyNN.parameters import LazyArray
 
 from nrp_core.brain.pynn.arguments import require_arguments, require_shape
 from nrp_core.brain.pynn.expected import require_room
-from nrp_core.brain.pynn.invalid import InvalidSynapseError
+from nrp_core.brain.pynn.invalid import InvalidSynapseError, WrongKindError
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.random_pairs import random_pairs
 from nrp_core.brain.pynn.rng import name_streams, named
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
 
 Indices = npt.NDArray[np.integer[Any]]
 
+_IMPOSSIBLE = (
+    AssertionError, ArithmeticError, NameError, OSError, SyntaxError, TypeError, ValueError,
+)  # fmt: skip
+"""What a connector may raise when it is made."""
 _ALONE = "a cell that may not connect to itself has no other to connect to"
 _RULES = "probabilities and numbers of synapses are 0 or more, flags are True or False"
 
@@ -46,9 +51,9 @@ class Connector(connectors.Connector):
         require_arguments(name, super().__init__, options)
         try:
             super().__init__(*args, **options)
-        except AssertionError as error:  # which is all that PyNN says
+        except _IMPOSSIBLE as error:  # of which PyNN says no more
             shown = ", ".join([*map(repr, args), *(f"{key}={value!r}" for key, value in options.items())])
-            raise NetworkError(
+            raise WrongKindError(
                 f"{name}({shown}): an argument is impossible; {str(error) or _RULES}"
             ) from None
         given = inspect.signature(super().__init__).bind(*args, **options).arguments
@@ -99,6 +104,17 @@ class Connector(connectors.Connector):
     def _get_connection_map_no_self_connections(self, projection: Any) -> LazyArray:
         pre, post = ids_of(projection.pre), ids_of(projection.post)
         return LazyArray(lambda i, j: pre[i] != post[j], shape=projection.shape)
+
+
+class FixedProbabilityConnector(Connector, connectors.FixedProbabilityConnector):
+    """Each pair of cells connects with the same probability."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        if self.p_connect > 1:
+            raise NetworkError(
+                f"FixedProbabilityConnector: p_connect is {self.p_connect:g}; it must be between 0 and 1"
+            )
 
 
 class _FixedNumberConnector(Connector):
@@ -222,18 +238,22 @@ class TableConnector(Connector):
         if table.size == 0:
             return
         self._check_table(projection)
-        given = dict(zip(names, table[:, 2:].T, strict=True))
-        values = deepcopy(projection.synapse_type.parameter_space)
-        values.shape = (len(table),)
-        rest = {name: value for name, value in values.items() if name not in given}
-        if not all(value.is_homogeneous for value in rest.values()):
-            connectors.FromListConnector.connect(self, projection)  # draws the rest target by target
-            return
         order = np.argsort(table[:, 1], kind="stable")
-        columns = {name: column[order] for name, column in given.items()}
-        columns |= {name: value.evaluate(simplify=True) for name, value in rest.items()}
         pre, post = table[order, :2].T.astype(np.int32)
-        projection.add_synapses(pre, post, columns, self.location_selector)
+        given = dict(zip(names, table[order, 2:].T, strict=True))
+        values = self._parameters_from_synapse_type(projection)
+        rest = {name: value for name, value in values.items() if name not in given}
+        if all(value.is_homogeneous for value in rest.values()):
+            same = {name: value.evaluate(simplify=True) for name, value in rest.items()}
+            projection.add_synapses(pre, post, given | same, self.location_selector)
+            return
+        starts = np.flatnonzero(np.diff(post, prepend=-1))
+        for start, stop in pairwise([*starts, len(post)]):
+            some, target = slice(start, stop), int(post[start])
+            columns = {name: column[some] for name, column in given.items()}
+            # in PyNN, too, the random numbers of every target are those of the first
+            columns |= {name: deepcopy(value)[pre[some], target] for name, value in rest.items()}
+            projection.add_synapses(pre[some], target, columns, self.location_selector)
 
     def _check_table(self, projection: Any) -> None:
         owner = f"projection '{projection.label}'"
@@ -309,8 +329,8 @@ class CSAConnector(TableConnector, connectors.CSAConnector):
 
 
 REPLACED = (
-    FixedNumberPreConnector, FixedNumberPostConnector, FixedTotalNumberConnector, CloneConnector,
-    SmallWorldConnector, ArrayConnector, FromListConnector, FromFileConnector, CSAConnector,
+    FixedProbabilityConnector, FixedNumberPreConnector, FixedNumberPostConnector, FixedTotalNumberConnector,
+    CloneConnector, SmallWorldConnector, ArrayConnector, FromListConnector, FromFileConnector, CSAConnector,
 )  # fmt: skip
 
 
@@ -332,13 +352,18 @@ def _table(rows: Any) -> npt.NDArray[np.float64]:
         NetworkError: a row is not as long as the first, or has something else than numbers.
     """
     try:
-        return np.array(rows, dtype=float)
+        table = np.array(rows, dtype=float)
     except (TypeError, ValueError):
         wrong = next(k for k, row in enumerate(rows) if len(row) != len(rows[0]) or not _are_numbers(row))
         raise NetworkError(
             f"FromListConnector: row {wrong} of the list of synapses is {rows[wrong]!r}; all rows have "
             f"equally many numbers, the first has {len(rows[0])}"
         ) from None
+    if table.size and table.ndim != 2:
+        raise WrongKindError(
+            f"FromListConnector: its list of synapses is {reprlib.repr(rows)}; each is (pre, post, ...)"
+        )
+    return table
 
 
 def _are_numbers(row: Any) -> bool:

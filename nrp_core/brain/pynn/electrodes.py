@@ -8,12 +8,13 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pyNN import common
 from pyNN.parameters import ParameterSpace
 from pyNN.standardmodels import StandardCurrentSource, electrodes
 
 from nrp_core.brain.network import FloatArray
-from nrp_core.brain.pynn.arguments import require_names, require_values
-from nrp_core.brain.pynn.invalid import InvalidValueError
+from nrp_core.brain.pynn.arguments import require_kind, require_names, require_values
+from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.models import untranslated
 from nrp_core.brain.pynn.populations import require_existing
 from nrp_core.errors import CapabilityError
@@ -59,9 +60,14 @@ class CurrentSource(StandardCurrentSource):
 
     def inject_into(self, cells: Iterable[Any]) -> None:
         """Let the current flow into cells: a population, view, assembly or list of cells."""
-        targets = list(cells)
-        if not all(cell.celltype.injectable for cell in targets):
-            raise TypeError("Can't inject current into a spike source.")
+        name = type(self).__name__
+        targets = list(cells) if isinstance(cells, Iterable) else [cells]
+        for cell in targets:
+            require_kind(
+                name, "target", cell, common.IDMixin, "a population, view, assembly or list of cells"
+            )
+            if not cell.celltype.injectable:
+                raise WrongKindError(f"{name}: no current goes into a spike source ('{cell.parent.label}')")
         for population in {cell.parent for cell in targets}:
             require_existing(population.label, population, self._simulator.state)
         self._simulator.state.inject(self, np.array(targets, dtype=np.int64))

@@ -10,7 +10,7 @@ from typing import Any
 
 from pyNN import errors
 
-from nrp_core.errors import NetworkError
+from nrp_core.errors import NetworkError, NrpError
 
 
 class InvalidValueError(NetworkError, errors.InvalidParameterValueError):
@@ -28,6 +28,33 @@ class UnknownVariableError(NetworkError, errors.RecordingError):
 
 class InvalidSynapseError(NetworkError, errors.ConnectionError):
     """A synapse is impossible."""
+
+
+class UnknownCellError(NetworkError, IndexError, TypeError):
+    """Cells that a population does not have."""
+
+
+class UnknownSynapseError(NetworkError, IndexError):
+    """A synapse that a projection does not have."""
+
+
+class WrongKindError(NetworkError, TypeError):
+    """Something is not of the kind that it must be."""
+
+
+class PastTimeError(NetworkError):
+    """A time to run to that has passed."""
+
+
+@contextmanager
+def computing(message: str, kind: type[NetworkError] = InvalidValueError) -> Iterator[None]:
+    """Say by ``message`` what was being computed where a function or an expression of the script fails."""
+    try:
+        yield
+    except (NrpError, MemoryError):
+        raise
+    except Exception as error:
+        raise kind(f"{message}: {type(error).__name__}: {error}") from error
 
 
 @contextmanager

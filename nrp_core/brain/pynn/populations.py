@@ -4,19 +4,28 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from pyNN import common, errors
+from pyNN.models import BaseCellType
 from pyNN.parameters import ArrayParameter, LazyArray, ParameterSpace, simplify
+from pyNN.space import BaseStructure
 
-from nrp_core.brain.limits import check_spike_times, check_values
+from nrp_core.brain.limits import check_cells, check_spike_times, check_values
 from nrp_core.brain.memory import require_memory
 from nrp_core.brain.network import FloatArray, IntArray
-from nrp_core.brain.pynn.arguments import require_names, require_shape, require_values
-from nrp_core.brain.pynn.invalid import InvalidValueError, UnknownVariableError, raising
+from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape, require_values
+from nrp_core.brain.pynn.invalid import (
+    InvalidValueError,
+    UnknownCellError,
+    UnknownVariableError,
+    computing,
+    raising,
+)
 from nrp_core.brain.pynn.rng import name_streams, named
 from nrp_core.errors import NetworkError, did_you_mean
 
@@ -31,6 +40,11 @@ BYTES_PER_VALUE = 8
 
 class ID(int, common.IDMixin):
     """A cell, which is also its global id."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name != "parent" and not hasattr(type(self), name):
+            self.parent._require([name])
+        super().__setattr__(name, value)
 
 
 class _Cells(common.BasePopulation):
@@ -51,6 +65,12 @@ class _Cells(common.BasePopulation):
     def _indices(self) -> IntArray | slice:
         """Return which of the population's cells these are."""
         raise NotImplementedError
+
+    def __getitem__(self, index: Any) -> Any:
+        try:
+            return super().__getitem__(index)
+        except (IndexError, TypeError):
+            raise unknown_cells(self, index) from None
 
     def _get_view(self, selector: Any, label: str | None = None) -> PopulationView:
         view: PopulationView = self._simulator.types["PopulationView"](self, selector, label)
@@ -90,6 +110,9 @@ class _Cells(common.BasePopulation):
         Raises:
             UnknownVariableError: the cells have no such variable.
         """
+        names = [variables] if isinstance(variables, str) or variables is None else variables
+        owner = f"population '{self._owner().label}'"
+        require_kind(owner, "list of variables", names, Iterable, "names such as 'spikes' and 'v'")
         try:
             super().record(variables, *arguments, **options)
         except errors.RecordingError as error:
@@ -131,15 +154,7 @@ class Population(_Cells, common.Population):
         if isinstance(cellclass, type) and cellparams is None:
             cellparams = {}
         label = label or f"population{len(self._simulator.state.populations)}"
-        numbers = size if isinstance(size, tuple) else (size,)
-        if not all(isinstance(number, (int, np.integer)) for number in numbers):
-            raise InvalidValueError(
-                f"population '{label}': its size is {size!r}; it must be a whole number, or one for each axis"
-            )
-        if isinstance(cellclass, str):
-            raise NetworkError(
-                f"population '{label}': its cells are a model such as sim.{cellclass}(), not a text"
-            )
+        _require_kinds(label, size, cellclass, structure)
         super().__init__(size, cellclass, cellparams, structure, dict(initial_values or {}), label)
         self._simulator.state.populations.append(self)
 
@@ -159,8 +174,6 @@ class Population(_Cells, common.Population):
         return slice(None)
 
     def _create_cells(self) -> None:
-        if self.size < 1:
-            raise NetworkError(f"population '{self.label}' has no cells: its size is {self.size}")
         values = BYTES_PER_VALUE * len(self.celltype.default_parameters)
         needed = self.size * (BYTES_PER_CELL + values)
         require_memory(
@@ -184,19 +197,23 @@ class Population(_Cells, common.Population):
             NetworkError: a value is impossible.
         """
         name_streams(space, self._simulator, f"population/{self.label}")
-        # without a mask, lazy arrays of length one would become scalars
-        space.evaluate(mask=np.ones(space.shape, bool), simplify=False)
-        changed = {}
-        for name, values in space.as_dict().items():
-            dtype = object if name == SPIKE_TIMES else float
-            changed[name] = self.parameter_arrays.get(name, np.empty(self.size, dtype)).copy()
-            changed[name][where] = values
         owner = f"population '{self.label}'"
+        own = ", ".join(name for name, value in space.items() if not value.is_homogeneous) or "parameters"
+        changed = {}
+        with computing(f"{owner}: {own} cannot be computed"):
+            # without a mask, lazy arrays of length one would become scalars
+            space.evaluate(mask=np.ones(space.shape, bool), simplify=False)
+            for name, values in space.as_dict().items():
+                dtype = object if name == SPIKE_TIMES else float
+                changed[name] = self.parameter_arrays.get(name, np.empty(self.size, dtype)).copy()
+                changed[name][where] = values
         with raising(InvalidValueError):
             if SPIKE_TIMES not in changed:
                 check_values(owner, changed)
             else:
                 check_spike_times(owner, [_times(owner, train) for train in changed[SPIKE_TIMES]])
+            if self not in self._simulator.state.populations:
+                check_cells(owner, changed)
         if self in self._simulator.state.populations:
             cells = np.arange(self.size)[where]
             new = {name: array[where] for name, array in changed.items()}
@@ -217,7 +234,8 @@ class Population(_Cells, common.Population):
             raise NetworkError(f"population '{self.label}': {cell} has no state variable '{variable}'{hint}")
         name_streams({variable: values}, self._simulator, f"population/{self.label}/initial")
         kept = self.initial_arrays.get(variable, np.empty(self.size)).copy()
-        kept[where] = values.evaluate(simplify=True)
+        with computing(f"population '{self.label}': initial {variable} cannot be computed"):
+            kept[where] = values.evaluate(simplify=True)
         with raising(InvalidValueError):
             check_values(f"population '{self.label}'", {variable: kept})
         self.initial_arrays[variable] = kept
@@ -235,7 +253,8 @@ class Population(_Cells, common.Population):
         if self._positions is None and hasattr(structure, "rng"):
             name = f"population/{self.label}/positions"
             structure.rng = named(structure.rng, self._simulator, name)
-        positions: FloatArray = super()._get_positions()
+        with computing(f"population '{self.label}': positions cannot be computed"):
+            positions: FloatArray = super()._get_positions()
         return positions
 
     def _set_positions(self, positions: Any) -> None:
@@ -254,7 +273,7 @@ class PopulationView(_Cells, common.PopulationView):
     """Some cells of a population."""
 
     def __init__(self, parent: Any, selector: Any, label: str | None = None) -> None:
-        if not np.size(np.arange(parent.size)[selector]):
+        if not np.size(_places(parent, selector)):
             raise NetworkError(
                 f"a view of '{parent.label}' by {selector} has no cells; there are 0..{parent.size - 1}"
             )
@@ -278,6 +297,10 @@ class Assembly(common.Assembly):
         label = label or " + ".join(str(getattr(part, "label", part)) for part in populations)
         super().__init__(*populations, label=label)
 
+    def __getitem__(self, index: Any) -> Any:
+        places = _places(self, list(index) if isinstance(index, tuple) else index)
+        return super().__getitem__(int(places) if np.ndim(places) == 0 else places)
+
     @property
     def local_size(self) -> int:
         """Number of cells; what PyNN's connectors divide by as they report progress, but do not find."""
@@ -295,10 +318,48 @@ class Assembly(common.Assembly):
         return sampled
 
 
+def unknown_cells(cells: Any, index: Any) -> UnknownCellError:
+    """Return the error about an index at which a population, view or assembly has no cells."""
+    return UnknownCellError(
+        f"'{cells.label}' has no cells at {reprlib.repr(index)}; they are numbered 0..{cells.size - 1}"
+    )
+
+
+def _places(cells: Any, selector: Any) -> Any:
+    """Return the indices that a selector picks among cells."""
+    try:
+        return np.arange(cells.size)[selector]
+    except (IndexError, TypeError):
+        raise unknown_cells(cells, selector) from None
+
+
+def _require_kinds(label: str, size: Any, model: Any, structure: Any) -> None:
+    """Check what a population is made of.
+
+    Raises:
+        NetworkError: its size is no count, or a part is of the wrong kind.
+    """
+    owner = f"population '{label}'"
+    numbers = size if isinstance(size, tuple) else (size,)
+    if len(numbers) > 3 or not all(isinstance(number, (int, np.integer)) for number in numbers):
+        raise InvalidValueError(
+            f"{owner}: its size is {size!r}; it must be a whole number, or one for each of up to 3 axes"
+        )
+    if min(numbers) < 1:
+        raise NetworkError(f"{owner} has no cells: its size is {size}")
+    if not (isinstance(model, type) and issubclass(model, BaseCellType)):
+        example = model if isinstance(model, str) else "IF_cond_exp"
+        require_kind(owner, "cell type", model, BaseCellType, f"one such as sim.{example}()")
+    require_kind(owner, "structure", structure, (BaseStructure, type(None)), "one such as sim.Line()")
+
+
 def _times(owner: str, train: Any) -> FloatArray:
     if not isinstance(train, ArrayParameter):  # of lists of lists PyNN 0.12 makes no Sequence
         raise NetworkError(f"{owner}: {SPIKE_TIMES} given as a function must be a Sequence for each index")
-    return np.asarray(train.value, float)
+    times = np.asarray(train.value, float)
+    if times.ndim != 1:
+        raise NetworkError(f"{owner}: {SPIKE_TIMES} is {train.value!r}; it must be a list of times, ms")
+    return times
 
 
 def require_existing(name: str, cells: Any, state: State) -> None:

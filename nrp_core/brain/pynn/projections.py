@@ -9,21 +9,34 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyNN import common
+from pyNN.connectors import Connector
+from pyNN.models import BaseSynapseType
 from pyNN.parameters import ParameterSpace
+from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
 from nrp_core.brain.indices import IndexArray, ends_of, folded, indices_of
 from nrp_core.brain.limits import check_synapses
-from nrp_core.brain.network import RECEPTORS, FloatArray
-from nrp_core.brain.pynn.arguments import require_names
-from nrp_core.brain.pynn.invalid import InvalidSynapseError, raising
+from nrp_core.brain.network import FloatArray
+from nrp_core.brain.pynn.arguments import require_kind, require_names
+from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
 from nrp_core.brain.pynn.populations import require_existing
-from nrp_core.brain.pynn.synapse_columns import SynapseColumns, evaluated
+from nrp_core.brain.pynn.synapse_columns import SynapseColumns, drawn_row_by_row, evaluated
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
 
+_CELLS = (common.BasePopulation, common.Assembly)
+_NONE = type(None)
+_PARTS = (
+    ("source", _CELLS, "a population, view or assembly"),
+    ("target", _CELLS, "a population, view or assembly"),
+    ("connector", Connector, "one such as sim.AllToAllConnector()"),
+    ("synapse type", (BaseSynapseType, _NONE), "one such as sim.StaticSynapse()"),
+    ("space", (Space, _NONE), "one such as sim.Space()"),
+)
+"""What a projection is made of, of which kinds, and as the user may write it."""
 _OPERATIONS = {"sum": (np.add, 0.0), "min": (np.minimum, np.inf), "max": (np.maximum, -np.inf)}
 
 
@@ -46,15 +59,18 @@ class Projection(common.Projection):
         synapse_type: Any = None, source: str | None = None, receptor_type: str | None = None,
         space: Space | None = None, label: str | None = None,
     ) -> None:  # fmt: skip
-        if not getattr(postsynaptic_population, "receptor_types", True):
+        ends = (presynaptic_population, postsynaptic_population)
+        label = label or "→".join(str(getattr(cells, "label", cells)) for cells in ends)
+        for (what, kinds, valid), part in zip(_PARTS, (*ends, connector, synapse_type, space), strict=True):
+            require_kind(f"projection '{label}'", what, part, kinds, valid)
+        receptors = postsynaptic_population.receptor_types
+        if not receptors:
             name = postsynaptic_population.label
             raise NetworkError(f"a projection ends on '{name}', whose cells only emit spikes")
-        receptors = getattr(postsynaptic_population, "receptor_types", RECEPTORS)
         if receptor_type not in (None, "default", *receptors):
             hint = did_you_mean(str(receptor_type), receptors)
-            source, target = presynaptic_population.label, postsynaptic_population.label
             raise InvalidSynapseError(
-                f"projection '{label or f'{source}→{target}'}': the cells of '{target}' have no receptor "
+                f"projection '{label}': the cells of '{postsynaptic_population.label}' have no receptor "
                 f"'{receptor_type}'{hint}"
             )
         super().__init__(
@@ -66,7 +82,8 @@ class Projection(common.Projection):
         self._simulator.state.before_change()
         self.values: dict[str, FloatArray] = {}
         self._columns = SynapseColumns(self.pre.size)
-        connector.connect(self)
+        with computing(f"{self._name}: its {type(connector).__name__} fails", InvalidSynapseError):
+            connector.connect(self)
         pre, post, values = self._columns.joined()
         self.__dict__.update(pre_index=pre, post_index=post)
         for name in self.synapse_type.get_parameter_names():
@@ -93,7 +110,12 @@ class Projection(common.Projection):
         return list(self)
 
     def __getitem__(self, index: Any) -> Any:
-        chosen = np.arange(len(self))[index]
+        try:
+            chosen = np.arange(len(self))[index]
+        except IndexError:
+            raise UnknownSynapseError(
+                f"{self._name} has no synapse {index!r}; they are numbered 0..{len(self) - 1}"
+            ) from None
         return Connection(self, int(chosen)) if np.ndim(chosen) == 0 else [self[i] for i in chosen]
 
     def ends(self, synapse: int) -> tuple[int, int]:
@@ -122,7 +144,8 @@ class Projection(common.Projection):
             UnknownParameterError: they have no such parameter.
         """
         self._require([attribute_names] if isinstance(attribute_names, str) else attribute_names)
-        return super().get(attribute_names, *arguments, **options)
+        with computing(f"{self._name}: {attribute_names} cannot be read", InvalidSynapseError):
+            return super().get(attribute_names, *arguments, **options)
 
     def set(self, **attributes: Any) -> None:
         """Set parameters of all synapses.
@@ -132,7 +155,9 @@ class Projection(common.Projection):
                 synapse (in the order of a matrix, row by row).
         """
         self._require(attributes)
-        self._change({name: self._evaluated(name, value) for name, value in attributes.items()})
+        with computing(f"{self._name}: {', '.join(attributes)} cannot be computed", InvalidSynapseError):
+            values = {name: self._evaluated(name, value) for name, value in attributes.items()}
+        self._change(values)
         self.given.update(attributes)
 
     def _require(self, names: Iterable[str]) -> None:
@@ -141,6 +166,7 @@ class Projection(common.Projection):
 
     def set_one(self, name: str, synapse: int, value: float) -> None:
         """Set a parameter of the synapse at an index."""
+        self._require([name])
         values = self.column(name).copy()
         values[synapse] = value
         self._change({name: values})
@@ -168,7 +194,8 @@ class Projection(common.Projection):
             return values
         space = ParameterSpace({name: value}, self.synapse_type.get_schema(), self.shape)
         lazy = self._handle_distance_expressions(space)[name]
-        return evaluated(lazy, self.pre_index, self.post_index)
+        drawn = isinstance(lazy.base_value, RandomDistribution) and not lazy.operations
+        return (drawn_row_by_row if drawn else evaluated)(lazy, self.pre_index, self.post_index)
 
     def column(self, name: str) -> Any:
         """Return an index or a parameter of all synapses, shape ``(n_synapses,)``."""

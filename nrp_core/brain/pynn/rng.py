@@ -9,6 +9,7 @@ connector of a projection), so that adding one thing does not change the numbers
 from __future__ import annotations
 
 from copy import deepcopy
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,10 @@ from nrp_core.errors import NetworkError, did_you_mean
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
+
+
+_SIZES = frozenset({"sigma", "beta", "k", "theta", "kappa", "lambda_"})
+"""Parameters of distributions that are never negative."""
 
 
 class NumpyRNG(random.NumpyRNG):
@@ -73,7 +78,18 @@ class RandomDistribution(random.RandomDistribution):
             )
         require_names(f"the distribution '{distribution}'", parameters_named, known[distribution])
         rng = rng or self._simulator.types["NumpyRNG"]()
-        super().__init__(distribution, parameters_pos, rng, **parameters_named)
+        try:
+            super().__init__(distribution, parameters_pos, rng, **parameters_named)
+        except (KeyError, ValueError) as error:
+            raise NetworkError(f"the distribution '{distribution}': {error.args[0]}") from None
+        values = self.parameters
+        for name in _SIZES & values.keys():
+            if not values[name] >= 0:
+                raise NetworkError(f"the distribution '{distribution}': {name} is {values[name]}, below 0")
+        if values.get("low", 0) > values.get("high", inf):
+            raise NetworkError(
+                f"the distribution '{distribution}': low is {values['low']}, above high, {values['high']}"
+            )
 
 
 def named(rng: Any, simulator: Simulator, name: str) -> Any:

@@ -12,6 +12,9 @@ from pyNN.parameters import LazyArray
 from nrp_core.brain.indices import IndexArray, Indices, index_type
 from nrp_core.brain.network import FloatArray
 
+_DRAWN_AT_ONCE = 2**22
+"""Random numbers: 32 MiB."""
+
 
 class SynapseColumns:
     """What a connector adds, column by column of the connection matrix.
@@ -79,6 +82,21 @@ def taken(values: FloatArray, chosen: Any) -> FloatArray:
     """Return ``values[chosen]``, of a constant array a constant one."""
     some: FloatArray = values[chosen]
     return constant(some[0], len(some)) if is_constant(values) and len(some) else some
+
+
+def drawn_row_by_row(values: LazyArray, pre: IndexArray, post: IndexArray) -> FloatArray:
+    """Return the elements at synapses of a connection matrix of random numbers, all of which are drawn.
+
+    Row by row, because that is how PyNN draws what it sets in synapses that there are.
+    """
+    n_pre, n_post = values.shape
+    drawn, at_once = np.empty(len(pre)), max(1, _DRAWN_AT_ONCE // n_post)
+    for first in range(0, n_pre, at_once):
+        rows = np.arange(first, min(first + at_once, n_pre))
+        mine = np.flatnonzero((pre >= first) & (pre < first + at_once))
+        matrix = np.reshape(values.base_value.next(len(rows) * n_post), (len(rows), n_post))
+        drawn[mine] = matrix[pre[mine] - first, post[mine]]
+    return drawn
 
 
 def evaluated(values: LazyArray, pre: IndexArray, post: IndexArray) -> FloatArray:

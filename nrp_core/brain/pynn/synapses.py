@@ -7,18 +7,28 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from pyNN import errors
 from pyNN.parameters import LazyArray
-from pyNN.standardmodels import StandardSynapseType, synapses
+from pyNN.standardmodels import (
+    StandardSynapseType,
+    STDPTimingDependence,
+    STDPWeightDependence,
+    synapses,
+)
 
 from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
-from nrp_core.brain.pynn.arguments import require_arguments, require_names
+from nrp_core.brain.pynn.arguments import require_arguments, require_kind, require_names
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import untranslated
 from nrp_core.errors import CapabilityError, NetworkError
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
+
+
+_RULES = {
+    "timing_dependence": (STDPTimingDependence, "SpikePairRule"),
+    "weight_dependence": (STDPWeightDependence, "AdditiveWeightDependence"),
+}
 
 
 class SynapseType(StandardSynapseType):
@@ -59,7 +69,7 @@ class SynapseType(StandardSynapseType):
             if isinstance(value, str):
                 try:
                     LazyArray(value)
-                except errors.InvalidParameterValueError as error:
+                except Exception as error:  # noqa: BLE001 - whatever the user wrote
                     raise InvalidValueError(f"{name}: {parameter} is {value!r}. {error}") from None
         fraction = parameters.get("dendritic_delay_fraction", 1.0)
         if not (isinstance(fraction, (int, float)) and 0 <= fraction <= 1):
@@ -99,6 +109,12 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
     def plasticity(self) -> Mapping[str, str]:
         parts = {"timing_dependence": self.timing_dependence, "weight_dependence": self.weight_dependence}
         return {name: type(part).__name__ for name, part in parts.items()}
+
+    def __init__(self, *args: Any, **parameters: Any) -> None:
+        for rule, (kind, example) in _RULES.items():
+            valid = f"one such as sim.{example}()"
+            require_kind("STDPMechanism", rule, parameters.get(rule), (kind, type(None)), valid)
+        super().__init__(*args, **parameters)
 
     def _build_translations(self) -> None:
         if self.voltage_dependence is not None:

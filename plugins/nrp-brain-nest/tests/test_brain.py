@@ -72,8 +72,9 @@ def test_a_second_brain_gets_a_process_of_its_own(network, opened):
 
 
 def test_a_brain_that_does_not_open_leaves_the_kernel_free(network, opened):
-    bad = network(lambda sim: sim.Population(1, sim.IF_curr_exp(v_reset=-40.0), label="bad"))
-    with pytest.raises(NetworkError, match=r"'bad' \(IF_curr_exp\): NEST's iaf_psc_exp refuses .*threshold"):
+    early = {"v_thresh": -40.0, "v_spike": -45.0}
+    bad = network(lambda sim: sim.Population(1, sim.EIF_cond_exp_isfa_ista(**early), label="bad"))
+    with pytest.raises(NetworkError, match=r"'bad' \(EIF_cond_exp_isfa_ista\): NEST's .* refuses .*V_peak"):
         opened(bad)
     assert opened(network(busy)).now_ns == 0
 

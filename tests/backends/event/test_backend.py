@@ -109,8 +109,8 @@ def test_a_neuron_that_cannot_be_integrated_is_named(cells: Cells, open_brain: O
         ("IF_curr_exp", {"tau": 3.0}, r"'odd' \(IF_curr_exp\) has no parameter 'tau'; did you mean 'tau_m'"),
         ("IF_cond_exp", {"e_rev_E": np.inf}, "e_rev_E of cell 0 is inf; it must be finite"),
         ("IF_curr_exp", {"tau_m": [1.0, np.inf]}, "tau_m of cell 1 is inf"),
-        ("IF_curr_delta", {"tau_refrac": 0.0, "v_reset": [-60.0, -50.0]}, "cell 1 has no refractory time"),
-        ("Izhikevich", {"c": 30.0}, "reset to 30 mV"),
+        ("IF_curr_delta", {"v_reset": [-60.0, -50.0]}, "v_reset of cell 1 is -50 mV; it must be less than"),
+        ("Izhikevich", {"c": 30.0}, "c of cell 0 is 30 mV; it must be less than 30 mV"),
         ("IF_curr_exp", {"initial": {"w": 0.0}}, "no state variable 'w'"),
     ],
 )

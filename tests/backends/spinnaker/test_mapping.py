@@ -20,6 +20,7 @@ from nrp_brain_spinnaker.mapping.machine_map import MachineMap
 from nrp_brain_spinnaker.options import SpinnakerOptions
 
 from nrp_core.brain.network import Network, Origin, Population, Projection
+from nrp_core.brain.pynn import builder
 
 OWN = Path(__file__).parent / "oracles" / "spinnaker_mapping.json"
 OPTIONS = SpinnakerOptions()
@@ -304,3 +305,40 @@ def test_the_backend_reports_everything_as_plain_values(
     assert kept["warnings"][0].startswith("projection 'weak'")
     assert "delays become whole time steps" in kept["advice"][0]
     assert kept["warnings"][0] in SpinnakerBackend().warnings(network, OPTIONS)
+
+
+def learning(a_plus: float, a_minus: float, rule: str = "AdditiveWeightDependence") -> Network:
+    """Return cells that are made to fire 2 ms after each spike through a plastic synapse."""
+    sim = builder()
+    sim.setup(timestep=1.0)
+    pre = sim.Population(1, sim.SpikeSourceArray(spike_times=[10.0, 20.0, 30.0]), label="pre")
+    driver = sim.Population(1, sim.SpikeSourceArray(spike_times=[12.0, 22.0]), label="driver")
+    post = sim.Population(1, sim.IF_curr_exp(tau_syn_E=0.5), label="post")
+    synapse = sim.STDPMechanism(
+        timing_dependence=sim.SpikePairRule(A_plus=a_plus, A_minus=a_minus),
+        weight_dependence=getattr(sim, rule)(w_max=0.5), weight=0.125,
+    )  # fmt: skip
+    sim.Projection(pre, post, sim.AllToAllConnector(), synapse, label="learning")
+    sim.Projection(driver, post, sim.AllToAllConnector(), sim.StaticSynapse(weight=60.0), label="driving")
+    network: Network = sim.network()
+    return network
+
+
+@pytest.mark.parametrize("rule", ["AdditiveWeightDependence", "MultiplicativeWeightDependence"])
+def test_changes_of_plastic_weights_that_are_less_than_a_step_are_told(rule: str) -> None:
+    kept = weigh(learning(1e-5, 1e-5, rule), OPTIONS)
+    (advice,) = kept.advice
+    assert advice.startswith("projection 'learning': its weights are kept in steps of 0.00195: ")
+    assert "a pair of spikes adds at most 5e-06, which is lost" in advice
+    assert "should take at most 5e-06, and takes a whole step" in advice
+    assert not weigh(learning(0.01, 0.01, rule), OPTIONS).advice
+
+
+@pytest.mark.parametrize("a_plus", [0.001, 0.1])
+def test_a_plastic_weight_grows_exactly_if_it_is_not_told_that_it_cannot(a_plus: float) -> None:
+    network = learning(a_plus, 0.0)
+    told = any("which is lost" in line for line in weigh(network, OPTIONS).advice)
+    with SpinnakerBackend().open(network, seed=1, options=OPTIONS) as brain:
+        brain.run_until(60_000_000)
+        (weight,) = brain.read_weights("learning")
+    assert (weight > 0.125) != told

@@ -71,7 +71,37 @@ CASES = {
     "sim.Population(2.5, sim.IF_cond_exp(), label='a')": "population 'a': its size is 2.5; it must be",
     "sim.Population(0, sim.IF_cond_exp(), label='a')": "population 'a' has no cells",
     "sim.Population(2, 'IF_cond_exp', label='a')":
-        "population 'a': its cells are a model such as sim.IF_cond_exp()",
+        "population 'a': its cell type is 'IF_cond_exp'; it must be one such as sim.IF_cond_exp()",
+    "sim.Population(2, None, label='a')": "population 'a': its cell type is None; it must be one such as",
+    "sim.Population(2, sim.IF_cond_exp(), structure='line', label='a')":
+        "population 'a': its structure is 'line'; it must be one such as sim.Line()",
+    "sim.Population((2, 0), sim.IF_cond_exp(), label='a')": "population 'a' has no cells: its size is (2, 0)",
+    "sim.Population(2, sim.IF_cond_exp(tau_m=lambda i: 1 / 0), label='a')":
+        "population 'a': tau_m cannot be computed: ZeroDivisionError: division by zero",
+    "sim.Population(5, sim.IF_cond_exp(), structure=sim.Grid3D(), label='a').positions":
+        "population 'a': positions cannot be computed: AssertionError",
+    "sim.Population(1, sim.SpikeSourceArray(spike_times=5.0), label='a')":
+        "population 'a': spike_times is array(5.); it must be a list of times",
+    "sim.Population(2, sim.IF_cond_exp(v_reset=[-65, -40]), label='a')":
+        "population 'a': v_reset of cell 1 is -40 mV; it must be less than its v_thresh, -50 mV",
+    "sim.Population(2, sim.EIF_cond_exp_isfa_ista(v_reset=-30), label='a')":
+        "v_reset of cell 0 is -30 mV; it must be less than its v_spike, -40 mV",
+    "sim.Population(2, sim.Izhikevich(c=30), label='a')": "c of cell 0 is 30 mV; it must be less than 30 mV",
+    "sim.Population(2, sim.IF_cond_exp(), initial_values={'v': float('inf')}, label='a')":
+        "population 'a': v of cell 0 is inf; it must be finite",
+    "sim.Population(2, sim.HH_cond_exp(), initial_values={'m': 2.0}, label='a')":
+        "population 'a': m of cell 0 is 2; it must be between 0 and 1",
+    "sim.Population(2, sim.SpikeSourcePoisson(duration=-5.0), label='a')":
+        "population 'a': duration of cell 0 is -5; it must be 0 or more",
+    CELL + "a[5]": "'a' has no cells at 5; they are numbered 0..1",
+    CELL + "a[[0, 7]]": "'a' has no cells at [0, 7]; they are numbered 0..1",
+    CELL + "a['x']": "'a' has no cells at 'x'",
+    CELL + "(a[:1] + a[1:])[2]": "has no cells at 2; they are numbered 0..1",
+    CELL + "a[0].tau_n = 3.0": "population 'a': IF_cond_exp has no parameter 'tau_n'; did you mean 'tau_m'?",
+    CELL + "a.record(5)": "population 'a': its list of variables is 5; it must be names such as 'spikes'",
+    CELL + "sim.DCSource().inject_into(5)": "DCSource: its target is 5; it must be a population, view,",
+    "sim.DCSource().inject_into(sim.Population(1, sim.SpikeSourceArray(), label='s'))":
+        "DCSource: no current goes into a spike source ('s')",
     CELL + "a.positions = [[1, 2]]": "population 'a': positions are finite numbers (um) of shape (3, 2)",
     "sim.DCSource(amplitude=float('nan'))": "DCSource: amplitude is nan; it must be finite",
     "sim.NoisyCurrentSource(stdev=-1.0)": "NoisyCurrentSource: stdev is -1.0; it must be 0 or more",
@@ -103,6 +133,33 @@ CASES = {
     joined("sim.STDPMechanism(timing_dependence=sim.SpikePairRule(), "
            "weight_dependence=sim.AdditiveWeightDependence(w_min=2, w_max=1))"):
         "projection 'p': w_min of synapse 0 (0 -> 0) is 2; it must be at most its w_max, 1",
+    CELL + "sim.Projection(a, a, sim.AllToAllConnector(), sim.StaticSynapse(weight=lambda i, j: 1), "
+           "receptor_type='excitatory', label='p')":
+        "projection 'p': its AllToAllConnector fails: TypeError: ",
+    joined("sim.StaticSynapse()") + ".set(weight='x')":
+        "projection 'p': weight cannot be computed: InvalidParameterValueError: ",
+    joined("sim.StaticSynapse()") + ".get('weight', format='dict')": "projection 'p': weight cannot be read",
+    joined("sim.StaticSynapse()") + "[50]": "projection 'p' has no synapse 50; they are numbered 0..3",
+    joined("sim.StaticSynapse()") + "[0].wieght = 3": "StaticSynapse has no parameter 'wieght'; did you mean",
+    joined("sim.StaticSynapse"): "projection 'p': its synapse type is StaticSynapse; it must be one such as",
+    CELL + "sim.Projection(a, None, sim.AllToAllConnector(), label='p')":
+        "projection 'p': its target is None; it must be a population",
+    CELL + "sim.Projection(a, a, 'all', label='p')": "projection 'p': its connector is 'all'; it must be",
+    "sim.FixedProbabilityConnector(1.5)": "p_connect is 1.5; it must be between 0 and 1",
+    "sim.FixedNumberPreConnector(n=2.5)": "FixedNumberPreConnector(n=2.5): an argument is impossible; n must",
+    "sim.DistanceDependentProbabilityConnector('d <')":
+        "DistanceDependentProbabilityConnector('d <'): an argument is impossible; invalid syntax",
+    "sim.FromListConnector([0, 1])": "its list of synapses is [0, 1]; each is (pre, post, ...)",
+    "sim.STDPMechanism(timing_dependence=5)": "its timing_dependence is 5; it must be one such as",
+    "sim.StaticSynapse(weight='1/d')": "StaticSynapse: weight is '1/d'. float division by zero",
+    "sim.RandomDistribution('normal', mu=1.0)": "the distribution 'normal': Incorrect parameterization",
+    "sim.RandomDistribution('normal', mu=1.0, sigma=-3.0)": "'normal': sigma is -3.0, below 0",
+    "sim.RandomDistribution('uniform', low=5, high=1)": "'uniform': low is 5, above high, 1",
+    # times
+    CELL + "sim.run(-3.0)": "run: -3 ms is in the past; the time is 0 ms",
+    CELL + "sim.run('10')": "run: the time is a number of ms, not '10'",
+    "sim.setup(timestep='x')": "setup: the time step must be more than 0 ms, not x",
+    "sim.setup(timestep=0.1, min_delay=2.0, max_delay=1.0)": "setup: min_delay has to be less than",
     "sim.setup(timestep=-1)": "the time step must be more than 0 ms, not -1",
 }  # fmt: skip
 

@@ -110,7 +110,7 @@ def test_an_unknown_parameter_or_state_variable_is_refused(sim: ModuleType) -> N
         ({"cm": -0.1}, "'bad': cm of cell 0 is -0.1; it must be more than 0"),
         ({"tau_m": [20.0, 0.0]}, "tau_m of cell 1 is 0; it must be more than 0"),
         ({"tau_syn_E": float("nan")}, "tau_syn_E of cell 0 is nan"),
-        ({"v_rest": [float("nan"), -65.0]}, "v_rest of cell 0 is nan; it must be a number"),
+        ({"v_rest": [float("nan"), -65.0]}, "v_rest of cell 0 is nan; it must be finite"),
         ({"tau_refrac": -1.0}, "tau_refrac of cell 0 is -1; it must be 0 or more"),
     ],
 )
@@ -143,6 +143,23 @@ def test_an_id_is_the_global_id_of_the_neuron(sizes: list[int], data: st.DataObj
     chosen = data.draw(st.sampled_from(range(len(sizes))))
     index = data.draw(st.integers(0, sizes[chosen] - 1))
     assert network.label_of(int(populations[chosen][index])) == (str(chosen), index)
+
+
+def test_an_assembly_counts_from_its_end_too(sim: ModuleType) -> None:
+    a, b = sim.Population(3, sim.IF_cond_exp()), sim.Population(2, sim.IF_cond_exp())
+    both = a + b
+    assert (both[-1], both[-5], both[3]) == (b[1], a[0], b[0])
+    assert both[1:-1].size == both[(1, 2, -2)].size == 3
+    assert [int(cell) for cell in both[np.array([True, False, False, True, False])]] == [a[0], b[0]]
+
+
+def test_a_reset_above_the_threshold_may_pass_while_parameters_are_set(sim: ModuleType) -> None:
+    cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
+    cells.set(v_thresh=-70.0)
+    with pytest.raises(NetworkError, match="v_reset of cell 0 is -65 mV; it must be less than its v_thresh"):
+        sim.network()
+    cells.set(v_reset=-75.0)
+    assert sim.network().populations["cells"].parameters["v_reset"][0] == -75.0
 
 
 def test_labels_are_the_same_in_every_simulator_and_never_twice(sim: ModuleType) -> None:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyNN import errors
+from pyNN.parameters import LazyArray
 
 from nrp_core.brain.network import Projection
 from nrp_core.brain.pynn import builder
@@ -183,6 +184,33 @@ def test_weights_can_be_set_in_any_of_pynns_ways(sim: ModuleType, value: Any, ex
     projection.set(weight=value)
     assert only(sim).weight == pytest.approx(expected)
     assert only(sim).delay_ms.tolist() == [0.5] * 6
+
+
+@pytest.mark.parametrize("name", ["uniform", "normal_clipped"])
+def test_random_weights_that_are_set_later_are_those_of_pynn(name: str) -> None:
+    values = {"uniform": (0.1, 0.2), "normal_clipped": (0.0, 1.0, 0.1, 0.5)}[name]
+    sim = builder()
+    a, b = (sim.Population(n, sim.IF_cond_exp()) for n in (5, 4))
+    some = sim.FixedProbabilityConnector(0.6, rng=sim.NumpyRNG(1))
+    projection = sim.Projection(a, b, some, sim.StaticSynapse(weight=0.1))
+    projection.set(weight=sim.RandomDistribution(name, values, rng=sim.NumpyRNG(2)))
+    given = pyNN.mock.RandomDistribution(name, values, rng=pyNN.mock.NumpyRNG(2))
+    expected = LazyArray(given, shape=(5, 4)).evaluate()  # as pyNN.nest and pyNN.neuron do
+    weights = projection.get("weight", format="array")
+    np.testing.assert_array_equal(weights, np.where(np.isnan(weights), np.nan, expected))
+
+
+def test_a_list_that_leaves_delays_to_chance_has_those_of_pynn() -> None:
+    def delays_of(simulator: Any) -> Any:
+        simulator.setup()
+        a, b = (simulator.Population(n, simulator.IF_cond_exp()) for n in (5, 4))
+        pairs = [(0, 1, 0.5), (2, 1, 0.25), (1, 3, 0.5), (4, 0, 0.75)]
+        by_chance = simulator.RandomDistribution("uniform", (1.0, 2.0), rng=simulator.NumpyRNG(3))
+        listed = simulator.FromListConnector(pairs, column_names=["weight"])
+        projection = simulator.Projection(a, b, listed, simulator.StaticSynapse(delay=by_chance))
+        return projection.get(["weight", "delay"], format="array")
+
+    np.testing.assert_array_equal(delays_of(builder()), delays_of(pyNN.mock))
 
 
 def test_synapses_can_be_read_and_set_one_by_one(sim: ModuleType) -> None:

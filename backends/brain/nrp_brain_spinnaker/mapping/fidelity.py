@@ -11,6 +11,7 @@ import numpy as np
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY
 from nrp_brain_spinnaker.mapping.activity import share_above, spikes_per_tick
+from nrp_brain_spinnaker.mapping.learning import lost_changes
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.network import RECEPTORS, FloatArray, Network
 
@@ -99,7 +100,8 @@ def weigh(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -
     seen = [_of_projection(part, options) for part in wires]
     receptors = _receptors(network, wires, options)
     coarse = [_coarse(part, projection, wires) for part, projection in zip(wires, seen, strict=True)]
-    advice = [*filter(None, coarse), *filter(None, map(_saturation, receptors))]
+    learning = [lost_changes(part, options) for part in wires]
+    advice = [*filter(None, (*coarse, *learning, *map(_saturation, receptors)))]
     return Fidelity(tuple(seen), tuple(receptors), tuple(losses(wires, options)), tuple(advice))
 
 

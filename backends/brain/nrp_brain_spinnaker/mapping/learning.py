@@ -1,0 +1,45 @@
+"""What plastic synapses cannot learn, because the machine keeps their weights in steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_core.brain.limits import distinct
+from nrp_core.brain.network import STDP
+
+
+def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:
+    """Return which changes of weights are smaller than a step, where a pair of spikes is at its best.
+
+    A changed weight is rounded down to a step: less than one that is added is lost, less than one that is
+    taken away takes a whole one.
+
+    Args:
+        part: a projection on the machine.
+        options: the user's.
+    """
+    projection = part.projection
+    if projection.synapse_type != STDP:
+        return None
+    step = 1.0 / part.scale
+    given = {name: float(distinct(values)[0]) for name, values in projection.synapse_parameters.items()}
+    factor = 1.0 if part.factor is None else float(np.min(part.factor))
+    low, high = abs(given["w_min"]) * factor, abs(given["w_max"]) * factor
+    if projection.plasticity["weight_dependence"] == "MultiplicativeWeightDependence":
+        most = high - low
+    else:
+        most = high if options.semantics == "pynn" else 1.0
+    up, down = given["A_plus"] * most, given["A_minus"] * most
+    lines = []
+    if 0 < up < step:
+        lines.append(f"a pair of spikes adds at most {up:.3g}, which is lost")
+    if 0 < down < step:
+        lines.append(f"a pair of spikes should take at most {down:.3g}, and takes a whole step")
+    if not lines:
+        return None
+    return (
+        f"projection '{projection.label}': its weights are kept in steps of {step:.3g}: {'; '.join(lines)}; "
+        "make A_plus and A_minus, or the range of the weights, larger"
+    )
