@@ -129,6 +129,15 @@ class Ros2(Programs):
         super().__init__(folder, ROS_DOMAIN_ID=str(self.domain))
 
 
+@pytest.fixture(scope="module")
+def no_idle_bodies() -> Iterator[None]:
+    """Leave no process that waits for a world, and no node that would meet it."""
+    yield
+    from nrp_world_ros.hosted.hosts import end_idle
+
+    end_idle()
+
+
 @pytest.fixture
 def ros2(tmp_path: Path) -> Iterator[Ros2]:
     programs = Ros2(tmp_path)

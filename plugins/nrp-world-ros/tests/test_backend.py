@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import sys
 from math import pi
+from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from nrp_core.errors import BackendLoadError
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.making import Maker
 from nrp_core.world.messages import geometry_msgs as geo
+from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.nav_msgs import Odometry
+from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.scene.model import Scene
+from pydantic import ValidationError
 
 from nrp_world_ros import RosBackend, RosOptions
 from nrp_world_ros.backend import Ros, TimeSource
 from nrp_world_ros.inbox import DEPTH, Inbox, Letter
+from nrp_world_ros.lockstep import Sent, Turn
+from nrp_world_ros.pictures import shaped
 from nrp_world_ros.ros1.wire import CODEC
 from nrp_world_ros.whereabouts import Whereabouts
 
@@ -57,6 +66,35 @@ def test_only_ros_2_has_domains() -> None:
     assert RosOptions(ros=Ros.TWO, domain=7).domain == 7
 
 
+@pytest.mark.parametrize(
+    ("options", "wrong"),
+    [
+        ({"body": "mujocco"}, r"did you mean 'mujoco'"),
+        ({"body": "mujoco", "body_options": {"image_skale": 1}}, "option 'image_skale' of the body 'mujoco'"),
+        ({"body": "mujoco", "time": "clock"}, "behind ROS 2, in lockstep"),
+        ({"body": "mujoco", "ros": 1}, "behind ROS 2, in lockstep"),
+        ({"body": "mujoco", "timestep": "1 ms"}, "said in 'body_options'"),
+        ({"body": "ros"}, "time passes by itself"),
+        ({"body_options": {"image_scale": 1}}, "say 'body', too"),
+    ],
+)
+def test_a_body_that_cannot_be_is_refused_before_anything_is_started(
+    options: dict[str, Any], wrong: str
+) -> None:
+    with pytest.raises(ValidationError, match=wrong):
+        RosOptions.model_validate(options)
+
+
+def test_a_simulated_body_is_declared_as_its_simulator_declares_it() -> None:
+    options = RosOptions(body="mujoco", body_options={"timestep": "1 ms"})
+    declared = RosBackend().capabilities(options)
+    assert (options.ros, options.time) == (Ros.TWO, TimeSource.LOCKSTEP)
+    assert declared.step_ns == 1_000_000
+    assert declared.snapshot
+    assert declared.dynamics
+    assert not declared.real_time
+
+
 def test_before_anything_is_told_models_are_where_the_files_have_them(scene: Scene) -> None:
     assert Whereabouts(scene).motion("husky").pose == scene.model("husky").pose
 
@@ -84,6 +122,42 @@ def test_what_a_simulator_tells_counts_more_than_odometry(scene: Scene) -> None:
     assert where.motion("husky").pose.position == (1, 2, 3)
     with pytest.raises(KeyError):
         where.motion("stranger")
+
+
+def test_a_picture_of_ros_has_its_shape_without_what_fills_up_its_rows() -> None:
+    row = [1, 2, 3, 4, 5, 6, 0, 0]
+    padded = Image(height=2, width=2, encoding="rgb8", step=8, data=np.array(row * 2, np.uint8))
+    picture = shaped(padded)
+    assert picture.data.tolist() == [[[1, 2, 3], [4, 5, 6]]] * 2
+    assert picture.step == 6
+    with pytest.raises(ValueError, match="read-only"):
+        picture.data[0, 0, 0] = 7
+    depth = np.array([[0.5, 1.5]], np.float32)
+    bits = Image(height=1, width=2, encoding="32FC1", step=8, data=depth.view(np.uint8).reshape(-1))
+    assert shaped(bits).data.tolist() == depth.tolist()
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Image(height=1, width=1, encoding="yuv422", step=2, data=np.zeros(2, np.uint8)),
+        Image(height=9, width=9, encoding="rgb8", step=27, data=np.zeros(2, np.uint8)),
+        geo.Twist(),
+    ],
+)
+def test_what_is_no_picture_that_is_known_stays_as_it_came(message: object) -> None:
+    assert shaped(message) is message
+
+
+@pytest.mark.parametrize("codec", [CODEC, Codec()], ids=["ros1", "ros2"])
+@given(
+    st.dictionaries(st.sampled_from(["/a", "/b", "/c"]), st.lists(st.integers(0, 2**62), max_size=5)),
+    st.binary(max_size=9),
+)
+def test_what_is_told_of_a_turn_is_what_was_sent_in_it(codec: Codec, sent: Sent, note: bytes) -> None:
+    told = codec.encode(Turn.ended(7, dict(sent), ["/a"], note))
+    turn = codec.decode(told, "nrp_msgs/msg/Turn")
+    assert (turn.sent, turn.note.tobytes(), turn.time.to_ns()) == (sent, note, 7)
 
 
 def letter(topic: str, value: float, sender: str = "/a") -> Letter:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import IntEnum, StrEnum
-from typing import Annotated, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.diagnosis import Diagnosis
-from nrp_core.errors import BackendLoadError
+from nrp_core.errors import BackendError, BackendLoadError
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
 from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
@@ -17,6 +17,9 @@ from nrp_core.world.scene.model import Scene
 from pydantic import Field, model_validator
 
 from nrp_world_ros import ros1, ros2
+
+if TYPE_CHECKING:
+    from nrp_world_ros.hosted.simulator import Simulator
 
 LAST_DOMAIN = 232
 """DDS has no ports for more of them."""
@@ -59,11 +62,38 @@ class RosOptions(WorldOptions):
     patience: Annotated[DurationNs, Field(gt=0, description="how long to wait for anything from ROS")] = (
         10 * NS_PER_S
     )
+    body: Annotated[
+        str | None,
+        Field(description="the backend that simulates the body in a process of its own, behind ROS 2"),
+    ] = None
+    body_options: Annotated[
+        dict[str, Any], Field(default_factory=dict, description="the options of that backend")
+    ]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _suits_a_body_of_ours(cls, given: Any) -> Any:
+        """A simulated body is in ROS 2 and waits for the loop, unless the user contradicts."""
+        if isinstance(given, dict) and given.get("body") is not None:
+            return {"ros": Ros.TWO, "time": TimeSource.LOCKSTEP, **given}
+        return given
 
     @model_validator(mode="after")
-    def _has_domains(self) -> Self:
+    def _agrees_with_itself(self) -> Self:
         if self.domain is not None and self.ros is Ros.ONE:
             raise ValueError("only ROS 2 has domains: say 'ros: 2', too")
+        if self.body is None:
+            if self.body_options:
+                raise ValueError("'body_options' are for a simulated body: say 'body', too")
+            return self
+        if (self.ros, self.time) != (Ros.TWO, TimeSource.LOCKSTEP):
+            raise ValueError("a simulated body is behind ROS 2, in lockstep: leave out 'ros' and 'time'")
+        if "timestep" in self.model_fields_set:
+            raise ValueError("the step of a simulated body is said in 'body_options'")
+        try:
+            _simulator(self.body, self.body_options)
+        except BackendError as error:  # wrong options are told as they are
+            raise ValueError(str(error)) from None
         return self
 
 
@@ -74,10 +104,14 @@ class RosBackend(WorldBackend):
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         assert isinstance(options, RosOptions)
+        if options.body is not None:
+            return replace(_simulator(options.body, options.body_options).capabilities, releases_gil=True)
         return WorldCapabilities(
             step_ns=options.timestep,
             determinism=Determinism.STATISTICAL,
             releases_gil=True,
+            ball_joints=True,
+            coupled_joints=True,
             real_time=options.time is not TimeSource.LOCKSTEP,
         )
 
@@ -93,7 +127,18 @@ class RosBackend(WorldBackend):
         from nrp_world_ros.world import RosWorld
 
         assert isinstance(options, RosOptions)
-        return RosWorld(scene, seed, self.capabilities(options), options)
+        capabilities = self.capabilities(options)
+        if options.body is not None:
+            from nrp_world_ros.hosted.world import HostedWorld
+
+            return HostedWorld(scene, seed, capabilities, options)
+        return RosWorld(scene, seed, capabilities, options)
+
+
+def _simulator(name: str, options: Mapping[str, Any]) -> Simulator:
+    from nrp_world_ros.hosted.simulator import Simulator
+
+    return Simulator.named(name, options)
 
 
 def _look(ros: str, library: str, load: Callable[[], object], remedy: str) -> Diagnosis:

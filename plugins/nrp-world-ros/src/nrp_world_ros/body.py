@@ -2,38 +2,20 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from nrp_core.cle import Pacing
-from nrp_core.experiment.collector import Collector
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.prepare import prepare
-from nrp_core.experiment.watch import declare_own
 from nrp_core.world.interface import World
 from nrp_core.world.topics import Publication
 
 from nrp_world_ros.bridge import Bridge
-from nrp_world_ros.lockstep import DONE, GO, Turns
+from nrp_world_ros.lockstep import DONE, GO, Sent, Turn, Turns
 from nrp_world_ros.node import Node
 
+if TYPE_CHECKING:
+    from nrp_core.cle import Pacing
+
 _TURN_S = 1.0
-
-
-def open_world(experiment: Experiment) -> World:
-    """Open the world of an experiment, with its topics and aliases.
-
-    Raises:
-        BackendError: a backend is missing, broken or does not open.
-        InvalidExperimentError: the experiment is wrong.
-    """
-    plan = prepare(experiment)
-    world = plan.world.backend.open(plan.scene, seed=experiment.seed, options=plan.world.options)
-    collector = Collector(experiment)
-    declare_own(experiment, world, collector)
-    collector.raise_errors()
-    return world
 
 
 class Publications:
@@ -103,13 +85,20 @@ class Body:
         turns = Turns(self._node, DONE, GO)
         began()
         while until_ns is None or self._world.now_ns < until_ns:
-            target_ns = turns.wait(_TURN_S, meanwhile=self._between)
-            if target_ns is None:
-                continue
-            self.bridge.receive()
-            sent: Counter[str] = Counter()
-            if target_ns > self._world.now_ns:  # else it only asks what time it is
-                self.bridge.attend()
-                self._world.run_until(target_ns)
-                sent = self.bridge.send()
-            turns.end(self._world.now_ns, sent)
+            turn = turns.wait(_TURN_S, meanwhile=self._between)
+            if turn is not None:
+                sent = self.take_turn(turn)
+                turns.end(self._world.now_ns, sent)
+
+    def take_turn(self, turn: Turn) -> Sent:
+        """Do what has come from a loop, and let time pass as far as it says.
+
+        Returns:
+            what was sensed meanwhile and sent.
+        """
+        self.bridge.receive()
+        if turn.time.to_ns() <= self._world.now_ns:
+            return {}  # it only asks what time it is
+        self.bridge.attend()
+        self._world.run_until(turn.time.to_ns())
+        return self.bridge.send()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +15,7 @@ from nrp_core.world.topics import Direction, Stamped, Subscription, TopicInfo
 
 from nrp_world_ros.calls import Calls
 from nrp_world_ros.frames import TF, Frames
+from nrp_world_ros.lockstep import Sent
 from nrp_world_ros.node import Node, Publisher, ros_type
 from nrp_world_ros.times import CLOCK
 
@@ -45,6 +45,7 @@ class Bridge(Closing):
         publish: gives a message to the world.
 
     Attributes:
+        left: topics of which one who listens has said that it wants nothing more.
         warnings: what ROS 1 cannot carry, and what came from there and was refused.
         incoming, outgoing: the topics from and to ROS.
     """
@@ -52,18 +53,33 @@ class Bridge(Closing):
     def __init__(self, world: World, node: Node, publish: Publish) -> None:
         self._world, self._node, self._publish = world, node, publish
         self._outlets: dict[str, Outlet] = {}
+        self.left: Collection[str] = ()
         self.warnings: list[str] = []
         self.incoming: list[str] = []
-        for info in world.topics.values():
-            try:
-                self._connect(info)
-            except TopicError as error:
-                self._warn(f"{info.name} is not in ROS: {error}")
+        self.follow()
         self._clock_type = ros_type("rosgraph_msgs/msg/Clock")
         self._clock = node.publisher(CLOCK, self._clock_type)
         self._frames = Frames(world, node)
         self._calls = Calls(world, node)
         self._sent_ns = -1
+
+    def follow(self) -> None:
+        """Carry the topics that the world has now; models may have come and gone."""
+        topics = self._world.topics
+        for name in self._outlets.keys() - topics.keys():
+            self._mute(self._outlets.pop(name))
+        self.incoming = [name for name in self.incoming if name in topics]
+        for info in topics.values():
+            if info.name not in self._outlets and info.name not in self.incoming:
+                try:
+                    self._connect(info)
+                except TopicError as error:
+                    self._warn(f"{info.name} is not in ROS: {error}")
+
+    def _mute(self, outlet: Outlet) -> None:
+        if outlet.subscription is not None:
+            self._world.unsubscribe(outlet.subscription)
+            outlet.subscription = None
 
     @property
     def outgoing(self) -> list[str]:
@@ -98,17 +114,17 @@ class Bridge(Closing):
                 except NrpError as error:
                     self._warn(f"a message from {letter.sender} was dropped: {error}")
 
-    def send(self) -> Counter[str]:
+    def send(self) -> Sent:
         """Publish what is new in the world since the last time.
 
         Returns:
-            how many messages went out on each topic.
+            what went out.
         """
-        sent: Counter[str] = Counter()
+        sent: Sent = {}
         for name, outlet in self._outlets.items():
             for stamped in _new(outlet, self._sent_ns):
                 outlet.publisher.publish(stamped.message)
-                sent[name] += 1
+                sent.setdefault(name, []).append(stamped.t_ns)
         now_ns = self._world.now_ns
         self._frames.send(now_ns)
         self._clock.publish(self._clock_type(Time.from_ns(now_ns)))
@@ -118,15 +134,14 @@ class Bridge(Closing):
     def attend(self) -> None:
         """Listen in the world to what somebody in ROS listens to, and to nothing else."""
         for name, outlet in self._outlets.items():
-            if outlet.publisher.peers():
+            if outlet.publisher.peers() > (name in self.left):
                 outlet.subscription = outlet.subscription or self._world.subscribe(name, depth=_DEPTH)
-            elif outlet.subscription is not None:
-                self._world.unsubscribe(outlet.subscription)
-                outlet.subscription = None
+            else:
+                self._mute(outlet)
 
-    def restart(self) -> None:
-        """The world is back at time 0."""
-        self._sent_ns = -1
+    def restart(self, sent_ns: int = -1) -> None:
+        """The world is at another time than it was, by default back at 0; all until then was sent."""
+        self._sent_ns = sent_ns
 
     def _warn(self, warning: str) -> None:
         if warning not in self.warnings:
@@ -135,8 +150,7 @@ class Bridge(Closing):
     def close(self) -> None:
         """Leave ROS."""
         for outlet in self._outlets.values():
-            if outlet.subscription is not None:
-                self._world.unsubscribe(outlet.subscription)
+            self._mute(outlet)
         self._node.close()
 
 

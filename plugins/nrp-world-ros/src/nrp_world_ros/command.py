@@ -77,7 +77,8 @@ def ros_bridge(
 def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep: bool) -> None:
     from nrp_core.cle import pacing_of
 
-    from nrp_world_ros.body import Body, open_world
+    from nrp_world_ros.body import Body
+    from nrp_world_ros.opening import open_world
 
     with open_world(experiment) as world:
         body = Body(world, node)

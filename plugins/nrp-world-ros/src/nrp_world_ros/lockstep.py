@@ -9,10 +9,12 @@ too. No run depends on the network.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from itertools import islice
 
+import numpy as np
+import numpy.typing as npt
 from nrp_core.world.messages.base import Time, message
 
 from nrp_world_ros.inbox import Letter
@@ -20,6 +22,9 @@ from nrp_world_ros.node import Node
 
 GO = "/nrp/go"
 DONE = "/nrp/done"
+
+Sent = dict[str, list[int]]
+"""The times of the messages that were sent on each topic, ns."""
 
 
 @message("nrp_msgs/msg/Turn")
@@ -31,20 +36,35 @@ class Turn:
         time: up to which the other may go, or that was reached.
         topics: on which something was sent.
         counts: how many messages on each.
+        times_ns: of these messages, topic by topic.
         met: the topics on which there is somebody.
+        note: what is asked or answered besides, where the two have agreed on how.
     """
 
     time: Time = field(default_factory=Time)
     topics: list[str] = field(default_factory=list)
     counts: list[int] = field(default_factory=list)
+    times_ns: list[int] = field(default_factory=list)
     met: list[str] = field(default_factory=list)
+    note: npt.NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
 
     @classmethod
-    def ended(cls, t_ns: int, sent: Counter[str], met: list[str]) -> Turn:
+    def ended(cls, t_ns: int, sent: Sent, met: list[str], note: bytes = b"") -> Turn:
         """Return what one says at the end of a turn, and count anew."""
-        turn = cls(Time.from_ns(t_ns), list(sent), list(sent.values()), met)
+        counts = [len(times_ns) for times_ns in sent.values()]
+        all_ns = [t_ns for times_ns in sent.values() for t_ns in times_ns]
+        turn = cls(Time.from_ns(t_ns), list(sent), counts, all_ns, met, np.frombuffer(note, np.uint8))
         sent.clear()
         return turn
+
+    @property
+    def sent(self) -> Sent:
+        """When each message was sent."""
+        times_ns = iter(self.times_ns)
+        return {
+            topic: list(islice(times_ns, count))
+            for topic, count in zip(self.topics, self.counts, strict=True)
+        }
 
 
 class Turns:
@@ -61,9 +81,9 @@ class Turns:
         self._say = node.publisher(mine, Turn)
         node.listen(theirs, Turn)
 
-    def end(self, t_ns: int, sent: Counter[str]) -> None:
+    def end(self, t_ns: int, sent: Sent, note: bytes = b"") -> None:
         """Say that it is the other's turn."""
-        self._say.publish(Turn.ended(t_ns, sent, self._node.met()))
+        self._say.publish(Turn.ended(t_ns, sent, self._node.met(), note))
 
     def wait(
         self,
@@ -72,7 +92,7 @@ class Turns:
         after_ns: int = -1,
         heard: Collection[str] | None = None,
         meanwhile: Callable[[], None],
-    ) -> int | None:
+    ) -> Turn | None:
         """Wait for the other to end its turn, and for all that it has sent.
 
         Args:
@@ -82,9 +102,9 @@ class Turns:
             meanwhile: called a few times a second.
 
         Returns:
-            the time that the other says, ns; None: it was silent.
+            what the other says; None: it was silent.
         """
-        said: list[int] = []
+        said: list[Turn] = []
         turns: dict[Letter, Turn] = {}
 
         def arrived() -> bool:
@@ -98,7 +118,7 @@ class Turns:
                 return False
             if not all(self._node.sees(topic, letter.sender) for topic in turn.met):
                 return False
-            said.append(turn.time.to_ns())
+            said.append(turn)
             return True
 
         return said[0] if self._node.inbox.wait(arrived, timeout_s, meanwhile) else None

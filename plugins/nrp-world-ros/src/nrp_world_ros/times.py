@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections import Counter
 from collections.abc import Callable, Collection
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SimulationError
 
 from nrp_world_ros.backend import RosOptions, TimeSource
-from nrp_world_ros.lockstep import DONE, GO, Turns
+from nrp_world_ros.lockstep import DONE, GO, Sent, Turn, Turns
 from nrp_world_ros.node import Node, ros_type
 
 CLOCK = "/clock"
@@ -37,24 +36,27 @@ class Timekeeper(ABC):
         self._node, self._patience_s = node, patience_s
 
     @abstractmethod
-    def start(self, sent: Counter[str]) -> None:
+    def start(self, sent: Sent) -> None:
         """Let it be 0 now.
 
         Args:
-            sent: how many messages were sent on each topic; counted anew afterwards.
+            sent: what was sent since the last step; counted anew afterwards.
 
         Raises:
             SimulationError: nobody says what time it is.
         """
 
     @abstractmethod
-    def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
+    def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
         """Return when it is ``t_ns`` and what was sent until then has come.
 
         Args:
             t_ns: the time to wait for.
-            sent: how many messages were sent on each topic; counted anew afterwards.
+            sent: what was sent since the last step; counted anew afterwards.
             heard: the topics that are listened to.
+
+        Returns:
+            when what has come was sent, as far as that is told.
 
         Raises:
             SimulationError: time stands still.
@@ -68,14 +70,15 @@ class Timekeeper(ABC):
 class Wall(Timekeeper):
     """The clock of this machine."""
 
-    def start(self, sent: Counter[str]) -> None:
+    def start(self, sent: Sent) -> None:
         self._origin_ns = time.monotonic_ns()
 
-    def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
+    def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
         self.late_ns = max(0, time.monotonic_ns() - self._origin_ns - t_ns)
         self._node.check()
         time.sleep(max(0, self._origin_ns + t_ns - time.monotonic_ns()) * 1e-9)
         sent.clear()
+        return {}
 
 
 class Clock(Timekeeper):
@@ -86,17 +89,18 @@ class Clock(Timekeeper):
         node.listen(CLOCK, ros_type("rosgraph_msgs/msg/Clock"))
         self._said_ns: int | None = None
 
-    def start(self, sent: Counter[str]) -> None:
+    def start(self, sent: Sent) -> None:
         self._said_ns = None
         self._await(lambda: self._read() is not None, f"nobody has published on {CLOCK}")
         self._origin_ns = self._read() or 0
 
-    def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
+    def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
         target_ns = self._origin_ns + t_ns
         self.late_ns = max(0, (self._read() or 0) - target_ns)
         stands = f"{CLOCK} has not come to {seconds(target_ns):g} s"
         self._await(lambda: (self._read() or 0) >= target_ns, stands)
         sent.clear()
+        return {}
 
     def _read(self) -> int | None:
         letter = self._node.inbox.last(CLOCK)
@@ -112,21 +116,23 @@ class Lockstep(Timekeeper):
         super().__init__(node, patience_s)
         self._turns = Turns(node, GO, DONE)
 
-    def start(self, sent: Counter[str]) -> None:
+    def start(self, sent: Sent) -> None:
         bodies = self._node.peers(GO)
         if bodies > 1:
             raise SimulationError(f"{bodies} bodies wait on {GO}; a loop steps one: end the others")
         end_s = time.monotonic() + self._patience_s
-        while (origin_ns := self._go(0, sent, (), min(_ASK_S, self._patience_s))) is None:
+        while (turn := self._go(0, sent, (), min(_ASK_S, self._patience_s))) is None:
             if time.monotonic() > end_s:  # a body that has only just come may not hear it the first time
                 raise self._silent()
-        self._origin_ns = origin_ns
+        self._origin_ns = turn.time.to_ns()
 
-    def reach(self, t_ns: int, sent: Counter[str], heard: Collection[str]) -> None:
-        if self._go(self._origin_ns + t_ns, sent, heard, self._patience_s) is None:
+    def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
+        turn = self._go(self._origin_ns + t_ns, sent, heard, self._patience_s)
+        if turn is None:
             raise self._silent()
+        return {topic: [t - self._origin_ns for t in times_ns] for topic, times_ns in turn.sent.items()}
 
-    def _go(self, target_ns: int, sent: Counter[str], heard: Collection[str], wait_s: float) -> int | None:
+    def _go(self, target_ns: int, sent: Sent, heard: Collection[str], wait_s: float) -> Turn | None:
         self._turns.end(target_ns, sent)
         return self._turns.wait(wait_s, after_ns=target_ns, heard=heard, meanwhile=self._node.check)
 

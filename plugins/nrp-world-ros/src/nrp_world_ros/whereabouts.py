@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from nrp_core.world.messages.gazebo_msgs import ModelStates
@@ -17,19 +18,20 @@ class Whereabouts:
 
     Args:
         scene: the models, at the poses of their files.
+        by_odometry: whether odometry is listened to.
 
     Attributes:
         topics: where it is told, with the types of messages.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *, by_odometry: bool = True) -> None:
         self._motions = {model.name: ModelMotion(model.pose) for model in scene.models}
         self._homes = dict(self._motions)
         self._odometers = {
             drive.odometry_topic: model.name
             for model in scene.models
             for drive in model.drives
-            if drive.odometry_topic is not None
+            if by_odometry and drive.odometry_topic is not None
         }
         self._seen: set[str] = set()
         self.topics: dict[str, type] = {MODEL_STATES: ModelStates, **dict.fromkeys(self._odometers, Odometry)}
@@ -37,6 +39,10 @@ class Whereabouts:
     def motion(self, model: str) -> ModelMotion:
         """Return where a model's frame is and how it moves, in the frame of the world."""
         return self._motions[model]
+
+    def note(self, motions: Mapping[str, ModelMotion]) -> None:
+        """Take over what is known of models otherwise."""
+        self._motions.update(motions)
 
     def take(self, topic: str, message: Any) -> None:
         """Take in what was told."""

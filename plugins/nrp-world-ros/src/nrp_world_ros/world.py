@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from typing import Any
 
 from nrp_core.clock import NS_PER_MS, milliseconds, seconds
@@ -11,18 +10,17 @@ from nrp_core.errors import CapabilityError, SimulationError
 from nrp_core.world.interface import World, WorldCapabilities
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, ModelMotion, Part, Wrench
-from nrp_core.world.parts.model_states import LINK_STATES, MODEL_STATES
 from nrp_core.world.scene.model import Rgba, Scene
-from nrp_core.world.topics import Direction, Stamped
+from nrp_core.world.topics import Direction, Stamped, TopicInfo
 
 from nrp_world_ros.backend import RosOptions, TimeSource
 from nrp_world_ros.inbox import DEPTH
-from nrp_world_ros.lockstep import GO
-from nrp_world_ros.node import join
-from nrp_world_ros.times import timekeeper
+from nrp_world_ros.lockstep import GO, Sent
+from nrp_world_ros.node import Node, join
+from nrp_world_ros.pictures import shaped
+from nrp_world_ros.times import Timekeeper, timekeeper
 from nrp_world_ros.whereabouts import Whereabouts
 
-_LOCAL = {MODEL_STATES, LINK_STATES}
 _MUCH_NS = 500 * NS_PER_MS
 """What is made up for soon, such as a first step that compiles code, is not worth a warning."""
 
@@ -40,27 +38,48 @@ class RosWorld(World):
     """
 
     def __init__(self, scene: Scene, seed: int, capabilities: WorldCapabilities, options: RosOptions) -> None:
-        super().__init__(scene, seed=seed, capabilities=capabilities, identity="ros")
+        identity = f"ros:{options.body}:{options.body_options}"
+        super().__init__(scene, seed=seed, capabilities=capabilities, identity=identity)
         self._options = options
-        queue = 0 if options.time is TimeSource.LOCKSTEP else DEPTH
-        self._node = join(options.ros, "nrp_loop", queue=queue, domain=options.domain)
-        self._time = timekeeper(options, self._node)
-        self._where = Whereabouts(scene)
-        self._ours = {name for name, info in self._topics.items() if self._stays_here(name, info.direction)}
-        for name in self._topics.keys() - self._ours:
-            if Direction.OUT in self._topics[name].direction:
-                self._bus[name] = []  # what comes is handed on as it comes, whatever its rate
-        self._sent: Counter[str] = Counter()
+        self._where = self._whereabouts(scene)
+        self._sent: Sent = {}
         self._told: set[str] = set()
         self._attended: frozenset[str] | None = None
         self._attended_topics: set[str] = set()
         self._begun = False
         self._was_late = False
+        self._node, self._time = self._join()
         self._find_models()
 
-    def _stays_here(self, name: str, direction: Direction) -> bool:
+    def _join(self) -> tuple[Node, Timekeeper]:
+        options = self._options
+        queue = 0 if options.time is TimeSource.LOCKSTEP else DEPTH
+        node = join(options.ros, "nrp_loop", queue=queue, domain=options.domain)
+        return node, timekeeper(options, node)
+
+    def _whereabouts(self, scene: Scene) -> Whereabouts:
+        return Whereabouts(scene)
+
+    # -- what comes from ROS, and what is known here
+
+    def _is_ours(self, topic: TopicInfo) -> bool:
         """Whether a topic is served by this side: what follows from poses, colours, and all services."""
-        return name in _LOCAL or direction is Direction.BOTH or self._parts[name] is self._services
+        return topic.direction is Direction.BOTH or self._parts[topic.name] in self._world_parts
+
+    def _is_heard(self, topic: TopicInfo) -> bool:
+        """Whether what comes on a topic is handed on as it comes, whatever its rate."""
+        return Direction.OUT in topic.direction and not self._is_ours(topic)
+
+    def _serve(self, part: Part) -> None:
+        super()._serve(part)
+        for topic in filter(self._is_heard, part.topics):
+            self._rated.pop(topic.name, None)
+            self._bus[topic.name] = [each for each in self._subscriptions if each.topic.name == topic.name]
+
+    def _withdraw(self, part: Part) -> None:
+        super()._withdraw(part)
+        for topic in part.topics:
+            self._bus.pop(topic.name, None)
 
     # -- one step
 
@@ -71,11 +90,13 @@ class RosWorld(World):
             self._time.start(self._sent)
             self._begun = True
         t_ns = self._at_ns + steps * self.capabilities.step_ns
-        self._time.reach(t_ns, self._sent, self._attended_topics)
+        taken = self._time.reach(t_ns, self._sent, self._attended_topics)
         self._note_lateness()
+        times = {topic: iter(times_ns) for topic, times_ns in taken.items()}
         for letter in self._node.inbox.take():
             if letter.topic in self._attended_topics:
-                self._take(letter.topic, Stamped(t_ns, letter.message))
+                taken_ns = next(times.get(letter.topic, iter(())), t_ns)
+                self._take(letter.topic, Stamped(taken_ns, shaped(letter.message)))
 
     def _take(self, topic: str, heard: Stamped) -> None:
         if topic in self._where.topics:
@@ -109,14 +130,15 @@ class RosWorld(World):
     def _attend(self) -> None:
         """Listen to all that somebody here listens to, and wait for those who publish it."""
         self._attended = self.subscribed
-        wanted = {name for name in self._attended if name in self._bus and name in self._parts}
+        served = {name for name in self._attended if name in self._parts}
+        wanted = {name for name in served if not self._is_ours(self._topics[name])}
         self._attended_topics = wanted | self._where.topics.keys()
         for name in wanted:
             self._node.listen(name, self._topics[name].type)
         if self._options.time is TimeSource.LOCKSTEP:
             wanted.add(GO)
         for name, info in self._topics.items():
-            if info.direction is Direction.IN and name not in self._ours:
+            if info.direction is Direction.IN and name in self._parts and not self._is_ours(info):
                 self._node.publisher(name, info.type)  # so that no command comes before its connection
         self._meet(wanted)
 
@@ -139,9 +161,9 @@ class RosWorld(World):
     # -- what the body is told
 
     def _write(self, part: Part, topic: str, message: Any) -> None:
-        if topic in self._ours:
+        if self._is_ours(self._topics[topic]):
             super()._write(part, topic, message)
-        if part is not self._services:
+        if part not in self._world_parts:
             with self._guarded(f"publish on {topic}"):
                 self._tell(topic, message)
 
@@ -149,11 +171,15 @@ class RosWorld(World):
         publisher = self._node.publisher(topic, self._topics[topic].type)
         if topic not in self._told:
             self._told.add(topic)
-            if topic in self._node.settle(seconds(self._options.patience)):
-                self.warnings.append(f"nobody in ROS listens to {topic}")
+            self._introduce(topic)
         if publisher.peers():
             publisher.publish(message)
-            self._sent[topic] += 1
+            self._sent.setdefault(topic, []).append(self._at_ns)
+
+    def _introduce(self, topic: str) -> None:
+        """Wait for those who listen to a topic that is new here."""
+        if topic in self._node.settle(seconds(self._options.patience)):
+            self.warnings.append(f"nobody in ROS listens to {topic}")
 
     # -- what a world must have
 

@@ -35,6 +35,7 @@ class Mail(Closing):
 
         self._participant, self._inbox, self._codec = participant, inbox, codec
         self._readers: dict[str, _Reader] = {}
+        self._taking = threading.Lock()
         self._waiting = WaitSet(participant)
         self._end = GuardCondition(participant)
         self._waiting.attach(self._end)
@@ -86,11 +87,22 @@ class Mail(Closing):
         try:
             while not self._end.read():
                 self._waiting.wait(10 * NS_PER_S)
-                for reader in list(self._readers.values()):
-                    for data, sender in reader.take():
-                        self._inbox.add(Letter(reader.topic, reader.kind, data, sender, self._codec))
+                self._deliver()
         except Exception as error:  # noqa: BLE001  told to the loop, which runs in another thread
             self._error = error
+
+    def _deliver(self) -> None:
+        with self._taking:
+            for reader in list(self._readers.values()):
+                for data, sender in reader.take():
+                    self._inbox.add(Letter(reader.topic, reader.kind, data, sender, self._codec))
+
+    def clear(self) -> None:
+        """Listen to no topic any more."""
+        with self._taking:
+            for reader in self._readers.values():
+                self._waiting.detach(reader.condition)
+            self._readers.clear()
 
     def close(self) -> None:
         """Listen no more."""
@@ -98,9 +110,7 @@ class Mail(Closing):
             return
         self._end.set(True)
         self._thread.join()
-        for reader in self._readers.values():
-            self._waiting.detach(reader.condition)
-        self._readers.clear()
+        self.clear()
         self._waiting = self._end = self._participant = None
 
 

@@ -53,6 +53,7 @@ class Ros2Node(Node):
         load_dds()
         super().__init__(Codec())
         self._queue = queue
+        self._namespace = ""
         self._types = DdsTypes(self.codec)
         self._domain, self._participant = participate(domain_number(domain))
         self._writers: dict[str, _Ros2Publisher] = {}
@@ -63,6 +64,19 @@ class Ros2Node(Node):
         self._mail = Mail(self._participant, self.inbox, self.codec)
 
     # -- topics
+
+    def move(self, namespace: str) -> None:
+        """Leave all topics; those of which is spoken from now on lie below a namespace, ``/there``."""
+        self._require_open()
+        self._leave_topics()
+        self._namespace = namespace
+
+    def _leave_topics(self) -> None:
+        self._mail.clear()
+        for writer in self._writers.values():
+            writer.close()
+        self._writers.clear()
+        self.inbox.take()
 
     def publisher(self, topic: str, cls: type) -> Publisher:
         if topic not in self._writers:
@@ -88,7 +102,8 @@ class Ros2Node(Node):
         from cyclonedds.topic import Topic
 
         try:
-            return Topic(self._participant, dds_topic(topic), self._types.type(name))
+            name_there = dds_topic(self._namespace + topic)
+            return Topic(self._participant, name_there, self._types.type(name))
         except DDSException as error:
             raise TopicError(f"{topic} cannot be a topic of ROS 2: {error}") from error
 
@@ -150,10 +165,8 @@ class Ros2Node(Node):
 
     def close(self) -> None:
         if self._participant is not None:
+            self._leave_topics()
             self._mail.close()
-            for writer in self._writers.values():
-                writer.close()
-            self._writers.clear()
             self._participant = self._domain = self._presence = None
 
 

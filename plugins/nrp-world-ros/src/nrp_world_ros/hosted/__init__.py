@@ -1,0 +1,1 @@
+"""Bodies that another process simulates for one loop, behind ROS 2."""

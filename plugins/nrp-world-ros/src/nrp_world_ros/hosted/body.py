@@ -1,0 +1,129 @@
+"""A world behind ROS 2 that is stepped and asked by one loop alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+from nrp_core.errors import SimulationError
+from nrp_core.simulation import Snapshot
+from nrp_core.world.interface import World
+from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.scene.model import Scene
+
+from nrp_world_ros.body import Body
+from nrp_world_ros.hosted.notes import Answer, Notes, Question, portable
+from nrp_world_ros.lockstep import Sent, Turn, Turns
+from nrp_world_ros.node import Node
+
+_TURN_S = 1.0
+
+
+class HostedBody(Body):
+    """See :class:`~nrp_world_ros.body.Body`.
+
+    Args:
+        world: the world.
+        node: in ROS.
+        notes: reads what the loop asks, and writes what is answered.
+    """
+
+    def __init__(self, world: World, node: Node, notes: Notes) -> None:
+        super().__init__(world, node)
+        self._notes = notes
+        self._wanted = True
+        self._follow()
+        self._n_warned = len(world.warnings)
+        self._does: Mapping[str, Callable[..., Any]] = {
+            "close": self._close,
+            "depth": world.depth,
+            "joint_states": world.joint_states,
+            "joint_wrench": world.joint_wrench,
+            "leave": self._leave,
+            "link_motion": world.link_motion,
+            "load": self._load,
+            "motions": self._motions,
+            "nothing": lambda: None,
+            "pause": self._pause,
+            "place": world.place,
+            "push": world._do_set_wrench,
+            "render": world.render,
+            "reset": self._reset,
+            "restore": self._restore,
+            "save": world.snapshot,
+            "set_glow": world.set_glow,
+            "set_joint_effort": world.set_joint_effort,
+            "set_joints": world.set_joints,
+            "set_lights": world.set_lights,
+            "start_over": world.start_over,
+            "touches": world._do_touches,
+        }
+
+    def serve(self, turns: Turns) -> None:
+        """Do what the loop says until it needs this body no more."""
+        while self._wanted:
+            turn = turns.wait(_TURN_S, meanwhile=self._node.check)
+            if turn is not None:
+                sent, note = self._answered(turn)
+                turns.end(self._world.now_ns, sent, note)
+
+    def _answered(self, turn: Turn) -> tuple[Sent, bytes]:
+        sent: Sent = {}
+        value, error = None, None
+        try:
+            sent = self.take_turn(turn)
+            self._require_heard()
+            value = self._replied(turn)
+        except Exception as raised:  # noqa: BLE001  told to the loop
+            error = portable(raised)
+        warnings = tuple(self._world.warnings[self._n_warned :])
+        self._n_warned += len(warnings)
+        silent = not (turn.note.size or error or warnings)
+        return sent, b"" if silent else self._notes.write(Answer(value, error, warnings))
+
+    def _require_heard(self) -> None:
+        """Refuse to go on where the world has refused a message: its loop would not know."""
+        if self.bridge.warnings:
+            refused = "; ".join(self.bridge.warnings)
+            self.bridge.warnings.clear()
+            raise SimulationError(refused)
+
+    def _replied(self, turn: Turn) -> Any:
+        if not turn.note.size:
+            return None
+        question: Question = self._notes.read(turn.note.tobytes())
+        return self._does[question.name](*question.arguments)
+
+    # -- what is not a method of a world as it is
+
+    def _follow(self) -> None:
+        """Carry the topics that there are now; one that ROS cannot carry is no error until it is used."""
+        self.bridge.follow()
+        self._world.warnings += self.bridge.warnings
+        self.bridge.warnings.clear()
+
+    def _close(self) -> None:
+        self._wanted = False
+
+    def _leave(self, topics: Collection[str]) -> None:
+        self.bridge.left = topics
+
+    def _motions(self) -> dict[str, ModelMotion]:
+        return {model.name: self._world.model_motion(model.name) for model in self._world.scene.models}
+
+    def _load(self, scene: Scene) -> None:
+        self._world._change_scene(scene)
+        self._follow()
+
+    def _pause(self, paused: bool) -> None:
+        self._world.paused = paused
+
+    def _reset(self, seed: int) -> None:
+        self._world.reset(seed=seed)
+        self._follow()
+        self.bridge.restart()
+
+    def _restore(self, snapshot: Snapshot) -> None:
+        self._world.restore(snapshot)
+        self._follow()
+        self.bridge.restart(self._world.now_ns)

@@ -1,0 +1,53 @@
+"""Which backend simulates a body, with what options."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from nrp_core.errors import ExperimentError
+from nrp_core.registry import worlds
+from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world.scene.model import Scene
+from pydantic import ValidationError
+
+
+@dataclass(frozen=True, slots=True)
+class Simulator:
+    """A world backend and its options."""
+
+    backend: WorldBackend
+    options: WorldOptions
+
+    @classmethod
+    def named(cls, name: str, options: Mapping[str, Any]) -> Simulator:
+        """Find it.
+
+        Args:
+            name: its entry-point name.
+            options: as an experiment file gives them.
+
+        Raises:
+            BackendError: there is no such backend, or it does not load.
+            ExperimentError: an option is wrong, or time passes by itself there.
+        """
+        backend = worlds().load(name)
+        try:
+            simulator = cls(backend, backend.options.model_validate(dict(options)))
+        except ValidationError as error:
+            first = error.errors()[0]
+            option = ".".join(map(str, first["loc"]))
+            raise ExperimentError(f"option '{option}' of the body '{name}': {first['msg']}") from None
+        if simulator.capabilities.real_time:
+            raise ExperimentError(f"in '{name}' time passes by itself; a simulated body waits for the loop")
+        return simulator
+
+    @property
+    def capabilities(self) -> WorldCapabilities:
+        """What it has."""
+        return self.backend.capabilities(self.options)
+
+    def open(self, scene: Scene, seed: int) -> World:
+        """Open a scene."""
+        return self.backend.open(scene, seed=seed, options=self.options)

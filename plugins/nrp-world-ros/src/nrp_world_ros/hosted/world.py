@@ -1,0 +1,239 @@
+"""A world that another process simulates behind ROS 2, for this one alone.
+
+What it senses and what it is told goes over topics of ROS, as with any body. What ROS has no topic for, such
+as putting a model somewhere, it is asked for between two steps.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+from nrp_core.clock import seconds
+from nrp_core.errors import NrpError, SimulationError
+from nrp_core.world.messages.gazebo_msgs import ModelStates
+from nrp_core.world.parts.base import (
+    BodyPath,
+    DepthArray,
+    ImageArray,
+    JointStates,
+    ModelMotion,
+    Part,
+    Touch,
+    Wrench,
+)
+from nrp_core.world.parts.controller import ControllerPart
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.scene.model import Light, Scene
+from nrp_core.world.topics import Direction, Stamped, TopicInfo
+
+from nrp_world_ros.hosted.dialogue import Dialogue
+from nrp_world_ros.hosted.hosts import POLL_S, Order, borrow, give_back
+from nrp_world_ros.hosted.notes import Question
+from nrp_world_ros.inbox import DEPTH
+from nrp_world_ros.node import Node
+from nrp_world_ros.times import Timekeeper
+from nrp_world_ros.whereabouts import Whereabouts
+from nrp_world_ros.world import RosWorld
+
+_AT_ONCE = DEPTH // 2
+"""How many steps the body takes in a turn: what comes of them, one message a step and topic, has to wait."""
+
+
+class HostedWorld(RosWorld):
+    """See :class:`~nrp_world_ros.world.RosWorld`; here the body does all that its simulator can.
+
+    Raises:
+        BackendError: Cyclone DDS or the simulator is not there, or does not open.
+        SceneError: the simulator cannot take this scene.
+    """
+
+    def _join(self) -> tuple[Node, Timekeeper]:
+        options = self._options
+        assert options.body is not None
+        self._host = borrow(options.domain)
+        try:
+            opened = self._host.open(Order(self.scene, self.seed, options.body, options.body_options))
+        except BaseException as error:
+            give_back(self._host, usable=isinstance(error, NrpError))
+            raise
+        self.warnings += [warning for warning in opened.warnings if warning not in self.warnings]
+        self.image_scale = opened.image_scale
+        self._latest: dict[str, Any] = {}
+        self._knows_motions = False
+        self._told_pause = False
+        self._left = self._told_left = frozenset[str]()
+        self._dialogue = Dialogue(self._host.node, self._host.notes, self.warnings)
+        return self._host.node, self._dialogue
+
+    def _find_models(self) -> None:
+        self._node.listen(MODEL_STATES, ModelStates)
+
+    def _whereabouts(self, scene: Scene) -> Whereabouts:
+        return Whereabouts(scene, by_odometry=False)  # the body tells by itself
+
+    # -- what is asked besides
+
+    def _ask(self, name: str, *arguments: object) -> Any:
+        """Let the body tell something."""
+        return self._dialogue.ask(self._sent, Question(name, arguments))
+
+    def _order(self, name: str, *arguments: object) -> None:
+        """Let the body do something, after which what it told before holds no longer."""
+        self._forget()
+        self._ask(name, *arguments)
+
+    def _forget(self) -> None:
+        self._latest.clear()
+        self._knows_motions = False
+
+    # -- topics
+
+    def _is_ours(self, topic: TopicInfo) -> bool:
+        part = self._parts[topic.name]
+        return topic.direction is Direction.BOTH or part is self._services or part is self.forces
+
+    def _is_heard(self, topic: TopicInfo) -> bool:
+        """Topics without a rate tell of now, also when nothing has come since; the others as it comes."""
+        return super()._is_heard(topic) and topic.rate_hz is not None
+
+    def _read_now(self, name: str) -> Stamped | None:
+        self._require_open()
+        if name in self._latest:
+            return Stamped(self.now_ns, self._latest[name])
+        return super()._read_now(name)
+
+    def _take(self, topic: str, heard: Stamped) -> None:
+        super()._take(topic, heard)
+        self._latest[topic] = heard.message
+
+    def _write(self, part: Part, topic: str, message: Any) -> None:
+        if isinstance(part, ControllerPart) and not self.capabilities.joint_control:
+            raise self._lacks("does not control joints")
+        self._forget()  # it takes effect now, not with the next step
+        super()._write(part, topic, message)
+
+    def _meet(self, wanted: set[str]) -> None:
+        patience_s = seconds(self._options.patience)
+        end_s = time.monotonic() + patience_s
+        while missing := (wanted | {MODEL_STATES}).difference(self._node.met()):
+            self._node.check()
+            if time.monotonic() > end_s:
+                raise SimulationError(
+                    f"the body was not found on {', '.join(sorted(missing))} ({patience_s:g} s waited)"
+                )
+            time.sleep(POLL_S)
+
+    def _attend(self) -> None:
+        """Let the body know, too, what nobody listens to any more; ROS is slow to tell."""
+        listened = self._attended_topics
+        super()._attend()
+        self._left = (self._left | listened) - self._attended_topics
+        if self._left != self._told_left:
+            self._ask("leave", self._left)
+            self._told_left = self._left
+
+    def _introduce(self, topic: str) -> None:
+        self._meet({topic})
+        self._ask("nothing")  # before it answers, it has found us, too
+
+    # -- time
+
+    def _step_engine(self, steps: int) -> None:
+        """Let the body pause itself: what senses goes on."""
+        if self.paused is not self._told_pause:
+            self._order("pause", self.paused)
+            self._told_pause = self.paused
+        self._do_advance(steps)
+
+    def _do_advance(self, steps: int) -> None:
+        self._forget()
+        for some in range(_AT_ONCE, steps, _AT_ONCE):
+            super()._do_advance(some)
+        super()._do_advance(steps)
+        self._knows_motions = MODEL_STATES in self._latest
+
+    def _do_reset(self, seed: int) -> None:
+        """Begin anew; where time goes on, only the body does."""
+        self._told_pause = False
+        if self._started:
+            self._order("start_over")
+        else:
+            self._order("reset", seed)
+
+    def _do_save(self) -> object:
+        return self._ask("save")
+
+    def _do_restore(self, saved: object) -> None:
+        self._told_pause = self.paused
+        self._order("restore", saved)
+
+    def _do_close(self) -> None:
+        if not self._dialogue.broken:
+            with suppress(NrpError):
+                self._ask("close")
+        give_back(self._host, usable=not self._dialogue.broken)
+
+    # -- what moves
+
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        if not self._knows_motions:
+            self._where.note(self._ask("motions"))
+            self._knows_motions = True
+        return super()._do_model_motion(model)
+
+    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        motion: ModelMotion = self._ask("link_motion", model, link)
+        return motion
+
+    def _do_joint_states(self, model: str) -> JointStates:
+        states: JointStates = self._ask("joint_states", model)
+        return states
+
+    def _do_touches(self) -> Sequence[Touch]:
+        touches: Sequence[Touch] = self._ask("touches")
+        return touches
+
+    def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
+        wrench: Wrench = self._ask("joint_wrench", model, joint)
+        return wrench
+
+    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
+        picture: ImageArray = self._ask("render", model, link, camera)
+        return picture
+
+    def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
+        picture: DepthArray = self._ask("depth", model, link, camera)
+        return picture
+
+    # -- what is changed
+
+    def _do_load(self, scene: Scene) -> None:
+        self._order("load", scene)
+        self._where = self._whereabouts(scene)
+
+    def _do_configuration(self, model: str) -> None:
+        """The body keeps it."""
+
+    def _do_configure(self, model: str, configuration: object) -> None:
+        """The body has kept it."""
+
+    def _do_place(self, model: str, motion: ModelMotion) -> None:
+        self._order("place", model, motion)
+
+    def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        self._order("set_joints", model, dict(positions))
+
+    def _do_set_lights(self, lights: Sequence[Light]) -> None:
+        self._order("set_lights", tuple(lights))
+
+    def _do_set_glow(self, visual: str, glows: bool) -> None:
+        self._order("set_glow", visual, glows)
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        self._order("set_joint_effort", model, joint, effort)
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        self._order("push", body, wrench)
