@@ -77,14 +77,15 @@ def measured(python: str, script: str, case: Case, *extra: str) -> dict[str, Any
 
 def compare(case: Case, interpreters: dict[str, str], rounds: int) -> Iterable[dict[str, Any]]:
     """Let all simulators run a network in turn."""
-    found: dict[str, list[dict[str, Any]]] = {}
+    modes = ("grid", "exact") if case.exact else ("grid",)
+    calls: dict[str, tuple[str, ...]] = {
+        **{mode: (sys.executable, "nrp_run.py", "--mode", mode) for mode in modes},
+        **{name: (python, f"{name}_run.py") for name, python in interpreters.items()},
+    }
+    found: dict[str, list[dict[str, Any]]] = {name: [] for name in calls}
     for _ in range(rounds):
-        for name, python in {"grid": sys.executable, "exact": sys.executable, **interpreters}.items():
-            if name != "exact" or case.exact:
-                script = "nrp_run.py" if name in ("grid", "exact") else f"{name}_run.py"
-                mode = ("--mode", name) if name in ("grid", "exact") else ()
-                own = measured(python, script, case, *mode, *case.only.get(name, ()))
-                found.setdefault(name, []).append(own)
+        for name, (python, script, *extra) in calls.items():
+            found[name].append(measured(python, script, case, *extra, *case.only.get(name, ())))
     best = {name: min(cost for run in runs for cost in run["costs"]) for name, runs in found.items()}
     for name, runs in found.items():
         checked = case.model != "brunel" and "nest" in found and name in ("grid", "nest")
@@ -128,17 +129,25 @@ def main() -> None:
     arguments = parser.parse_args()
     given = {"nest": arguments.nest, "brian2": arguments.brian2}
     interpreters = {name: python for name, python in given.items() if python}
+    n, rounds = arguments.threads, arguments.rounds
+    cases = (case for kind in arguments.cases for case in CASES[kind])
+    rows = (
+        row
+        for case in cases
+        for row in (share(case, n, rounds) if n > 1 else compare(case, interpreters, rounds))
+    )
+    for line in map(json.dumps, rows) if arguments.json else table(rows):
+        print(line, flush=True)
+
+
+def table(rows: Iterable[dict[str, Any]]) -> Iterable[str]:
+    """Yield the lines of a table as soon as they are known."""
     width: dict[str, int] = {}
-    for case in (case for kind in arguments.cases for case in CASES[kind]):
-        n, rounds = arguments.threads, arguments.rounds
-        for row in share(case, n, rounds) if n > 1 else compare(case, interpreters, rounds):
-            if arguments.json:
-                print(json.dumps(row), flush=True)
-                continue
-            if not width:
-                width = {"network": 36, **{name: max(len(name), 8) for name in list(row)[1:]}}
-                print("  ".join(f"{name:>{w}}" for name, w in width.items()))
-            print("  ".join(f"{row[name]!s:>{w}}" for name, w in width.items()), flush=True)
+    for row in rows:
+        if not width:
+            width = {"network": 36, **{name: max(len(name), 8) for name in list(row)[1:]}}
+            yield "  ".join(f"{name:>{w}}" for name, w in width.items())
+        yield "  ".join(f"{row[name]!s:>{w}}" for name, w in width.items())
 
 
 if __name__ == "__main__":

@@ -16,6 +16,8 @@ from typing import Any, TypeVar
 
 import platformdirs
 
+from nrp_core.stopwatch import work
+
 F = TypeVar("F", bound=Callable[..., Any])
 A = TypeVar("A")
 
@@ -120,17 +122,21 @@ if COMPILED:
 
         return types.none(array, index, offset), generate
 
-    class _Notice(event.Listener):  # type: ignore[misc]
-        """Says once why the first start takes longer."""
+    class _Compiling(event.Listener):  # type: ignore[misc]
+        """Says once why the first start takes longer; stops the clock of the work meanwhile."""
+
+        is_told = False
 
         def on_start(self, event_: Any) -> None:
-            event.unregister("numba:compile", self)
-            _logger.warning("compiling numeric kernels for this machine (some seconds, only once)")
+            work.stop()
+            if not self.is_told:
+                self.is_told = True
+                _logger.warning("compiling numeric kernels for this machine (some seconds, only once)")
 
         def on_end(self, event_: Any) -> None:
-            pass
+            work.go_on()
 
-    event.register("numba:compile", _Notice())
+    event.register("numba:compile", _Compiling())
 
 else:
 

@@ -123,27 +123,23 @@ class Scope:
         fromlist: Sequence[str] = (),
         level: int = 0,
     ) -> ModuleType:
-        if level == 0:
-            root = name.partition(".")[0]
-            module = self._ours(name)
-            if module is None and (module := self._neighbour(name, globals)) is not None:
-                for child in fromlist or ():
-                    if child not in vars(module):
-                        self._neighbour(f"{name}.{child}", globals)
-            if module is not None:
-                return module if fromlist else self._root(root) or self._places.get(root, module)
-            try:
-                real = builtins.__import__(name, globals, locals, fromlist, level)
-            except ModuleNotFoundError as error:
-                stand_in = self._stand_in(name, globals or {}, error)
-                if stand_in is None:
-                    raise
-                if fromlist:
-                    return stand_in
-                self._places[name] = stand_in
-                return self._root(root) or self._stand_in(root, globals or {}, error) or stand_in
-            return real if fromlist else self._stands_for(root) or real
-        return builtins.__import__(name, globals, locals, fromlist, level)
+        if level:
+            return builtins.__import__(name, globals, locals, fromlist, level)
+        root = name.partition(".")[0]
+        module = self._ours(name) or self._neighbour_with(fromlist or (), name, globals)
+        if module is not None:
+            return module if fromlist else self._root(root) or self._places.get(root, module)
+        try:
+            real = builtins.__import__(name, globals, locals, fromlist, level)
+        except ModuleNotFoundError as error:
+            stand_in = self._stand_in(name, globals or {}, error)
+            if stand_in is None:
+                raise
+            if fromlist:
+                return stand_in
+            self._places[name] = stand_in
+            return self._root(root) or self._stand_in(root, globals or {}, error) or stand_in
+        return real if fromlist else self._stands_for(root) or real
 
     def _root(self, name: str) -> ModuleType | None:
         """Return what `import name.child` binds where a part of it is a substitute."""
@@ -207,6 +203,16 @@ class Scope:
             package = self._neighbour(parent, importer) or self._places.setdefault(parent, ModuleType(parent))
             setattr(package, child, module)
         return self._places.setdefault(name, module)
+
+    def _neighbour_with(
+        self, children: Iterable[str], name: str, importer: Mapping[str, Any] | None
+    ) -> ModuleType | None:
+        """Return the module in a file, when those of its children have been executed that are files too."""
+        module = self._neighbour(name, importer)
+        for child in children if module is not None else ():
+            if child not in vars(module):
+                self._neighbour(f"{name}.{child}", importer)
+        return module
 
     def _executed(self, path: Path, name: str) -> ModuleType:
         if path not in self._neighbours:

@@ -50,16 +50,16 @@ def build(graph: Graph) -> b2.Network:
         variable = "v" if model == "brunel" else "xy"[kind]
         pre, post = graph.pre(kind), graph.post(kind)
         order = np.argsort(pre, kind="stable")  # in which they are used
-        own = graph.own_weights is not None
+        own = None if graph.own_weights is None else graph.own_weights[kind]
         unit = {"cuba": "amp", "coba": "siemens", "brunel": "volt"}[model]
         synapses = b2.Synapses(
-            neurons, neurons, f"w : {unit}" if own else "", on_pre=f"{variable}_post += w",
+            neurons, neurons, "" if own is None else f"w : {unit}", on_pre=f"{variable}_post += w",
             delay=None if graph.own_delays is not None else graph.delay * b2.ms,
-            namespace={} if own else {"w": weight * _UNIT[model]},
+            namespace={} if own is not None else {"w": weight * _UNIT[model]},
         )  # fmt: skip
         synapses.connect(i=pre[order].astype(np.int32), j=post[order].astype(np.int32))
-        if own:
-            synapses.w = graph.own_weights[kind].reshape(-1)[order] * _UNIT[model]
+        if own is not None:
+            synapses.w = own.reshape(-1)[order] * _UNIT[model]
         if graph.own_delays is not None:
             synapses.delay = graph.own_delays[kind].reshape(-1)[order] * b2.ms
         network.add(synapses)

@@ -38,7 +38,7 @@ def network_of(graph: Graph) -> Network:
             n = cut.stop - cut.start
             train = {"rate": np.full(n, rate), "start": np.zeros(n), "duration": np.full(n, 1e10)}
             populations[f"noise_{label}"] = Population(f"noise_{label}", n, "SpikeSourcePoisson", train)
-            each = np.arange(n, dtype=np.uint16)
+            each = np.arange(n, dtype=np.int32)
             projections.append(
                 Projection(
                     f"noise_{label}",
@@ -62,7 +62,8 @@ def _projection(graph: Graph, kind: int, pre: str, post: str, targets: slice) ->
 
     return Projection(
         f"{pre}_{post}", pre, post, ("excitatory", "inhibitory")[kind],
-        sources.reshape(-1), np.repeat(np.arange(len(sources), dtype=np.uint16), sources.shape[1]),
+        sources.reshape(-1),  # type: ignore[arg-type]  # taken as they are, and so in less memory
+        np.repeat(np.arange(len(sources), dtype=np.uint16), sources.shape[1]),
         each(graph.own_weights, graph.weight[kind]), each(graph.own_delays, graph.delay),
     )  # fmt: skip
 

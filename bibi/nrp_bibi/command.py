@@ -58,7 +58,7 @@ def _text(file: Path, *, reverse: bool, imports: bool) -> str:
 def _picture(file: Path, *, reverse: bool) -> str:
     from nrp_bibi.diagram import diagram
 
-    return diagram(_model(file, reverse=reverse))
+    return diagram(_model(file, reverse=reverse), file)
 
 
 def _model(file: Path, *, reverse: bool) -> Bibi:

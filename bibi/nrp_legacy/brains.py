@@ -162,15 +162,23 @@ def _keep(built: Built, kernel: Kernel, network: Network, variables: dict[str, A
     if kernel.groups:
         nodes = {cell: node for node, cell in made.ids.items()}
         built.node_of = lambda neuron: nodes[neuron]
-        heard = (kernel.heard_by(group.first) for group in kernel.groups if group.base in SPIKE_RECORDERS)
-        recorded = [[made.ids[node] for node in some.tolist() if node in made.ids] for some in heard]
-    else:
-        recorders = [population.recorder.recorded for population in sim.state.populations]
-        recorded = [
-            [int(cell) for what, cells in one.items() if what.name == "spikes" for cell in cells]
-            for one in recorders
-        ]
+    recorded = _recorded_by_nest(kernel, made) if kernel.groups else _recorded_by_pynn(sim)
     built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
+
+
+def _recorded_by_nest(kernel: Kernel, made: Conversion) -> list[list[int]]:
+    """Return the cells whose spikes each recorder gets."""
+    heard = (kernel.heard_by(group.first) for group in kernel.groups if group.base in SPIKE_RECORDERS)
+    return [[made.ids[node] for node in some.tolist() if node in made.ids] for some in heard]
+
+
+def _recorded_by_pynn(sim: ModuleType) -> list[list[int]]:
+    """Return the cells of each population whose spikes are recorded."""
+    recorders = [population.recorder.recorded for population in sim.state.populations]
+    return [
+        [int(cell) for what, cells in recorded.items() if what.name == "spikes" for cell in cells]
+        for recorded in recorders
+    ]
 
 
 def with_unseen(network: Network, path: Path) -> Network:

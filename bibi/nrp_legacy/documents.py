@@ -118,12 +118,8 @@ def read_experiment(path: Path) -> Experiment:
         ExperimentError: it is not XML.
     """
     root = read_document(path)
-    environment, timeout, seed = (
-        child(root, "environmentModel"),
-        child(root, "timeout"),
-        text(root, "rngSeed"),
-    )
-    bibi = child(root, "bibiConf")
+    environment, bibi, timeout = (child(root, tag) for tag in ("environmentModel", "bibiConf", "timeout"))
+    seed = text(root, "rngSeed")
     poses = [pose for place in (environment, root) if place for pose in children(place, "robotPose")]
     machines = [
         FileNamed.of(machine)
@@ -151,21 +147,20 @@ def read_bibi(path: Path) -> Bibi:
         ExperimentError: it is not XML.
     """
     root = read_document(path)
-    brain, bodies = child(root, "brainModel"), children(root, "bodyModel")
-    chosen = children(brain, "populations", "neuronGroup") if brain is not None else []
+    brain, timestep = child(root, "brainModel"), child(root, "timestep")
+    file = None if brain is None else FileNamed.of(brain)
+    chosen = [] if brain is None else children(brain, "populations", "neuronGroup")
     populations = {attribute(one, "population") or "": one for one in chosen}
-    timestep = child(root, "timestep")
+    bodies = [
+        (attribute(body, "robotId") or ROBOT, FileNamed.of(body)) for body in children(root, "bodyModel")
+    ]
     return Bibi(
         root,
         None if timestep is None or not timestep.text else timestep,
         text(root, "mode"),
-        None if brain is None or not FileNamed.of(brain).name else FileNamed.of(brain),
+        file if file and file.name else None,
         {name: one for name, one in populations.items() if name},
-        {
-            attribute(body, "robotId") or ROBOT: FileNamed.of(body)
-            for body in bodies
-            if FileNamed.of(body).name
-        },
+        {name: body for name, body in bodies if body.name},
         tuple(child for child in root.children if local(child.tag).startswith("transferFunction")),
         _ignored(root),
     )

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import Literal
 
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.acting import JointController, TrajectoryController
 from nrp_core.world.scene.model import Model
 
 Kind = Literal["position", "velocity", "effort"]
@@ -26,6 +26,8 @@ _CONTROLLER = re.compile(
     rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT.replace("]+|", "]+?|")}"""
     r"""(?P<end>(?:_(?:position|velocity|effort))?_controller/command)["']"""
 )
+_TRAJECTORY = re.compile(r"""["']/?(?P<topic>[\w/-]+)["']\s*,\s*(?:\w+\s*=\s*)?(?:\w+\.)*JointTrajectory\b""")
+"""A topic with its type, as publishers are made."""
 _SERVED = "the plugin 'gazebo_ros_control' is not known"
 """What is told of a robot whose controllers that plugin ran; it is not so where its joints obey."""
 _KINDS: dict[str, Kind] = {"vel": "velocity", "eff": "effort", "tor": "effort"}
@@ -34,22 +36,38 @@ _KINDS: dict[str, Kind] = {"vel": "velocity", "eff": "effort", "tor": "effort"}
 def with_commanded_joints(model: Model, sources: Iterable[str], others: Collection[str] = ()) -> Model:
     """Return a robot with a controller for each of its joints that some code commands by its name.
 
+    Topics of trajectories lead all of its joints.
+
     Args:
         model: the robot.
         sources: the code of the transfer functions and state machines.
         others: the names of other robots; what begins with one is not meant for this one.
     """
-    free = {joint.name for joint in model.joints if joint.kind != "fixed"}
+    free = {joint.name for joint in model.joints if joint.takes_commands}
     driven = {(controller.joint, controller.kind) for controller in model.controllers}
     served = {controller.topic for controller in model.controllers}
+    sources = list(sources)
+    followers = (*model.trajectory_controllers, *_followers(model, sources, sorted(free), others))
+    served |= {follower.command_topic for follower in followers}
     added = [
         JointController(joint, kind, topic, gains=None)
         for topic, joint, kind in dict.fromkeys(_commands(model.name, sources, sorted(free)))
         if (joint, kind) not in driven and topic not in served and topic.split("/")[1] not in others
     ]
     controllers = (*model.controllers, *added)
-    warnings = tuple(text for text in model.warnings if not (controllers and _SERVED in text))
-    return replace(model, controllers=controllers, warnings=warnings)
+    warnings = tuple(text for text in model.warnings if not ((controllers or followers) and _SERVED in text))
+    return replace(model, controllers=controllers, trajectory_controllers=followers, warnings=warnings)
+
+
+def _followers(
+    model: Model, sources: Iterable[str], joints: Collection[str], others: Collection[str]
+) -> Iterator[TrajectoryController]:
+    """Yield a controller for each topic of trajectories that some code names, but those of the file."""
+    told = {follower.command_topic for follower in model.trajectory_controllers}
+    found = dict.fromkeys(each["topic"] for source in sources for each in _TRAJECTORY.finditer(source))
+    for topic in found if joints else ():
+        if f"/{topic}" not in told and topic.split("/")[0] not in others:
+            yield TrajectoryController(topic, f"/{topic}", tuple(joints))
 
 
 def _commands(model: str, sources: Iterable[str], joints: Collection[str]) -> Iterator[tuple[str, str, Kind]]:

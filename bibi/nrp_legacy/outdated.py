@@ -44,13 +44,15 @@ class Outdated(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
-        method = node.func
-        if self._is_old and isinstance(method, ast.Name) and method.id == "round" and node.args:
+        if isinstance(node.func, ast.Attribute):
+            return self._method_called(node, node.func)
+        if self._is_old and isinstance(node.func, ast.Name) and node.func.id == "round" and node.args:
             self._changes.append("round()")
             return call(ROUND, node, *node.args, keywords=node.keywords)
-        if not isinstance(method, ast.Attribute):
-            return node
-        name, is_bare = method.attr, not node.args and not node.keywords
+        return node
+
+    def _method_called(self, node: ast.Call, method: ast.Attribute) -> ast.AST:
+        name = method.attr
         if name in _METHODS and not node.args:
             self._changes.append(f"{name}()")
             method.attr = _METHODS[name]
@@ -58,14 +60,19 @@ class Outdated(ast.NodeTransformer):
         if name == "has_key" and len(node.args) == 1:
             self._changes.append("has_key()")
             return ast.copy_location(ast.Compare(node.args[0], [ast.In()], [method.value]), node)
-        function = _FUNCTIONS.get(name) or (_FUNCTIONS_OF_NOTHING.get(name) if is_bare else None)
-        if name == "sort" and (node.args or any(one.arg == "cmp" for one in node.keywords)):
-            function = "sort"
-        if self._is_old and name in ("encode", "decode"):
-            function = "text_of"
+        function = self._function_for(name, node)
         if function is not None:
             return call(_NAMES[function], node, method.value, *node.args, keywords=node.keywords)
         return call("list", node, node) if _is_view(node) else node
+
+    def _function_for(self, method: str, node: ast.Call) -> str | None:
+        """Return the function that stands for a method that is called so, if one does."""
+        if method == "sort" and (node.args or any(one.arg == "cmp" for one in node.keywords)):
+            return "sort"
+        if self._is_old and method in ("encode", "decode"):
+            return "text_of"
+        is_bare = not node.args and not node.keywords
+        return _FUNCTIONS.get(method) or (_FUNCTIONS_OF_NOTHING.get(method) if is_bare else None)
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
         if _is_view(node.value):

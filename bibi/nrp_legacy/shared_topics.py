@@ -44,13 +44,14 @@ class SharedTopics:
         )
         drives = tuple(self._alone(model, model.drives, told))
         controllers = tuple(self._alone(model, _each_once(model.controllers), told))
+        followers = tuple(self._alone(model, model.trajectory_controllers, told))
         states = model.joint_states_topic
         if states is not None:
             states = self._own(model, states, told)
         warnings = (*model.warnings, *dict.fromkeys(told))
         return replace(
-            model, links=links, drives=drives, controllers=controllers, joint_states_topic=states,
-            warnings=warnings,
+            model, links=links, drives=drives, controllers=controllers, trajectory_controllers=followers,
+            joint_states_topic=states, warnings=warnings,
         )  # fmt: skip
 
     def _alone(self, model: Model, parts: Iterable[Part], told: list[str]) -> Iterator[Part]:

@@ -14,7 +14,8 @@ from nrp_core.analysis.shapes import UNKNOWN, Shape, attribute, item_of, joined
 _ENDS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
 _ASKS = frozenset({"hasattr", "isinstance", "getattr", "callable"})
 """Functions that a body asks before it does what may not be possible."""
-_ORDERS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
+ORDERS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
+"""Comparisons by size."""
 
 
 class Body(Expressions):
@@ -57,7 +58,7 @@ class Body(Expressions):
             self.saw(Add(node, left, right))
         nodes = [node.left, *node.comparators]
         for i, operation in enumerate(node.ops):
-            if isinstance(operation, _ORDERS):
+            if isinstance(operation, ORDERS):
                 self.saw(Compute(nodes[i], sides[i]))
                 self.saw(Compute(nodes[i + 1], sides[i + 1]))
         return UNKNOWN

@@ -61,10 +61,7 @@ class Declarations(Statements):
             self.path = self._source.path
             self.follow_file(self._source.tree.body)
         for self._source in listing.sources:
-            within = set(map(id, ast.walk(self._source.tree)))
-            for written in self.written:
-                if id(written.node) in within and not written.is_followed:
-                    self._note_declared(written.node)
+            self._note_not_followed()
         self.findings += (Finding.of(error, Code.NRP218) for error in self._imports.neighbours.errors)
         for function in self.functions:
             function.names = {**self.names, **dict.fromkeys(changed, UNKNOWN), **function.names}
@@ -112,6 +109,13 @@ class Declarations(Statements):
     def skip(self, node: ast.stmt) -> None:
         self._note_declared(node)
         super().skip(node)
+
+    def _note_not_followed(self) -> None:
+        """Note what functions of the file declare that are not called where that could be followed."""
+        within = set(map(id, ast.walk(self._source.tree)))
+        for written in self.written:
+            if id(written.node) in within and not written.is_followed:
+                self._note_declared(written.node)
 
     def _note_declared(self, node: ast.AST) -> None:
         """Note the transfer functions that are declared in something that is not followed."""

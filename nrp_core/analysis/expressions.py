@@ -32,6 +32,8 @@ _OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
 _DIVISIONS = (ast.Div, ast.FloorDiv, ast.Mod)
 _SAME_UNIT: tuple[Any, ...] = (min, max, abs, float, round, sum)
 """Functions whose result has the unit of their arguments."""
+_COUNTS: tuple[Any, ...] = (int, len)
+"""Functions whose result is a number, whatever they get."""
 
 
 class Expressions:
@@ -176,6 +178,7 @@ class Expressions:
     def _comprehension(self, node: ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp) -> Shape:
         kept = dict(self.names)
         found: Shape = UNKNOWN
+        items: Shape = UNKNOWN
         for part in node.generators:
             items = self.shape(part.iter)
             self.bind(part.target, item_of(items))
@@ -184,7 +187,11 @@ class Expressions:
         for element in (node.key, node.value) if isinstance(node, ast.DictComp) else (node.elt,):
             found = self.shape(element)
         self.names = kept
-        return UNKNOWN if isinstance(node, ast.DictComp) else Items(found)
+        if isinstance(node, ast.DictComp):
+            return UNKNOWN
+        is_simple = isinstance(node, ast.ListComp) and len(node.generators) == 1
+        length = _length(items) if is_simple and not node.generators[0].ifs else None
+        return Items(found) if length is None else Row((found,) * length)
 
     _listcomp = _setcomp = _generatorexp = _dictcomp = _comprehension
 
@@ -209,6 +216,8 @@ class Expressions:
                 return made
         if any(callee is one for one in _SAME_UNIT):
             return _common_unit(call.given)
+        if any(callee is one for one in _COUNTS):
+            return Number("")
         if str(getattr(callee, "__module__", "")).startswith("nrp_core."):
             return of_hint(hints(callee).get("return"))
         return UNKNOWN
@@ -241,6 +250,15 @@ def _unpacked(shape: Shape, count: int) -> list[Shape]:
         case Known(tuple() | list() as values) if len(values) == count:
             return [Known(value) for value in values]
     return [item_of(shape)] * count
+
+
+def _length(shape: Shape) -> int | None:
+    match shape:
+        case Row(items):
+            return len(items)
+        case Known(tuple() | range() as values):
+            return len(values)
+    return None
 
 
 def _item_at(owner: Shape, index: int) -> Shape | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -70,19 +70,15 @@ class Imports:
         module, wrong = self._module(name, path)
         names = self._names(name, module, path)
         for alias in aliases:
-            if alias.name == "*":
-                yield from (
-                    Imported(one, _member(module, one)) for one in names or () if not one.startswith("_")
-                )
-                if wrong:
-                    yield Imported("*", wrong=wrong)
+            if alias.name != "*":
+                found = _member(module, alias.name)
+                is_there = found != UNKNOWN or self._neighbour(f"{name}.{alias.name}", path) is not None
+                reason = wrong or ("" if is_there else _lacking(name, alias.name, names))
+                yield Imported(alias.asname or alias.name, found, reason)
                 continue
-            found = _member(module, alias.name)
-            missing = names is not None and alias.name not in names and found == UNKNOWN
-            missing = missing and self._neighbour(f"{name}.{alias.name}", path) is None
-            hint = did_you_mean(alias.name, names or ()) if missing else ""
-            reason = wrong or (f"'{name}' has no '{alias.name}'{hint}" if missing else "")
-            yield Imported(alias.asname or alias.name, found, reason)
+            yield from (Imported(one, _member(module, one)) for one in names or () if not one.startswith("_"))
+            if wrong:
+                yield Imported("*", wrong=wrong)
 
     def _module(self, name: str, path: Path) -> tuple[Shape, str]:
         """Return a module, and what is wrong with its name."""
@@ -90,26 +86,27 @@ class Imports:
         if (ours := self._scope.substitute(name)) is not None:
             return Known(ours), ""
         if root in MODULES:
-            try:
-                return Known(importlib.import_module(name)), ""
-            except ImportError as error:
-                return UNKNOWN, str(error)
+            return _imported(name)
         file = self._neighbour(name, path)
         if file is not None and self._reads and file.stem == name:
             return self.neighbours.names_of(file, self.of) or UNKNOWN, ""
         if file is not None or self._is_package(root, path):
             return UNKNOWN, ""
+        return UNKNOWN, self._missing(name, path)
+
+    def _missing(self, name: str, path: Path) -> str:
+        """Return what to say of a module that is not beside a file, empty where it may be elsewhere."""
+        root, _, child = name.partition(".")
         if (parent := self._scope.substitute(root)) is not None:
             known = [one for one in dir(parent) if not one.startswith("_")]
-            child = name.partition(".")[2]
-            if _member(Known(parent), child.partition(".")[0]) == UNKNOWN and not _exists(root):
-                return UNKNOWN, f"there is no module '{name}'{did_you_mean(child, known) if known else ''}"
-            return UNKNOWN, ""
+            if _member(Known(parent), child.partition(".")[0]) != UNKNOWN or _exists(root):
+                return ""
+            return f"there is no module '{name}'{did_you_mean(child, known) if known else ''}"
         if root in sys.stdlib_module_names or self._neighbour(root, path) or _exists(root):
-            return UNKNOWN, ""
+            return ""
         known = [*(found.stem for found in path.parent.glob("*.py")), *message_packages(), *_COMMON]
         hint = did_you_mean(root, known)
-        return UNKNOWN, f"there is no module '{name}'{hint if 'did you mean' in hint else ''}"
+        return f"there is no module '{name}'{hint if 'did you mean' in hint else ''}"
 
     def _neighbour(self, name: str, path: Path) -> Path | None:
         place = name.replace(".", "/")
@@ -142,6 +139,21 @@ def _exists(root: str) -> bool:
         return find_spec(root) is not None
     except (ImportError, ValueError):
         return False
+
+
+def _imported(name: str) -> tuple[Shape, str]:
+    """Return a module that is looked into, and why it cannot be imported."""
+    try:
+        return Known(importlib.import_module(name)), ""
+    except ImportError as error:
+        return UNKNOWN, str(error)
+
+
+def _lacking(module: str, name: str, names: Collection[str] | None) -> str:
+    """Return what to say of a name that a module has not, empty where its names are not known."""
+    if names is None or name in names:
+        return ""
+    return f"'{module}' has no '{name}'{did_you_mean(name, names)}"
 
 
 def _member(module: Shape, name: str) -> Shape:

@@ -156,6 +156,11 @@ class Study(Examination):
         return self._reading.declared
 
     @property
+    def is_complete(self) -> bool:
+        """Whether these are all that there are: every file could be read, and all that it declares."""
+        return self._reading.is_complete
+
+    @property
     def listings(self) -> list[Listing]:
         """The files of its transfer functions."""
         return self._reading.read

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 @dataclass(slots=True)
 class TimeAccount:
-    """Wall time spent since the last reset, ns; waiting for the pace is not counted.
+    """Wall time spent since the last reset, ns; neither waiting for the pace nor compiling is counted.
 
     Attributes:
         brain_ns: advancing the brain.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from time import perf_counter_ns
 from typing import Any, Literal, TypeVar
 
 from nrp_core.brain.interface import Brain
@@ -26,6 +25,7 @@ from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.closing import Closing
 from nrp_core.dsl.function import TransferFunction
 from nrp_core.errors import LifecycleError, SimulationError, TimestepError
+from nrp_core.stopwatch import work
 from nrp_core.world.interface import World
 from nrp_core.world.topics import Publication, check_message
 
@@ -136,13 +136,13 @@ class ClosedLoop(Closing):
         self._stopping = True
 
     def _step(self) -> None:
-        began = perf_counter_ns()
+        began = work.now_ns()
         self.is_stepping = True
         try:
             failure = self._step_through()
         finally:
             self.is_stepping = False
-            self.account.total_ns += perf_counter_ns() - began
+            self.account.total_ns += work.now_ns() - began
         if failure is not None:
             raise failure.to_error() from failure.error
 
@@ -165,9 +165,9 @@ class ClosedLoop(Closing):
         for function in self.functions:
             if not (function.is_bound and function.is_due(start_ns)):
                 continue  # one that was removed in this step is no longer bound
-            began = perf_counter_ns()
+            began = work.now_ns()
             failure = self._run(function, now_ns, t)
-            self.account.function_ns[function.name] += perf_counter_ns() - began
+            self.account.function_ns[function.name] += work.now_ns() - began
             if failure is not None:
                 self.failures.append(failure)
                 if self.on_error == "stop":

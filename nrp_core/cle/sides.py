@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from time import perf_counter_ns
 
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.account import TimeAccount
 from nrp_core.machine import cores
+from nrp_core.stopwatch import work
 from nrp_core.world.interface import World
 
 WORTH_A_THREAD_NS = 500_000
@@ -41,13 +41,13 @@ class Sides:
         Raises:
             BaseException: what either side raised, after both have stopped.
         """
-        began = perf_counter_ns()
+        began = work.now_ns()
         together = self._last_ns >= WORTH_A_THREAD_NS if self._concurrent is None else self._concurrent
         brain_ns, world_ns = self._together(t_ns) if together else self._in_turn(t_ns)
         self._last_ns = min(brain_ns, world_ns)
         account.brain_ns += brain_ns
         account.world_ns += world_ns
-        account.both_ns += perf_counter_ns() - began
+        account.both_ns += work.now_ns() - began
 
     def close(self) -> None:
         """End the thread."""
@@ -69,6 +69,6 @@ class Sides:
 
 
 def _timed(side: Brain | World, t_ns: int) -> int:
-    began = perf_counter_ns()
+    began = work.now_ns()
     side.run_until(t_ns)
-    return perf_counter_ns() - began
+    return work.now_ns() - began

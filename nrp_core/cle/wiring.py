@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -52,9 +52,16 @@ class Wiring:
         removed = {self._known(name) for name in remove} - new.keys()
         after = {name: function for name, function in bound.items() if name not in removed} | new
         declare_topics(list(after.values()), self._world)
+        self._bind(added, bound)
+        for name in removed | (bound.keys() & new.keys()):
+            bound[name].unbind()
+        self.functions = tuple(sorted(after.values(), key=lambda function: -function.priority))
+
+    def _bind(self, added: Iterable[TransferFunction], bound: Mapping[str, TransferFunction]) -> None:
+        """Bind functions, or none; what has the name of one that is bound goes on where that was."""
+        there = self._brain.devices
+        before, known = {_device_key(port): port for port in there}, set(map(id, there))
         with ExitStack() as undo:
-            there = self._brain.devices
-            before, known = {_device_key(port): port for port in there}, set(map(id, there))
             for function in added:
                 function.bind(self._brain, self._world, variables=self._variables)
                 undo.callback(function.unbind)
@@ -64,9 +71,6 @@ class Wiring:
                 if id(port) not in known and _device_key(port) in before:
                     port.restore(before[_device_key(port)].save())
             undo.pop_all()
-        for name in removed | (bound.keys() & new.keys()):
-            bound[name].unbind()
-        self.functions = tuple(sorted(after.values(), key=lambda function: -function.priority))
 
     def _known(self, name: str) -> str:
         names = [function.name for function in self.functions]

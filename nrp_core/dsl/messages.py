@@ -19,7 +19,7 @@ from nrp_core.world.messages.generated import names as made_names
 def message_packages() -> MappingProxyType[str, ModuleType]:
     """Return every package as ROS lays it out, ``<package>.msg.<Type>`` and ``.srv.<Type>``, by its name."""
     found = [module.name for module in pkgutil.iter_modules(messages.__path__)]
-    names = {name for name in found if name.endswith("_msgs")} | set(PACKAGES)
+    names = {name for name in found if name.endswith(("_msgs", "_interfaces"))} | set(PACKAGES)
     return MappingProxyType({name: _package(name, found) for name in sorted(names)})
 
 

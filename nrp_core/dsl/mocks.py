@@ -98,7 +98,8 @@ class MockWorld(World):
     def __init__(
         self, topics: Mapping[str, type] | None = None, *, scene: Scene = _EMPTY, step_ns: int = NS_PER_MS
     ) -> None:
-        super().__init__(scene, seed=0, capabilities=WorldCapabilities(step_ns), identity="mock")
+        capabilities = WorldCapabilities(step_ns, ball_joints=True, coupled_joints=True)
+        super().__init__(scene, seed=0, capabilities=capabilities, identity="mock")
         self._sent: list[tuple[str, Any]] = []
         self.add_observer(lambda topic, stamped: self._sent.append((topic, stamped.message)))
         for name, type_ in (topics or {}).items():
@@ -122,7 +123,7 @@ class MockWorld(World):
         return ModelMotion(self.scene.model(model).pose)
 
     def _do_joint_states(self, model: str) -> JointStates:
-        names = tuple(joint.name for joint in self.scene.model(model).joints if joint.kind != "fixed")
+        names = tuple(name for joint in self.scene.model(model).joints for name in joint.coordinates)
         return JointStates(names, *np.zeros((3, len(names))))
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None: ...

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from numbers import Real
 from operator import attrgetter
 from typing import Any
 
@@ -15,6 +16,8 @@ from nrp_core.world.messages.base import type_name
 
 Times = Mapping[str, int]
 """When each event that has happened did, ns."""
+
+_NUMBER, _TRUTH, _TEXT = "a number", "true or false", "a text"
 
 Condition = Callable[[int, Times], bool]
 """Whether something holds now (ns), given what has happened."""
@@ -53,17 +56,19 @@ class TopicSays:
     """Whether a topic says something; as long as it has said nothing, it does not.
 
     Raises:
-        TopicError: there is no such topic, or its message has no such field.
+        TopicError: there is no such topic, its message has no such field, or what that holds cannot be
+            compared with what is wanted.
     """
 
     def __init__(self, wanted: TopicIs, world: World) -> None:
         self._wanted, self._field = wanted, attrgetter(wanted.field)
         self._subscription = world.subscribe(wanted.name)
         try:
-            self._field(self._subscription.topic.type())
+            said = self._field(self._subscription.topic.type())
         except AttributeError:
             kind = type_name(self._subscription.topic.type)
             raise TopicError(f"{wanted.name} carries {kind}, which has no field '{wanted.field}'") from None
+        _require_comparable(wanted, said)
 
     @property
     def value(self) -> Any:
@@ -81,3 +86,24 @@ class TopicSays:
             and (below is None or value < below)
             and (equals is None or value == equals)
         )
+
+
+def _require_comparable(wanted: TopicIs, said: Any) -> None:
+    what = f"'{wanted.field}' of {wanted.name} is {_kind(said)}"
+    if (wanted.above is not None or wanted.below is not None) and _kind(said) != _NUMBER:
+        raise TopicError(f"'above' and 'below' are for numbers, and {what}")
+    if wanted.equals is not None and _kind(wanted.equals) != _kind(said):
+        raise TopicError(f"'equals' is {wanted.equals!r}, and {what}")
+    if wanted.equals is not None and _kind(said) not in (_NUMBER, _TRUTH, _TEXT):
+        raise TopicError(f"'equals' is for numbers, texts, true and false, and {what}")
+
+
+def _kind(value: Any) -> str:
+    """Return in words what a value can be compared with."""
+    if isinstance(value, bool):
+        return _TRUTH
+    if isinstance(value, Real):
+        return _NUMBER
+    if isinstance(value, str):
+        return _TEXT
+    return "a list" if hasattr(value, "__len__") else f"a {type(value).__name__}"

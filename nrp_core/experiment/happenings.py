@@ -67,6 +67,8 @@ class Near(Section):
     @model_validator(mode="after")
     def _one_target(self) -> Near:
         self._require_one_of(("visual", "other", "point"))
+        if self.other == self.model:
+            raise ValueError(f"'{self.model}' is always near itself: 'other' is another model")
         return self
 
 
@@ -170,7 +172,7 @@ class StaysWithin(Section):
 
     model: Name
     """The model whose origin counts."""
-    distance: LengthM
+    distance: Annotated[LengthM, Field(gt=0)]
     """Radius of the circle."""
     of: Centre = START
     """Its centre: where the model is at the first moment that counts, or a place."""

@@ -19,6 +19,7 @@ from pydantic import (
     ValidationInfo,
     WithJsonSchema,
     field_validator,
+    model_validator,
 )
 
 from nrp_core.clock import milliseconds
@@ -139,6 +140,12 @@ class SensorSection(Section):
     """From the measurement to the arrival of its message."""
     drop_out: float | None = Field(default=None, ge=0, le=1)
     """Share of the messages that get lost."""
+
+    @model_validator(mode="after")
+    def _bias_of_noise(self) -> SensorSection:
+        if "bias" in self.model_fields_set and self.noise is None:
+            raise ValueError("'bias' is the mean of 'noise': give that too; 'noise: 0' for the bias alone")
+        return self
 
 
 class WorldSection(BackendSection):

@@ -20,7 +20,7 @@ class Result:
         brain, world: names of the backends.
         seed: what everything random followed from.
         sim_time_s: simulated time that was reached.
-        wall_time_s: real time that it took, opening not counted.
+        wall_time_s: real time that it took, opening and compiling not counted.
         real_time_factor: their ratio; 0 before the first step.
         steps: steps of the closed loop.
         passed: whether all criteria are met; None: some are not decided, the run was cut short.
@@ -29,7 +29,7 @@ class Result:
         time_share: of ``brain``, ``world``, ``transfer_functions`` and ``engine`` in the work.
         final_pose: of each robot: ``x, y, z`` in m, ``roll, pitch, yaw`` in rad.
         trajectory_digest: hash of the poses of all robots at every step, bit for bit.
-        spikes: of each named population.
+        spikes: of each named view and population.
         events: when each happened, s; None: it did not.
         failures: transfer functions that raised: ``function, path, line, t_s, error``.
         warnings: what was not as expected.

@@ -15,7 +15,6 @@ import pickle
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ from nrp_core.clock import from_seconds, seconds
 from nrp_core.closing import Closing
 from nrp_core.dsl.csv_recorder import write_csv
 from nrp_core.dsl.function import TransferFunction
-from nrp_core.errors import CapabilityError, SimulationError, SnapshotError
+from nrp_core.errors import CapabilityError, NrpError, SimulationError, SnapshotError
 from nrp_core.experiment.backends import named
 from nrp_core.experiment.collector import Collector
 from nrp_core.experiment.criteria import all_passed
@@ -38,6 +37,7 @@ from nrp_core.experiment.result import Result, failure_data, pose_data
 from nrp_core.experiment.tally import SpikeCounter, TrajectoryDigest
 from nrp_core.experiment.values import to_message
 from nrp_core.experiment.watch import Watch, declare_own, furnish
+from nrp_core.stopwatch import work
 from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Scene
 
@@ -163,14 +163,14 @@ class Run(Closing):
             TimestepError: it is not a whole number of steps away.
             SimulationError: an engine or a transfer function failed.
         """
-        began = perf_counter()
+        began = work.now_ns()
         try:
             self.loop.run_until(from_seconds(t_s))
         except BaseException as error:
             self._error = error
             raise
         finally:
-            self._wall_s += perf_counter() - began
+            self._wall_ns += work.now_ns() - began
 
     def run(self, until_s: float | None = None) -> None:
         """Run to the end, and decide the criteria unless that is before the experiment's own end.
@@ -224,7 +224,7 @@ class Run(Closing):
     def _begin(self) -> None:
         self._looked_at_ns: int | None = None
         self._error = None
-        self._wall_s = 0.0
+        self._wall_ns = 0
         self._digest = TrajectoryDigest()
 
     def _look(self, loop: ClosedLoop) -> None:
@@ -271,17 +271,20 @@ class Run(Closing):
         It is a Python pickle: as with the experiment itself, whoever made it can have any code run.
 
         Raises:
-            SnapshotError: it was taken from something else.
+            SnapshotError: it was taken from something else, or by another version.
         """
         try:
             (brain, world), loop, own = pickle.loads(snapshot)
-        except Exception as error:  # whatever bytes that are no pickle may raise
-            raise SnapshotError(f"the snapshot cannot be read: {error}") from error
-        self.brain.restore(brain)
-        self.world.restore(world)
-        self.loop.restore(loop)
-        self._looked_at_ns, self._digest.state, watched = own
-        self._watch.restore(watched)
+            self.brain.restore(brain)
+            self.world.restore(world)
+            self.loop.restore(loop)
+            self._looked_at_ns, self._digest.state, watched = own
+            self._watch.restore(watched)
+        except NrpError:
+            raise
+        except Exception as error:  # whatever bytes may raise that are no pickle, or hold something else
+            message = f"the snapshot cannot be read: {type(error).__name__}: {error}"
+            raise SnapshotError(message) from error
 
     def continue_as(self, experiment: Experiment) -> None:
         """Go on with the transfer functions of another experiment, which is else the same.
@@ -304,14 +307,15 @@ class Run(Closing):
         times, outcomes = self._watch.events.times, self._watch.outcomes
         where = self._watch.where
         failed = isinstance(self._error, Exception)
+        wall_s = seconds(self._wall_ns)
         return Result(
             experiment=self.experiment.name,
             brain=self.experiment.brain.backend,
             world=self.experiment.world.backend,
             seed=self.brain.seed,
             sim_time_s=self.now_s,
-            wall_time_s=self._wall_s,
-            real_time_factor=self.now_s / self._wall_s if self._wall_s else 0.0,
+            wall_time_s=wall_s,
+            real_time_factor=self.now_s / wall_s if wall_s else 0.0,
             steps=self.loop.steps,
             passed=False if failed else all_passed(outcomes.values()),
             error=None if self._error is None else str(self._error) or "interrupted",

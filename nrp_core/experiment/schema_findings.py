@@ -36,7 +36,7 @@ def schema_findings(
     for detail in error.errors():
         finding, keys = _finding(detail, schema, tree, above)
         if keys in found:  # every member of a union complains
-            finding = replace(found[keys], message=f"{found[keys].message}, or {_reason(detail)}")
+            finding = replace(found[keys], message=f"{found[keys].message}, or {reason(detail)}")
         found[keys] = finding
     return [replace(finding, code=code or finding.code) for finding in found.values()]
 
@@ -58,13 +58,14 @@ def _finding(
         return reached.place.finding(Code.NRP203, f"{section} needs {thing}"), (*keys, last)
     cause = detail.get("ctx", {}).get("error")
     code = Code.NRP204 if isinstance(cause, MissingFileError) else Code.NRP202
-    message = f"{what}: {_reason(detail)}" if what else _reason(detail)
+    message = f"{what}: {reason(detail)}" if what else reason(detail)
     if last == "[key]":
         return (reached.key_place or reached.place).finding(code, message), (*keys, last)
     return reached.place.finding(code, message), keys
 
 
-def _reason(detail: ErrorDetails) -> str:
+def reason(detail: ErrorDetails) -> str:
+    """Say what is wrong with a value, in words that do without pydantic."""
     if detail["type"] == "value_error":
         return str(detail["ctx"]["error"])
     told = (

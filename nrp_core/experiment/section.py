@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 class Section(BaseModel):
     """Base of every section; its fields' docstrings are their documentation, in editors too."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
     def _require_one_of(self, names: Iterable[str]) -> None:
         """Refuse a section that gives none, or more than one, of its alternatives.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,6 +15,9 @@ from nrp_core.brain.network import IntArray, Network
 from nrp_core.brain.sinks import SinkPort, SinkSpec
 from nrp_core.brain.spikes import Spikes
 from nrp_core.world.scene.pose import Pose
+
+_AUTOMATIC = re.compile(r"population\d+")
+"""What populations are called that a brain script gives no label."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +36,17 @@ class SpikeCounterPort(SinkPort):
         self._counts = np.zeros(n_neurons, np.int64)
 
     def of(self, network: Network) -> dict[str, int]:
-        """Return the spikes of every population and view of the network by its name."""
-        labels = [*network.views, *(label for label in network.populations if label not in network.views)]
-        return {label: int(self._counts[network.neurons(label)].sum()) for label in labels}
+        """Return the spikes of every view and population by its name.
+
+        A population that only has an automatic name is left out where a view names it.
+        """
+        named = {label: network.neurons(label) for label in network.views}
+        viewed = {neurons.tobytes() for neurons in named.values()}
+        for label in network.populations:
+            neurons = network.neurons(label)
+            if label not in named and not (_AUTOMATIC.fullmatch(label) and neurons.tobytes() in viewed):
+                named[label] = neurons
+        return {label: int(self._counts[neurons].sum()) for label, neurons in named.items()}
 
     def _absorb(self, spikes: Spikes, until_ms: float) -> None:
         if len(spikes):

@@ -56,26 +56,30 @@ def _converted(wanted: Any, value: Any) -> Any:
 def _message(wanted: type, value: Any) -> Any:
     if type_name(type(value)) == type_name(wanted):
         return value
-    hints = get_type_hints(wanted)
-    names = [field.name for field in dataclasses.fields(wanted)]
     if wanted is ColorRGBA and isinstance(value, str):
         return ColorRGBA(*color_of(value))
     if wanted is ColorRGBA and isinstance(value, (list, tuple)) and len(value) < 3:
         raise ValueError(f"a colour is [r, g, b] or [r, g, b, a], not {value!r}")
-    if isinstance(value, Mapping):
-        given = dict(value)
-    elif isinstance(value, (list, tuple)) and len(names) > 1:
-        if len(value) > len(names):
-            raise ValueError(f"{len(value)} values for the {len(names)} fields {', '.join(names)}")
-        given = dict(zip(names, value, strict=False))
-    elif len(names) == 1:
-        given = {names[0]: value}
-    else:
-        raise ValueError(f"{value!r} is no message; give its fields {', '.join(names)}")
+    names = [field.name for field in dataclasses.fields(wanted)]
+    given = _by_name(value, names)
     for name in given:
         if name not in names:
             raise ValueError(f"no field '{name}'{did_you_mean(str(name), names)}")
+    hints = get_type_hints(wanted)
     return wanted(**{name: _converted(hints[name], part) for name, part in given.items()})
+
+
+def _by_name(value: Any, names: list[str]) -> dict[str, Any]:
+    """Return the fields that a value gives to a message of these: by name, in order, or the only one."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if len(names) == 1:
+        return {names[0]: value}
+    if not isinstance(value, (list, tuple)):
+        raise ValueError(f"{value!r} is no message; give its fields {', '.join(names)}")
+    if len(value) > len(names):
+        raise ValueError(f"{len(value)} values for the {len(names)} fields {', '.join(names)}")
+    return dict(zip(names, value, strict=False))
 
 
 def _listed(value: Any) -> list[Any]:

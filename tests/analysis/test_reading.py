@@ -293,6 +293,16 @@ def test_joints_that_the_world_does_not_drive_are_named(monkeypatch: pytest.Monk
     assert "has no joint_control" in told
 
 
+def test_joints_that_the_world_does_not_have_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = husky / "husky.sdf"
+    ends = "<parent>base_link</parent><child>bead</child>"
+    string = f'<link name="bead"/><joint name="string" type="ball">{ends}</joint></model>'
+    robot.write_text(robot.read_text().replace("</model>", string))
+    (told,) = refused(husky, monkeypatch)
+    assert told == "'husky/string' could not move: the world backend 'mujoco' has no ball_joints"
+    assert refused(husky, monkeypatch, ball_joints=True) == []
+
+
 def test_changes_that_the_world_refuses_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = husky / "experiment.yaml"
     request = "{model_state: {model_name: husky}}"

@@ -16,8 +16,24 @@ from nrp_core.cli.app import run_app
 FOLDER = Path(experiment.__file__).parent
 
 
-def drawn(model: Bibi) -> etree._Element:
-    return etree.fromstring(diagram(model).encode())
+PYTHON = """
+EYES = nrp.brain.eyes[0:2]
+
+@nrp.MapRobotSubscriber("camera", nrp.Topic("/husky/camera", "sensor_msgs.msg.Image"))
+@nrp.MapSpikeSource("left", EYES, nrp.poisson)
+@nrp.MapSpikeSource("right", nrp.map_neurons(range(3), lambda i: nrp.brain.ears[i]), nrp.poisson)
+@nrp.Robot2Neuron()
+def see(t, camera, left, right):
+    left.rate = right.rate = 50 if camera.value else 0
+
+@nrp.NeuronMonitor(nrp.brain.wheels, nrp.population_rate)
+def watch(t):
+    return True
+"""
+
+
+def drawn(model: Bibi, folder: Path = FOLDER) -> etree._Element:
+    return etree.fromstring(diagram(model, folder / "model.bibi").encode())
 
 
 def cards(picture: etree._Element, style: str) -> list[list[str]]:
@@ -67,7 +83,28 @@ def test_python_is_drawn_as_it_is_and_cut_where_it_is_long() -> None:
     assert (lines[0], lines[-1], len(lines)) == ("x0 = '<'", "...", 12)
 
 
+def test_devices_and_topics_of_python_are_drawn_although_it_is_not_executed(tmp_path: Path) -> None:
+    (tmp_path / "functions.py").write_text(PYTHON)
+    picture = drawn(parse_bibi("<bibi><transferFunctionImport src='functions.py'/></bibi>"), tmp_path)
+    assert cards(picture, "function") == [["Python: functions.py", "see(t, camera, left, right)", "watch(t)"]]
+    assert cards(picture, "population") == [["ears"], ["eyes"], ["wheels"]]
+    assert cards(picture, "device") == [
+        ["right", "poisson", "map_neurons(range(3), lambda", "i: ears[i])"],
+        ["left", "poisson", "eyes[0:2]"],
+        ["watch", "population_rate", "wheels"],
+    ]
+    assert cards(picture, "topic") == [
+        ["/husky/camera", "sensor_msgs/Image"],
+        ["/monitor/population_rate", "cle_ros_msgs/SpikeRate"],
+    ]
+
+
+def test_what_is_no_python_is_drawn_as_its_text() -> None:
+    picture = drawn(parse_bibi("<bibi><transferFunctionInline>print 'old'</transferFunctionInline></bibi>"))
+    assert cards(picture, "function") == [["Python", "print 'old'"]]
+
+
 def test_the_command_writes_a_picture(tmp_path: Path) -> None:
     target = tmp_path / "a.svg"
     assert run_app(["generate", str(FOLDER / "listing2.bibi"), "--diagram", str(target)]) == 0
-    assert target.read_text() == diagram(read_bibi(FOLDER / "listing2.bibi"))
+    assert target.read_text() == diagram(read_bibi(FOLDER / "listing2.bibi"), FOLDER / "listing2.bibi")

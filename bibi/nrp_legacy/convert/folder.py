@@ -168,14 +168,19 @@ class _Import:
     def _commanded(self, name: str, path: Path) -> None:
         """Write the controllers that only commands told of into the file of a robot."""
         model = next((one for one in self._scene.models if one.name == name), None)
-        of_file = {(one.joint, one.kind) for one in Maker().robot(self._experiment, name).controllers}
-        controllers = model.controllers if model else ()
-        added = [one for one in controllers if (one.joint, one.kind) not in of_file]
-        if not added:
+        if model is None:
             return
-        joints = ", ".join(one.joint for one in added)
+        robot = Maker().robot(self._experiment, name)
+        of_file = {(one.joint, one.kind) for one in robot.controllers}
+        topics = {one.command_topic for one in robot.trajectory_controllers}
+        added = [one for one in model.controllers if (one.joint, one.kind) not in of_file]
+        followers = [one for one in model.trajectory_controllers if one.command_topic not in topics]
+        names = [*(one.joint for one in added), *(joint for one in followers for joint in one.joints)]
+        if not names:
+            return
+        joints = ", ".join(dict.fromkeys(names))
         what = f"{path.name}: controllers of the joints that are commanded: {joints}"
-        (self._report.changed if add_controllers(path, added) else self._report.kept).append(what)
+        (self._report.changed if add_controllers(path, added, followers) else self._report.kept).append(what)
 
     @property
     def _scene(self) -> Scene:

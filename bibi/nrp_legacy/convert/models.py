@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.acting import JointController, TrajectoryController
 from nrp_legacy.files import Library
 
 MODELS = "models"
@@ -53,7 +53,9 @@ class Models:
                 self._copy_folder(folder.resolve())
 
 
-def add_controllers(path: Path, controllers: list[JointController]) -> bool:
+def add_controllers(
+    path: Path, controllers: list[JointController], followers: list[TrajectoryController]
+) -> bool:
     """Write controllers of joints into the file of a robot; return whether that can be done."""
     text = path.read_text("utf-8")
     before, end, after = text.rpartition("</model>")
@@ -69,5 +71,14 @@ def add_controllers(path: Path, controllers: list[JointController]) -> bool:
         *lines,
         "  </plugin>",
     ]
-    path.write_text(before + "  " + "\n".join(plugin) + "\n  " + end + after, encoding="utf-8")
+    added = [*(plugin if lines else []), *map(_plugin, followers)]
+    path.write_text(before + "  " + "\n".join(added) + "\n  " + end + after, encoding="utf-8")
     return True
+
+
+def _plugin(follower: TrajectoryController) -> str:
+    joints = "".join(f"<joint_name>{joint}</joint_name>" for joint in follower.joints)
+    return (
+        f'<plugin name={quoteattr(follower.name)} filename="gz-sim-joint-trajectory-controller-system">'
+        f"<topic>{follower.command_topic}</topic>{joints}</plugin>"
+    )

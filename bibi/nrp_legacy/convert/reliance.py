@@ -47,18 +47,12 @@ def _old_libraries(tree: ast.Module) -> Iterator[str]:
     """Yield the parts of libraries that are not what they are today, or give the same each run."""
     old = libraries_of_old({}, lambda _seconds: None, 0, [], Paths(Library(Path())))
     modules = dict(_GIVEN)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                modules[alias.asname or alias.name.partition(".")[0]] = (
-                    alias.name if alias.asname else alias.name.partition(".")[0]
-                )
-                yield from _differing(old, alias.name, [])
-        elif isinstance(node, ast.ImportFrom) and node.module is not None:
-            for alias in node.names:
-                yield from _differing(old, node.module, [alias.name])
-                if f"{node.module}.{alias.name}" in old:
-                    modules[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+    for module, name, bound in _imports(tree):
+        yield from _differing(old, module, [name] if name else [])
+        if not name:
+            modules[bound or module.partition(".")[0]] = module if bound else module.partition(".")[0]
+        elif f"{module}.{name}" in old:
+            modules[bound or name] = f"{module}.{name}"
     beside = _of_files_beside(tree)
     for node in ast.walk(tree):
         root, parts = _chain(node)
@@ -66,6 +60,15 @@ def _old_libraries(tree: ast.Module) -> Iterator[str]:
             yield from _differing(old, modules[root], parts)
         elif isinstance(node, ast.Name) and node.id in _OPENING and node not in beside:
             yield f"{node.id}() of files that are elsewhere"
+
+
+def _imports(tree: ast.Module) -> Iterator[tuple[str, str, str | None]]:
+    """Yield what is imported: the module, what of it (nothing: itself), and what it is called then."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, "", alias.asname) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            yield from ((node.module, alias.name, alias.asname) for alias in node.names)
 
 
 def _of_files_beside(tree: ast.Module) -> set[ast.expr]:

@@ -22,7 +22,7 @@ _SERVICE_PACKAGES = (
     "rosgraph_msgs", "std_srvs",
 )  # fmt: skip
 _FURTHER_SERVICES = (
-    "SpawnEntity", "DeleteEntity", "GetPhysicsProperties", "SetPhysicsProperties", "GetLinkProperties",
+    "SpawnEntity", "DeleteEntity", "GetLinkProperties",
     "SetLinkProperties", "SetJointProperties", "SetJointTrajectory", "GetVisualProperties", "ExportWorldSDF",
     "AdvanceSimulation",
 )  # fmt: skip

@@ -6,12 +6,8 @@ import dataclasses
 from typing import Any
 
 from nrp_core.errors import NrpError
-from nrp_core.world.messages.base import Duration as DurationMessage
-from nrp_core.world.messages.base import Time as TimeMessage
-from nrp_legacy.shims import physics
 from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.modules import Request
-from nrp_legacy.shims.times import Duration, Time
 
 _SPELLINGS = {"entity_name": "model_name", "entity_xml": "model_xml", "entity_namespace": "robot_namespace"}
 """Fields as the platform's own version of Gazebo called them."""
@@ -48,32 +44,18 @@ class Services:
             raise ServiceException(f"service {name} answers once the simulation runs")
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
-        if name in physics.SERVICES:
-            return physics.SERVICES[name](self._graph.world, *values, **fields)
         if name not in self._graph.world.topics:
             raise ServiceException(f"service {name} is not available")
         known = [field.name for field in dataclasses.fields(self._graph.world.topics[name].type)]
         if any(value is None for value in values):
             fields, values = {**dict(zip(known, values, strict=False)), **fields}, ()
         given = {key: value for key, value in fields.items() if value is not None}
-        named = {_SPELLINGS.get(key, key): _message(value) for key, value in given.items()}
+        named = {_SPELLINGS.get(key, key): value for key, value in given.items()}
         try:
             return self._graph.world.call(
                 name,
-                *map(_message, values[: max(1, len(known))]),
+                *values[: max(1, len(known))],
                 **{key: value for key, value in named.items() if key in known or key not in _UNUSED},
             )
         except (NrpError, TypeError) as error:
             raise ServiceException(f"service {name}: {error}") from error
-
-
-def _message(value: Any) -> Any:
-    """Return times of ROS 1 as messages, also within requests that the user made."""
-    if isinstance(value, Duration):
-        kind = TimeMessage if isinstance(value, Time) else DurationMessage
-        return kind(value.secs, value.nsecs)
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        for field in dataclasses.fields(value):
-            if isinstance(getattr(value, field.name), Duration):
-                setattr(value, field.name, _message(getattr(value, field.name)))
-    return value

@@ -1,4 +1,4 @@
-"""Times and durations of ROS 1."""
+"""Times and durations of ROS 1, which are messages as well: a stamp may be one."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from functools import total_ordering
 from typing import Any
 
 from nrp_core.clock import NS_PER_S
+from nrp_core.world.messages import base
 
 
 @total_ordering
-class Duration:
-    """A length of time; compares with numbers of seconds too.
+class Span:
+    """What times and durations can; both compare with numbers of seconds too."""
 
-    Args:
-        secs: seconds, a fraction too.
-        nsecs: nanoseconds more.
-    """
+    sec: int
+    nanosec: int
 
     def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
-        self.ns = round(secs * NS_PER_S) + nsecs
+        """Take seconds, a fraction too, and nanoseconds more."""
+        self.sec, self.nanosec = divmod(round(secs * NS_PER_S) + nsecs, NS_PER_S)
 
     @classmethod
     def from_sec(cls, seconds: float) -> Any:
@@ -26,14 +26,19 @@ class Duration:
         return cls(seconds)
 
     @property
+    def ns(self) -> int:
+        """All of it in nanoseconds."""
+        return self.sec * NS_PER_S + self.nanosec
+
+    @property
     def secs(self) -> int:
         """Whole seconds."""
-        return self.ns // NS_PER_S
+        return self.sec
 
     @property
     def nsecs(self) -> int:
         """Nanoseconds beyond whole seconds."""
-        return self.ns % NS_PER_S
+        return self.nanosec
 
     def to_sec(self) -> float:
         """Return seconds."""
@@ -51,7 +56,7 @@ class Duration:
         return self.to_sec()
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, (int, float, Duration)) and self.ns == _ns(other)
+        return isinstance(other, int | float | Span) and self.ns == _ns(other)
 
     def __lt__(self, other: Any) -> bool:
         return self.ns < _ns(other)
@@ -60,7 +65,7 @@ class Duration:
         return hash(self.ns)
 
     def __add__(self, other: Any) -> Any:
-        kind = type(other) if isinstance(other, Duration) and not isinstance(self, Time) else type(self)
+        kind = type(other) if isinstance(other, Span) and not isinstance(self, Time) else type(self)
         return kind(0, self.ns + _ns(other))
 
     def __sub__(self, other: Any) -> Any:
@@ -71,9 +76,13 @@ class Duration:
         return f"{type(self).__name__}({self.to_sec():g} s)"
 
 
-class Time(Duration):
+class Duration(Span, base.Duration):
+    """A length of time."""
+
+
+class Time(Span, base.Time):
     """A moment of simulated time."""
 
 
 def _ns(value: Any) -> int:
-    return value.ns if isinstance(value, Duration) else round(float(value) * NS_PER_S)
+    return value.ns if isinstance(value, Span) else round(float(value) * NS_PER_S)

@@ -8,8 +8,12 @@ from typing import Any
 import numpy as np
 
 from nrp_core.clock import NS_PER_S
-from nrp_core.errors import NrpError
+from nrp_core.errors import NrpError, TopicError
+from nrp_core.world.messages.base import ns_of
 from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.messages.trajectory_msgs import JointTrajectoryPoint
+from nrp_core.world.parts.joint_path import JointPath, Knot
+from nrp_core.world.parts.trajectory import knots_of
 from nrp_core.world.scene.model import Model
 from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.modules import OpenMessage
@@ -39,40 +43,49 @@ class Movement:
         self._graph, self._action, self._done, trajectory = graph, action, done, goal.trajectory
         names = [str(name).rpartition("::")[2] for name in trajectory.joint_names]
         points = [point for point in trajectory.points if len(point.positions) == len(names)]
-        owners = {name: _owner(graph, action, name) for name in names}
-        self._columns = [(owner, i) for i, name in enumerate(names) if (owner := owners[name]) is not None]
-        self._names = names
-        missing = [name for name, owner in owners.items() if owner is None]
+        owners = {name: owner for name in names if (owner := _owner(graph, action, name)) is not None}
+        missing = [name for name in names if name not in owners]
         if missing:
             graph.warn(f"the action '{action}' moves joints that no model has: {', '.join(missing)}")
         if not points:
             graph.warn(f"a goal of the action '{action}' has no points with a position for each joint")
-        self.is_over = not points or not self._columns
+        self.is_over = not points or not owners
         self.has_succeeded = False
         if self.is_over:
             return
-        self._begin_ns = max(graph.now_ns, _ns(getattr(trajectory.header, "stamp", 0)))
         self._first_ns = graph.now_ns
-        here = [0.0 if (o := owners[name]) is None else _position(graph, o, name) for name in names]
-        self._times_ns = np.array([0, *(_ns(point.time_from_start) for point in points)])
-        self._positions = np.array([here, *(list(map(float, point.positions)) for point in points)])
+        self._paths: list[tuple[Model, str, JointPath]] = []
+        begin_ns = max(graph.now_ns, _ns(getattr(trajectory.header, "stamp", 0)))
+        try:
+            rows = knots_of(list(map(_point, points)), len(names), begin_ns, f"the action '{action}'")
+        except TopicError as error:
+            graph.warn(error.message)
+            self.is_over = True
+            return
+        for number, name in enumerate(names):
+            if name in owners:
+                here = Knot(begin_ns, _position(graph, owners[name], name), 0.0, 0.0)
+                ahead = [row[number] for row in rows if row[number].t_ns > begin_ns]
+                path = JointPath((here, *ahead) if ahead else (rows[-1][number],))
+                self._paths.append((owners[name], name, path))
         graph.attend(self)
 
     def deliver(self, graph: Graph) -> None:
         """Move the joints to where they are to be now."""
-        if graph.now_ns < self._first_ns:  # the run has begun anew
+        now_ns = graph.now_ns
+        if now_ns < self._first_ns:  # the run has begun anew
             self.drop()
             return
-        elapsed_ns = graph.now_ns - self._begin_ns
-        for model, i in self._columns:
-            position = float(np.interp(elapsed_ns, self._times_ns, self._positions[:, i]))
+        for model, joint, path in self._paths:
+            knot = path.at(now_ns)
             try:
-                self._move(model, self._names[i], position)
+                if knot is not None:
+                    self._move(model, joint, knot.position)
             except NrpError as error:
                 graph.warn(f"the action '{self._action}' is aborted: {error}")
                 self.stop()
                 return
-        if elapsed_ns >= self._times_ns[-1]:
+        if all(path.is_over(now_ns) for _, _, path in self._paths):
             self.has_succeeded = True
             self.stop()
 
@@ -102,7 +115,7 @@ class Movement:
 def _owner(graph: Graph, action: str, joint: str) -> Model | None:
     """Return the model that has a joint that moves; of several, the one that the action names."""
     models = graph.world.scene.models
-    owners = [model for model in models if any(j.name == joint and j.kind != "fixed" for j in model.joints)]
+    owners = [model for model in models if any(joint in j.coordinates for j in model.joints)]
     return min(owners, key=lambda model: f"/{model.name}/" not in action, default=None)
 
 
@@ -111,13 +124,17 @@ def _position(graph: Graph, model: Model, joint: str) -> float:
     return float(joints.positions[joints.names.index(joint)])
 
 
+def _point(point: Any) -> Any:
+    """Return a point of a trajectory as a message, whatever fields it has been given."""
+    told = {name: getattr(point, name, ()) for name in ("positions", "velocities", "accelerations")}
+    after = Duration(0, _ns(point.time_from_start))
+    return JointTrajectoryPoint(
+        **{name: np.array(list(value), float) for name, value in told.items()}, time_from_start=after
+    )
+
+
 def _ns(value: Any) -> int:
-    """Return a time or a duration, which may be one of ROS 1, a message, one without a value, or seconds."""
+    """Return a time or a duration, which may be a message, one without a value, or seconds."""
     if isinstance(value, OpenMessage):
-        value = vars(value)
-        return _ns(Duration(value.get("secs", 0), value.get("nsecs", 0)))
-    if isinstance(value, Duration):
-        return value.ns
-    if hasattr(value, "nanosec"):
-        return int(value.sec) * NS_PER_S + int(value.nanosec)
-    return round(float(value) * NS_PER_S)
+        value = Duration(vars(value).get("secs", 0), vars(value).get("nsecs", 0))
+    return ns_of(value) if hasattr(value, "nanosec") else round(float(value) * NS_PER_S)

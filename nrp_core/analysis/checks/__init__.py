@@ -2,6 +2,7 @@
 
 from nrp_core.analysis.checks import (
     attributes,
+    beginnings,
     calls,
     capabilities,
     conditions,
@@ -19,6 +20,7 @@ from nrp_core.analysis.checks import (
 
 __all__ = [
     "attributes",
+    "beginnings",
     "calls",
     "capabilities",
     "conditions",

@@ -8,6 +8,7 @@ from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.dsl.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.capabilities import needs_of
 from nrp_core.world.interface import WorldCapabilities
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser
@@ -25,7 +26,8 @@ _NEEDS = {
 _SERVICES = {
     "set_model_state": "changes", "set_link_state": "changes", "set_model_configuration": "changes",
     "spawn_sdf_model": "changes", "spawn_urdf_model": "changes", "spawn_sdf_entity": "changes",
-    "delete_model": "changes", "apply_body_wrench": "joint_control", "apply_joint_effort": "joint_control",
+    "delete_model": "changes", "set_physics_properties": "changes",
+    "apply_body_wrench": "joint_control", "apply_joint_effort": "joint_control",
 }  # fmt: skip
 """The capability that a service rests on."""
 
@@ -85,11 +87,15 @@ def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
     has, backend = study.world.capabilities, study.experiment.world.backend
     for model in study.scene.models:
         held = [one.joint for one in model.controllers if one.initial is not None]
+        lacking = [(j.name, need) for j in model.joints for need in needs_of(j) if not getattr(has, need)]
         message = ""
         if not (has.dynamics or model.static or model.drives):
             message = f"'{model.name}' could not move: the world backend '{backend}' has no dynamics"
         elif held and not has.joint_control:
             message = f"'{model.name}' holds {held[0]}: the world backend '{backend}' has no joint_control"
+        elif lacking and has.dynamics and not model.static:
+            joint, need = lacking[0]
+            message = f"'{model.name}/{joint}' could not move: the world backend '{backend}' has no {need}"
         if message:
             is_robot = model.name in study.experiment.world.robots
             keys = ("world", "robots", model.name) if is_robot else ("world", "scene")
@@ -126,5 +132,7 @@ def _commands(scene: Scene) -> Iterator[tuple[str, str]]:
     for model in scene.models:
         for controller in model.controllers:
             yield controller.topic, "joint_control"
+        for follower in model.trajectory_controllers:
+            yield follower.command_topic, "joint_control"
     for service, need in _SERVICES.items():
         yield f"{PREFIX}{service}", need

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from operator import attrgetter
-from typing import Any
 
+from nrp_core.analysis.checks.never import causes_of
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.clock import NS_PER_S, seconds
-from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.happenings import During, TopicIs
+from nrp_core.dsl.mocks import MockWorld
+from nrp_core.errors import ExperimentError, NrpError, did_you_mean
+from nrp_core.experiment.happenings import END, START, During, TopicIs
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.reader import experiment_of
 from nrp_core.experiment.tree import Key
+from nrp_core.experiment.whereabouts import Proximity, Whereabouts
 from nrp_core.findings import Code, Finding, Level
 
 
@@ -31,37 +32,78 @@ def criteria_count_some_time(study: Study) -> Iterator[Finding]:
     """Look for criteria that never count."""
     experiment, end_ns = study.experiment, study.experiment.duration
     for keys, during in _periods(experiment):
-        since, until = during.since, during.until
         place = experiment.place(*keys, "during")
-        for moment in (since, until):
+        for moment in (during.since, during.until):
             if isinstance(moment, int) and moment > end_ns:
                 message = f"{seconds(moment):g} s never comes: the run ends at {seconds(end_ns):g} s"
                 yield place.finding(Code.NRP248, message, Level.WARNING)
-        if isinstance(since, int) and isinstance(until, int) and since >= until:
-            message = f"it never counts: {seconds(since):g} s is not before {seconds(until):g} s"
-            yield place.finding(Code.NRP248, message, Level.WARNING)
+        wrong = _never_counts(during, experiment)
+        if wrong:
+            yield place.finding(Code.NRP248, f"it never counts: {wrong}", Level.WARNING)
 
 
-@checks_experiment(Code.NRP212, Code.NRP248)
-def numbers_are_compared_with_numbers(study: Study) -> Iterator[Finding]:
-    """Look for bounds of what is no number."""
+def _never_counts(during: During, experiment: Experiment) -> str:
+    """Return why a period has no time in it, empty where it has or nothing is known."""
+    since, until = (_time_of(moment, experiment) for moment in (during.since, during.until))
+    if isinstance(since, int) and isinstance(until, int):
+        return f"{seconds(since):g} s is not before {seconds(until):g} s" if since >= until else ""
+    if since == until:
+        return f"'{since}' is both its beginning and its end"
+    if isinstance(during.since, str) and during.until in causes_of(during.since, experiment.events):
+        return f"'{during.until}' comes before '{during.since}'"
+    return ""
+
+
+def _time_of(moment: int | str, experiment: Experiment) -> int | str:
+    """Return when a moment is, ns; the event itself where that shows only in the run."""
+    fixed = {START: 0, END: experiment.duration}
+    fixed |= {name: event.at for name, event in experiment.events.items() if event.at is not None}
+    return moment if isinstance(moment, int) else fixed.get(moment, moment)
+
+
+@checks_experiment(Code.NRP248)
+def bounds_leave_something(study: Study) -> Iterator[Finding]:
+    """Look for bounds that exclude each other."""
     for keys, wanted in _conditions(study.experiment):
-        info = study.topics.get(wanted.name)
-        if info is None or (wanted.above is None and wanted.below is None):
-            continue
-        try:
-            said: Any = attrgetter(wanted.field)(info.type())
-        except (AttributeError, TypeError):  # reported where it is read
-            continue
         if wanted.above is not None and wanted.below is not None and wanted.above >= wanted.below:
             message = f"nothing is above {wanted.above:g} and below {wanted.below:g}"
             yield study.experiment.place(*keys, "above").finding(Code.NRP248, message, Level.WARNING)
-        if not hasattr(said, "__float__"):
-            message = (
-                f"'above' and 'below' are for numbers, and '{wanted.field}' of {wanted.name} is "
-                f"a {type(said).__name__}"
-            )
-            yield study.experiment.place(*keys, "name").finding(Code.NRP212, message)
+
+
+@checks_experiment(Code.NRP212)
+def criteria_hear_something(study: Study) -> Iterator[Finding]:
+    """Look for criteria on topics of the experiment's own that nobody publishes on."""
+    experiment = study.experiment
+    if not study.is_complete:
+        return
+    spoken = {topic.name for declared in study.declared for topic in declared.function.published}
+    spoken |= {one.topic for event in experiment.events.values() for one in event.publish}
+    spoken = {experiment.aliases.get(name, name) for name in spoken}
+    for keys, wanted in _conditions(experiment):
+        name = experiment.aliases.get(wanted.name, wanted.name)
+        if keys[0] == "criteria" and name in experiment.topics and name not in spoken:
+            message = f"no transfer function and no event publishes on '{wanted.name}': it says nothing"
+            yield experiment.place(*keys, "name").finding(Code.NRP212, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP248)
+def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
+    """Look for models that begin where they are to come to."""
+    if study.scene is None:
+        return
+    where = Whereabouts(MockWorld(scene=study.scene))
+    for name, criterion in study.experiment.criteria.items():
+        near = criterion.near
+        if near is None or criterion.within_of is not None:
+            continue
+        try:
+            distance = Proximity(near, study.scene).distance(where)
+        except NrpError:  # reported where it is watched
+            continue
+        if distance <= near.within:
+            message = f"'{name}' is met before anything moves: '{near.model}' begins {distance:.2g} m away"
+            place = study.experiment.place("criteria", name, "near", "within")
+            yield place.finding(Code.NRP248, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP215)

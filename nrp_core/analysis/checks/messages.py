@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from types import MethodType
 from typing import Any, cast
 
+from nrp_core.analysis.checks.values import no_value
 from nrp_core.analysis.events import Call, Return, Write
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import Instance, Items, Known, Number, Row, Shape, hints
@@ -40,7 +41,7 @@ def constructors_get_what_they_take(function: Examined) -> Iterator[Finding]:
                     yield function.declared.finding(Code.NRP227, node, message)
                     continue
                 for name, shape in bound.arguments.items():
-                    wrong = _misfit(shape, hints(cls).get(name))
+                    wrong = _misfit(function, shape, hints(cls).get(name))
                     if wrong:
                         message = f"{name} of {type_name(cls)} must be {wrong}"
                         yield function.declared.finding(Code.NRP227, node, message)
@@ -52,7 +53,7 @@ def fields_get_what_they_take(function: Examined) -> Iterator[Finding]:
     for event in function.events:
         match event:
             case Write(node, Instance(cls), name, True, value) if _is_message(cls):
-                wrong = _misfit(value, hints(cls).get(name))
+                wrong = _misfit(function, value, hints(cls).get(name))
                 if wrong:
                     message = f"{name} of {type_name(cls)} must be {wrong}"
                     yield function.declared.finding(Code.NRP227, node, message)
@@ -100,20 +101,30 @@ def _refused(info: TopicInfo, value: Shape) -> str:
     return ""
 
 
-def _misfit(shape: Shape, hint: Any) -> str:
+def _misfit(function: Examined, shape: Shape, hint: Any) -> str:
     """Return what a field must be if a value cannot be that, else nothing."""
-    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-        told = f"a {type_name(hint)}"
-        match shape:
-            case Instance(cls) if type_name(cls) != type_name(hint):
-                return f"{told}, not a {type_name(cls)}"
-            case Number():
-                return f"{told}, not a number"
-            case Items() | Row():
-                return f"{told}, not a list"
-            case Known(int() | float() | str() as value):
-                return f"{told}, not {value!r:.40}"
-        return ""
+    wrong = no_value(function, shape)
+    if wrong:
+        return f"a value: {wrong}"
+    is_message = dataclasses.is_dataclass(hint) and isinstance(hint, type)
+    return _no_message(shape, hint) if is_message else _no_plain_value(shape, hint)
+
+
+def _no_message(shape: Shape, hint: type) -> str:
+    told = f"a {type_name(hint)}"
+    match shape:
+        case Instance(cls) if type_name(cls) != type_name(hint):
+            return f"{told}, not a {type_name(cls)}"
+        case Number():
+            return f"{told}, not a number"
+        case Items() | Row():
+            return f"{told}, not a list"
+        case Known(int() | float() | str() as value):
+            return f"{told}, not {value!r:.40}"
+    return ""
+
+
+def _no_plain_value(shape: Shape, hint: Any) -> str:
     told, accepted = _PLAIN.get(hint, ("", (object,)))
     match shape:
         case Known(bool() | int() | float() | str() | None as plain) if not isinstance(plain, accepted):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from nrp_core.analysis.events import Add
 from nrp_core.analysis.registry import checks_experiment, checks_function
@@ -33,25 +33,23 @@ def events_come_in_time(study: Study) -> Iterator[Finding]:
             yield experiment.place("events", name, "when", "after").finding(
                 Code.NRP248, message, Level.WARNING
             )
-        circle = _circle(name, experiment.events)
-        if circle:
-            message = f"'{name}' waits for itself: {' -> '.join(circle)}"
+        causes = causes_of(name, experiment.events)
+        if name in causes:
+            message = f"'{name}' waits for itself: {' -> '.join([name, *causes])}"
             place = experiment.place("events", name, "when", "event")
             yield place.finding(Code.NRP248, message, Level.WARNING)
 
 
-def _circle(name: str, events: dict[str, Event]) -> list[str]:
-    """Return the events that lead from one back to it, none if they do not."""
-    way = [name]
-    while True:
-        when = events[way[-1]].when
-        if when is None or when.event is None or when.event not in events:
-            return []
-        way.append(when.event)
-        if when.event == name:
-            return way
-        if when.event in way[:-1]:
-            return []
+def causes_of(name: str, events: Mapping[str, Event]) -> list[str]:
+    """Return the events that an event waits for, the one right before it first; none twice."""
+    causes: list[str] = []
+    while name in events:
+        when = events[name].when
+        if when is None or when.event is None or when.event in causes:
+            break
+        name = when.event
+        causes.append(name)
+    return causes
 
 
 @checks_function(Code.NRP248)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from types import FunctionType, MethodType
 from typing import Any
 
+from nrp_core.analysis.bodies import ORDERS
 from nrp_core.analysis.events import Add, Call, Compute, Divide, Multiply, Return, Write
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import UNITS, Instance, Items, Known, Number, Row, Shape, names_of
@@ -42,11 +43,22 @@ def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
                 if not _takes_values(callee):
                     continue
                 shapes = [one for one in (*given, *named.values()) if callee is not len or not _is_sized(one)]
-                wrong = next(filter(None, (_no_value(function, one) for one in shapes)), "")
+                wrong = next(filter(None, (no_value(function, one) for one in shapes)), "")
             case _:
                 continue
         if wrong:
             yield function.declared.finding(Code.NRP247, node, wrong)
+
+
+@checks_function(Code.NRP247)
+def what_is_compared_by_size_has_an_order(function: Examined) -> Iterator[Finding]:
+    """Look for texts that are compared with numbers."""
+    for event in function.events:
+        match event:
+            case Add(ast.Compare(ops=signs) as node, left, right):
+                if any(isinstance(sign, ORDERS) for sign in signs) and _are_text_and_number(left, right):
+                    message = "a text and a number have no order; compare with float(text)"
+                    yield function.declared.finding(Code.NRP247, node, message)
 
 
 @checks_function(Code.NRP225)
@@ -74,13 +86,17 @@ def _takes_values(callee: Any) -> bool:
 
 def _text_and_number(node: ast.BinOp, left: Shape, right: Shape) -> str:
     """Return why two things do not go together, empty where they do or nothing is known."""
-    sides = [(left, right), (right, left)]
-    if not any(isinstance(one, Known) and isinstance(one.value, str) for one, _ in sides):
-        return ""
-    repeats = isinstance(node.op, ast.Mult) and any(_is(other, int) for _, other in sides)
-    if repeats or not any(isinstance(other, Number) or _is(other, (int, float)) for _, other in sides):
+    repeats = isinstance(node.op, ast.Mult) and (_is(left, int) or _is(right, int))
+    if repeats or not _are_text_and_number(left, right):
         return ""
     return "a text and a number cannot be computed with; write f'...{number}', or float(text)"
+
+
+def _are_text_and_number(left: Shape, right: Shape) -> bool:
+    return any(
+        _is(one, str) and (isinstance(other, Number) or _is(other, (int, float)))
+        for one, other in ((left, right), (right, left))
+    )
 
 
 def _list_and_number(left: Shape, right: Shape) -> str:
@@ -107,10 +123,11 @@ def _no_number(function: Examined, shape: Shape) -> str:
             name = type_name(cls) if hasattr(cls, "__msgtype__") else cls.__name__
             told = ", ".join(names_of(shape)[:4])
             return f"a {name} is no number; its fields are {told}"
-    return _no_value(function, shape)
+    return no_value(function, shape)
 
 
-def _no_value(function: Examined, shape: Shape) -> str:
+def no_value(function: Examined, shape: Shape) -> str:
+    """Return why what a parameter stands for is no value, empty where it may be one."""
     match shape:
         case Known(DeviceGroup()):
             return ""

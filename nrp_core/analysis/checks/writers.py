@@ -36,8 +36,8 @@ def names_are_used_once(study: Study) -> Iterator[Finding]:
 
 @checks_experiment(Code.NRP229)
 def topics_have_one_writer(study: Study) -> Iterator[Finding]:
-    """Look for topics that two functions publish on."""
-    first: dict[str, TransferFunction] = {}
+    """Look for topics that two functions publish on, or one does twice."""
+    first: dict[str, tuple[TransferFunction, str]] = {}
     for examined in study.examined:
         function = examined.function
         written = {(topic.name, "") for topic in [function.topic] if topic is not None}
@@ -47,8 +47,11 @@ def topics_have_one_writer(study: Study) -> Iterator[Finding]:
         if not function.active:
             continue
         for topic, parameter in sorted(written):
-            if first.setdefault(topic, function) is not function:
-                message = f"'{function.name}' publishes on '{topic}', as '{first[topic].name}' does"
+            other, _ = found = first.setdefault(topic, (function, parameter))
+            if found != (function, parameter):
+                twice = f"'{function.name}' publishes on '{topic}' twice"
+                also = f"'{function.name}' publishes on '{topic}', as '{other.name}' does"
+                message = twice if other is function else also
                 node = examined.declared.nodes.get(parameter)
                 yield examined.declared.finding(Code.NRP229, node, message, Level.WARNING)
 

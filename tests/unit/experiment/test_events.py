@@ -12,7 +12,7 @@ from nrp_core.experiment.happenings import Event
 from nrp_core.experiment.whereabouts import Whereabouts
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.messages.std_msgs import Bool, Float64, Float64MultiArray, String
 
 GLASS = "/wall/body/glass/color"
 MS = 1_000_000
@@ -128,6 +128,36 @@ def test_a_topic_that_says_something_lets_an_event_happen(
         said.publish(Float64(float(value)))
         fired.append(bool(events.fire_due(step)))
     assert fired == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("kind", "condition", "message"),
+    [
+        (Float64, {"equals": "fast"}, "'equals' is 'fast', and 'data' of /mood is a number"),
+        (Float64, {"equals": True}, "'equals' is True, and 'data' of /mood is a number"),
+        (Bool, {"equals": 1}, "'equals' is 1, and 'data' of /mood is true or false"),
+        (Bool, {"above": 0}, "'above' and 'below' are for numbers, and 'data' of /mood is true or false"),
+        (String, {"below": 1}, "'above' and 'below' are for numbers, and 'data' of /mood is a text"),
+        (Twist, {"field": "linear", "equals": 0}, "'equals' is 0, and 'linear' of /mood is a Vector3"),
+        (Float64MultiArray, {"equals": 0.5}, "'equals' is 0.5, and 'data' of /mood is a list"),
+    ],
+)
+def test_what_a_topic_says_is_compared_with_its_like_only(
+    add: Add, world: World, kind: type, condition: dict[str, Any], message: str
+) -> None:
+    world.declare("/mood", kind)
+    with pytest.raises(TopicError, match=message):
+        add("mood", when={"topic": {"name": "/mood", **condition}})
+
+
+@pytest.mark.parametrize(("kind", "value"), [(Bool, True), (String, "go"), (Float64, 2)])
+def test_a_topic_can_be_awaited_to_say_exactly_something(
+    events: Events, add: Add, world: World, kind: type, value: Any
+) -> None:
+    world.declare("/mood", kind)
+    add("mood", when={"topic": {"name": "/mood", "equals": value}})
+    world.advertise("/mood").publish(kind(float(value) if kind is Float64 else value))
+    assert events.fire_due(0) == ["mood"]
 
 
 @pytest.mark.parametrize(

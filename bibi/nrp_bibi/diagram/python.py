@@ -1,0 +1,86 @@
+"""The rows of pieces of Python: what can be told of their transfer functions without executing them."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator, Sequence
+
+from nrp_bibi.diagram.rows import Device, Row, Topic
+from nrp_bibi.generate.part import Part
+from nrp_bibi.model.functions import PythonTransferFunction
+from nrp_core.analysis.declarations import Declarations
+from nrp_core.analysis.declared import Declared
+from nrp_core.dsl.listing import Listing, Source
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.monitors import MonitoringFunction
+from nrp_core.errors import TransferFunctionError
+from nrp_core.world.messages.base import type_name
+
+_CODE_LINES = 12
+_POPULATION = re.compile(r"\bbrain\.(\w+)")
+
+
+def rows_of_python(found: Sequence[tuple[PythonTransferFunction, Part]]) -> Iterator[Row]:
+    """Yield what is shown of pieces of Python; of one that is no Python only the text.
+
+    Args:
+        found: the pieces and what stands in them, in the order of the model: they share their names.
+    """
+    sources = [_source(part) for _, part in found]
+    declared = Declarations(Listing(tuple(source for source in sources if source is not None))).functions
+    for (function, _), source in zip(found, sources, strict=True):
+        own = [one for one in declared if one.source is source]
+        yield Row(
+            f"Python: {function.src}" if function.src else "Python",
+            [_signature(one) for one in own] if function.src else _cut(function.code),
+            [device for one in own for device in _devices(one)],
+            [topic for one in own for topic in _topics(one)],
+        )
+
+
+def _source(part: Part) -> Source | None:
+    try:
+        return part.source()
+    except TransferFunctionError:
+        return None
+
+
+def _signature(declared: Declared) -> str:
+    return f"{declared.function.name}({', '.join(('t', *declared.function.parameters))})"
+
+
+def _cut(code: str) -> list[str]:
+    lines = code.split("\n") if code else []
+    return lines if len(lines) <= _CODE_LINES else [*lines[: _CODE_LINES - 1], "..."]
+
+
+def _devices(declared: Declared) -> Iterator[Device]:
+    function = declared.function
+    mapped = {name: function.mappings[name] for name in function.parameters if name in function.mappings}
+    if isinstance(function, MonitoringFunction):
+        mapped[function.name] = function.sink
+    for name, mapping in mapped.items():
+        if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
+            written = _neurons(mapping, declared.nodes.get(name))
+            population = ", ".join(dict.fromkeys(_POPULATION.findall(written)))
+            shown = written.replace("nrp.", "").replace("brain.", "")
+            yield Device(name, str(mapping.kind), shown, population, mapping.drives)
+
+
+def _neurons(mapping: MapSpikeSink | MapSpikeSource, decorator: ast.expr | None) -> str:
+    """Return the neurons of a mapping; as they are written, where that names a population."""
+    if isinstance(decorator, ast.Call):
+        named = [keyword.value for keyword in decorator.keywords if keyword.arg == "value"]
+        for node in (*decorator.args[1:2], *named):
+            if _POPULATION.search(text := ast.unparse(node)):
+                return text
+    return repr(mapping.selector)
+
+
+def _topics(declared: Declared) -> Iterator[Topic]:
+    function = declared.function
+    for topics, is_written in ((function.subscribed, False), (function.published, True)):
+        for topic in topics:
+            kind = "" if topic.topic_type is None else type_name(topic.topic_type).replace("/msg/", "/")
+            yield Topic(topic.name, kind, is_written)
