@@ -5,7 +5,7 @@ Engine time counts nanoseconds since reset in ``int``; nothing is accumulated in
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from nrp_core.errors import TimestepError
@@ -81,6 +81,13 @@ class SampleSchedule:
 
     rate_hz: Fraction
     step_ns: int
+    _rate: int = field(init=False, repr=False, compare=False)
+    _per_ns: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        # whole numbers, found once: fractions take many times as long
+        object.__setattr__(self, "_rate", self.rate_hz.numerator)
+        object.__setattr__(self, "_per_ns", self.rate_hz.denominator * NS_PER_S)
 
     @classmethod
     def of(cls, rate_hz: float, step_ns: int) -> SampleSchedule:
@@ -89,15 +96,14 @@ class SampleSchedule:
 
     def sample_ns(self, k: int) -> int:
         """Time at which sample ``k`` (0, 1, ...) is taken."""
-        rate = self.rate_hz  # whole numbers do: fractions take many times as long
-        steps = -((-k * NS_PER_S * rate.denominator) // (rate.numerator * self.step_ns))
-        return steps * self.step_ns
+        step_ns = self.step_ns
+        return -((-k * self._per_ns) // (self._rate * step_ns)) * step_ns
 
     def index_at(self, t_ns: int) -> int:
         """Number of the last sample that was due by ``t_ns``."""
-        return t_ns * self.rate_hz.numerator // (self.rate_hz.denominator * NS_PER_S)
+        return t_ns * self._rate // self._per_ns
 
     def next_after(self, t_ns: int) -> int:
         """Time of the first sample strictly after ``t_ns``."""
-        step_start_ns = t_ns - t_ns % self.step_ns
-        return self.sample_ns(max(0, self.index_at(step_start_ns) + 1))
+        k = (t_ns - t_ns % self.step_ns) * self._rate // self._per_ns + 1
+        return self.sample_ns(k if k > 0 else 0)

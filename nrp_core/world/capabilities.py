@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nrp_core.simulation import Determinism
+from nrp_core.world.scene.model import Joint
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,8 @@ class WorldCapabilities:
         contacts: does it tell what touches what?
         joint_control: can single joints be driven, and bodies pushed by forces?
         joint_wrenches: does it tell the force and torque that a joint carries?
+        ball_joints: are there joints that turn about every axis? A scene with one is refused otherwise.
+        coupled_joints: can joints follow others, as in gearboxes and screws? Likewise.
         changes: can models be moved, added and deleted while it runs?
         real_time: does time pass by itself, so that the loop must keep up? A robot does not wait.
     """
@@ -38,5 +41,13 @@ class WorldCapabilities:
     contacts: bool = False
     joint_control: bool = False
     joint_wrenches: bool = False
+    ball_joints: bool = False
+    coupled_joints: bool = False
     changes: bool = False
     real_time: bool = False
+
+
+def needs_of(joint: Joint) -> tuple[str, ...]:
+    """Return the capabilities that a joint rests on, beside dynamics."""
+    ball = ("ball_joints",) if joint.kind == "ball" else ()
+    return ball if joint.mimic is None else (*ball, "coupled_joints")

@@ -55,6 +55,7 @@ class PhysicsEngine(Engine):
         self.capabilities = capabilities
         self.image_scale = 1.0
         self._bodies: dict[str, tuple[Body, ...]] = {}
+        self._pulls: dict[BodyPath, dict[tuple[str, str], FloatArray]] = {}
         self._space: CollisionSpace | None = None
         self._cameras: Cameras | None = None
         self._depths: Cameras | None = None
@@ -130,8 +131,7 @@ class PhysicsEngine(Engine):
     @final
     def set_glow(self, visual: str, glows: bool) -> None:
         self._glows[visual] = glows
-        for cameras in self._opened_cameras():
-            cameras.set_glow(visual, glows)
+        self._do_set_glow(visual, glows)
 
     @final
     def set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
@@ -146,20 +146,23 @@ class PhysicsEngine(Engine):
         self._do_set_joint_effort(model, joint, effort)
 
     @final
-    def set_wrench(self, model: str, link: str, wrench: Wrench) -> None:
-        """Move the wrench to the centre of mass of the body that the link is part of."""
+    def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
+        """Move the wrench to the centre of mass of the body that the link is part of; add up that body's."""
         bodies = self._bodies_of(model)
         index = body_of(bodies, link)
         body = bodies[index]
         part = next(each for each in body.links if each.name == link)
         if body.inertial is None:
-            return  # what is fixed cannot be pushed
+            return False  # what is fixed cannot be pushed
         inertial = part.inertial
         centre = (part.pose @ inertial.pose if inertial else part.pose).position
         lever = np.subtract(centre, body.inertial.pose.position)
         turn = rotation_matrix((self.link_motion(model, link).pose @ part.pose.inverse()).orientation)
-        x, y, z = (np.cross(turn @ lever, wrench.force) + wrench.torque).tolist()
-        self._do_set_wrench((model, index), Wrench(wrench.force, (x, y, z)))
+        pulls = self._pulls.setdefault((model, index), {})
+        pulls[link, of] = np.array([wrench.force, np.cross(turn @ lever, wrench.force) + wrench.torque])
+        (fx, fy, fz), (tx, ty, tz) = np.sum([pulls[name] for name in sorted(pulls)], axis=0).tolist()
+        self._do_set_wrench((model, index), Wrench((fx, fy, fz), (tx, ty, tz)))
+        return bool(np.any(lever) and np.any(wrench.force))
 
     # -- what follows from the scene alone
 
@@ -226,7 +229,7 @@ class PhysicsEngine(Engine):
 
     def _forget_scene(self) -> None:
         """Forget what followed from the scene, because it has changed."""
-        self._bodies = {}
+        self._bodies, self._pulls = {}, {}
         self._space = None
         self._colors, self._glows = {}, {}
         self._close_cameras()
@@ -256,6 +259,11 @@ class PhysicsEngine(Engine):
         """Colour a visual, named by its path ``model/link/visual``, from the next picture on."""
         for cameras in self._opened_cameras():
             cameras.set_color(visual, rgba)
+
+    def _do_set_glow(self, visual: str, glows: bool) -> None:
+        """Let a visual have its colour in any light, or not, from the next picture on."""
+        for cameras in self._opened_cameras():
+            cameras.set_glow(visual, glows)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         """Return what a camera sees now, shape ``(height, width, 3)``, RGB, a fresh array."""

@@ -21,6 +21,7 @@ from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, SceneError, TimestepError, did_you_mean
 from nrp_core.simulation import Simulation
 from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
+from nrp_core.world.capabilities import needs_of
 from nrp_core.world.changes import Changeable, change
 from nrp_core.world.engine import PhysicsEngine
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -28,10 +29,12 @@ from nrp_core.world.parts.base import ImageArray as ImageArray
 from nrp_core.world.parts.base import ModelMotion, Part
 from nrp_core.world.parts.build import parts_of
 from nrp_core.world.parts.color import ColorPart
+from nrp_core.world.parts.drive import DrivePart
 from nrp_core.world.parts.forces import ForcesPart
 from nrp_core.world.parts.model_states import StatesPart
 from nrp_core.world.physics.bodies import body_of
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
+from nrp_core.world.scene.pose import Vector
 from nrp_core.world.services import Services
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Stamped, check_message
@@ -63,11 +66,11 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
     """
 
     def __init__(self, scene: Scene, *, seed: int, capabilities: WorldCapabilities, identity: str) -> None:
-        Simulation.__init__(self, seed=seed, identity=f"{identity}:{scene.digest}")
+        Simulation.__init__(self, seed=seed, identity=f"{identity},scene {scene.digest}")
         Switchboard.__init__(self, capabilities.step_ns)
         PhysicsEngine.__init__(self, scene, capabilities)
         Changeable.__init__(self)
-        self._require_dynamics(scene)
+        self._require_movable(scene)
         self._opened = scene
         self.paused = False
         self.warnings: list[str] = list(scene.warnings)
@@ -144,6 +147,7 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
             raise SceneError(f"'{model}' cannot be put where numbers are not finite: {motion}")
         if self._floats(model):
             self._do_place(model, motion)
+            self._drive_on(model)
         elif self.scene.model(model).pose != motion.pose:
             self._change_scene(self.scene.with_pose(model, motion.pose))
 
@@ -155,13 +159,14 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
             SceneError: there are no such joints, or a position is not finite.
             CapabilityError: the engine cannot do that.
         """
-        known = [joint.name for joint in self.scene.model(model).joints if joint.kind != "fixed"]
+        known = [name for joint in self.scene.model(model).joints for name in joint.coordinates]
         for name, position in positions.items():
             if name not in known:
                 raise SceneError(f"'{model}' has no joint '{name}' that moves{did_you_mean(name, known)}")
             if not isfinite(position):
                 raise SceneError(f"the joint '{name}' of '{model}' cannot be put at {position}")
         self._do_set_joints(model, positions)
+        self._drive_on(model)
 
     @change
     def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
@@ -183,6 +188,19 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
         """Let these be the lights of the scene; realistic pictures show them, flat ones do not."""
         self.scene = replace(self.scene, lights=tuple(lights))
         self._do_set_lights(self.scene.lights)
+
+    @change
+    def set_gravity(self, gravity: Vector) -> None:
+        """Let things fall otherwise from now on, m/s^2.
+
+        Raises:
+            SceneError: it is not finite.
+            CapabilityError: the engine cannot do that.
+        """
+        if not all(map(isfinite, gravity)):
+            raise SceneError(f"gravity is three finite numbers, not {gravity}")
+        if gravity != self.scene.gravity:
+            self._change_scene(replace(self.scene, gravity=gravity))
 
     @change
     def return_home(self) -> None:
@@ -217,6 +235,12 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
         for part in self._all_parts:
             part.reset()
 
+    def _drive_on(self, model: str) -> None:
+        """Let the drives of a model that was put elsewhere aim at what is commanded, from there."""
+        for part in self._model_parts[model]:
+            if isinstance(part, DrivePart):
+                part.restore(part.save())
+
     def _floats(self, model: str) -> bool:
         bodies = self._bodies_of(model)
         return bodies[body_of(bodies, self.scene.model(model).links[0].name)].floats
@@ -240,16 +264,23 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
             self.scene = scene
             self._do_set_lights(scene.lights)
             return
-        self._require_dynamics(scene)
+        self._require_movable(scene)
         self._do_load(scene)
         self.scene = scene
         self._forget_scene()
         self._take_stock()
 
-    def _require_dynamics(self, scene: Scene) -> None:
+    def _require_movable(self, scene: Scene) -> None:
+        """Refuse a scene in which something would move in a way that the engine does not have."""
+        has = self.capabilities
         for model in scene.models:
-            if not (self.capabilities.dynamics or model.static or model.drives):
+            if not (has.dynamics or model.static or model.drives):
                 raise self._lacks(f"has no dynamics: '{model.name}' could not move; make it static")
+            for joint in model.joints if has.dynamics and not model.static else ():
+                for need in needs_of(joint):
+                    if not getattr(has, need):
+                        what = f"has no {need.replace('_', ' ')}, as '{model.name}/{joint.name}' is one"
+                        raise self._lacks(what)
 
     def _take_stock(self) -> None:
         """Serve the parts of the models that are there now, and no others."""
@@ -284,8 +315,7 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
             self._sample()
         while self._at_ns < t_ns:
             stop_ns = self._next_stop(t_ns)
-            if not self.paused:
-                self._do_advance((stop_ns - self._at_ns) // step_ns)
+            self._step_engine((stop_ns - self._at_ns) // step_ns)
             self._at_ns = stop_ns
             for part in self._timed_parts if not self.paused else ():
                 deadline_ns = part.deadline_ns
@@ -294,13 +324,19 @@ class World(Simulation, Switchboard, PhysicsEngine, Changeable):
             self._sample()
         self._check_finite(t_ns)
 
+    def _step_engine(self, steps: int) -> None:
+        """Let so many physics steps pass, in which nothing moves while the world is paused."""
+        if not self.paused:
+            self._do_advance(steps)
+
     def _next_stop(self, t_ns: int) -> int:
         step_ns = self.capabilities.step_ns
         due_ns = self._next_due()
         stop_ns = t_ns if due_ns is None else min(t_ns, due_ns)
         for part in self._timed_parts if not self.paused else ():
-            if part.deadline_ns is not None:
-                on_grid_ns = -(-part.deadline_ns // step_ns) * step_ns
+            deadline_ns = part.deadline_ns
+            if deadline_ns is not None and deadline_ns < stop_ns:
+                on_grid_ns = -(-deadline_ns // step_ns) * step_ns
                 stop_ns = min(stop_ns, max(on_grid_ns, self._at_ns + step_ns))
         return stop_ns
 

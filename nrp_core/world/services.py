@@ -17,6 +17,7 @@ from nrp_core.world.messages.base import type_name
 from nrp_core.world.messages.std_srvs import EmptyRequest
 from nrp_core.world.parts.base import Part
 from nrp_core.world.requests.bodies import BodyRequests
+from nrp_core.world.requests.physics import PhysicsRequests
 from nrp_core.world.requests.scenes import SceneRequests
 from nrp_core.world.topics import Direction, TopicInfo
 
@@ -36,7 +37,7 @@ class Services(Part):
 
     def __init__(self, world: World) -> None:
         self._world = world
-        bodies, scenes = BodyRequests(world), SceneRequests(world)
+        bodies, scenes, physics = BodyRequests(world), SceneRequests(world), PhysicsRequests(world)
         table: Mapping[str, tuple[type, Answer]] = {
             "get_model_state": (srv.GetModelStateRequest, bodies.model_state),
             "set_model_state": (srv.SetModelStateRequest, bodies.set_model_state),
@@ -59,6 +60,8 @@ class Services(Part):
             "get_light_properties": (srv.GetLightPropertiesRequest, scenes.light),
             "set_light_properties": (srv.SetLightPropertiesRequest, scenes.set_light),
             "delete_light": (srv.DeleteLightRequest, scenes.delete_light),
+            "get_physics_properties": (srv.GetPhysicsPropertiesRequest, physics.properties),
+            "set_physics_properties": (srv.SetPhysicsPropertiesRequest, physics.set_properties),
             "pause_physics": (EmptyRequest, scenes.pause),
             "unpause_physics": (EmptyRequest, scenes.unpause),
             "reset_world": (EmptyRequest, scenes.reset_world),

@@ -49,19 +49,18 @@ class Sampling:
     def __post_init__(self) -> None:
         self.delay_ns = from_seconds(self.info.delay)
 
-    def take(self, now_ns: int, seed: int) -> None:
-        """Take the sample of now and send it on its way, unless it gets lost."""
-        info = self.info
-        self.due_ns = self.schedule.next_after(now_ns)
-        if info.drop_out:
-            stream = Seeds(seed).child("world/drop_out").stream(f"{info.name}@{now_ns}")
-            if stream.random() < info.drop_out:
-                return
-        sample = Stamped(now_ns + self.delay_ns, self.part.read(info.name, now_ns))
+    def take(self, now_ns: int) -> None:
+        """Take the sample of now and send it on its way."""
+        sample = Stamped(now_ns + self.delay_ns, self.part.read(self.info.name, now_ns))
         if self.delay_ns:
             self.late.append(sample)
         else:
             self._hand_over(sample)
+
+    def loses(self, now_ns: int, seed: int) -> bool:
+        """Tell whether the sample of now gets lost."""
+        stream = Seeds(seed).child("world/drop_out").stream(f"{self.info.name}@{now_ns}")
+        return bool(stream.random() < self.info.drop_out)
 
     def deliver(self, now_ns: int) -> None:
         """Hand over what has arrived by now."""
@@ -219,7 +218,8 @@ class Switchboard(ABC):
         """Serve the topics of a part; those who listened to one of the same name go on doing so."""
         for topic in part.topics:
             if topic.name in self._topics:
-                raise TopicError(f"two parts of the scene serve the topic '{topic.name}'")
+                who = f"{self._topics[topic.name].what} and {topic.what}"
+                raise TopicError(f"two parts of the scene serve the topic '{topic.name}': {who}")
             self._topics[topic.name] = topic
             self._parts[topic.name] = part
             listening = [s for s in self._subscriptions if s.topic.name == topic.name]
@@ -257,8 +257,8 @@ class Switchboard(ABC):
 
     def _read_now(self, name: str) -> Stamped | None:
         self._require_open()
-        part = self._parts.get(name)
-        return None if part is None else Stamped(self.now_ns, part.read(name, self.now_ns))
+        part, now_ns = self._parts.get(name), self.now_ns
+        return None if part is None else Stamped(now_ns, part.read(name, now_ns))
 
     def _next_due(self) -> int | None:
         """Return when a sample, or what must be known a step before it, is due next."""
@@ -276,7 +276,9 @@ class Switchboard(ABC):
         at_ns = self._at_ns
         for name, sampling in self._rated.items():
             if sampling.due_ns == at_ns:
-                sampling.take(at_ns, self.seed)
+                sampling.due_ns = sampling.schedule.next_after(at_ns)
+                if not (sampling.info.drop_out and sampling.loses(at_ns, self.seed)):
+                    sampling.take(at_ns)
             if sampling.due_ns == at_ns + self._step_ns and sampling.part.foresees:
                 sampling.part.foresee(name, at_ns)
             if sampling.late:

@@ -31,3 +31,10 @@ def test_an_option_that_does_not_exist_is_refused_in_one_line():
     message = json.loads(done.stdout)["error"]["message"]
     assert "no option 'tolerence'" in message
     assert "'tolerance'" in message
+
+
+def test_a_value_that_an_option_cannot_have_is_told_in_words_of_ours():
+    done = nrp_conformance("brain", "spinnaker", "-o", "timestep=3", "--json")
+    assert done.returncode == 3
+    message = json.loads(done.stdout)["error"]["message"]
+    assert message.endswith("option 'timestep': a time needs a unit: '3 ms' or '3 s'?")

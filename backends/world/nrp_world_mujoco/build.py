@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, count
 from math import degrees, isfinite
 from typing import Any
 
@@ -14,6 +14,7 @@ from nrp_core.world.parts.base import BodyPath
 from nrp_core.world.physics.bodies import Body, bodies_of
 from nrp_core.world.physics.joint_servo import servoed_joints
 from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
+from nrp_core.world.physics.springs import with_steady_springs
 from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.scene.model import Camera, Joint, Link, Model, Scene
 from nrp_core.world.scene.pose import Pose
@@ -24,6 +25,7 @@ from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 FAR_AWAY = 1e9
 HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of what hardly yields: friction of joints, couplings
 SMALLEST = 1e-12  # MuJoCo refuses a range that is empty
+TYPES = {"prismatic": mujoco.mjtJoint.mjJNT_SLIDE, "ball": mujoco.mjtJoint.mjJNT_BALL}
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
 
@@ -34,7 +36,7 @@ class Built:
     Args:
         model: the compiled model.
         bodies: of each model, with the id of each (0 for what does not move).
-        joints: ids of the movable joints of each model, in the order of its file.
+        joints: the degree of freedom of each coordinate of a model's joints, in the order of its file.
         drives: the servo of each drive, by model and drive, and the ids of its actuators: of the servo's
             points, then of the wheels.
         visuals: the geom of each visual, by its path.
@@ -106,7 +108,7 @@ class _Builder:
         self._stiff = [2 * spec.option.timestep, 1.0]  # time constant (s), the shortest, and damping ratio
         self._shapes = Shapes(spec)
         self._bodies: dict[str, list[tuple[Body, Any]]] = {}
-        self._joints: dict[str, dict[str, Any]] = {}
+        self._joints: dict[str, list[tuple[Joint, Any]]] = {}
         self._drives: dict[tuple[str, str], tuple[PlanarServo, list[Any]]] = {}
         self._visuals: dict[str, Any] = {}
         self._cameras: dict[CameraPath, Any] = {}
@@ -120,7 +122,7 @@ class _Builder:
         return Built(
             compiled,
             {name: [(body, element.id) for body, element in each] for name, each in self._bodies.items()},
-            {name: {joint: e.id for joint, e in each.items()} for name, each in self._joints.items()},
+            {name: dict(_freedoms(each, compiled)) for name, each in self._joints.items()},
             {path: (servo, [e.id for e in each]) for path, (servo, each) in self._drives.items()},
             {path: element.id for path, element in self._visuals.items()},
             {path: element.id for path, element in self._cameras.items()},
@@ -129,7 +131,9 @@ class _Builder:
         )
 
     def _add_model(self, model: Model) -> None:
-        bodies = without_wheel_friction(model, bodies_of(model), self._physical)
+        bodies = with_steady_springs(
+            without_wheel_friction(model, bodies_of(model), self._physical), self._spec.option.timestep
+        )
         elements: list[Any] = []
         joints: dict[str, Any] = {}
         for index, body in enumerate(bodies):
@@ -138,9 +142,9 @@ class _Builder:
                 joints[body.joint.name] = self._add_joint(elements[-1], model.name, body.joint)
         self._separate(elements)
         self._bodies[model.name] = list(zip(bodies, elements, strict=True))
-        self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
+        self._joints[model.name] = [(j, joints[j.name]) for j in model.joints if j.name in joints]
         self._couple(model, joints)
-        for drive in model.drives:
+        for drive in model.planar_drives:
             servo = servo_of(model, drive, bodies, self._scene.gravity, self._physical)
             actuators = self._add_servo(f"{model.name}/{drive.name}", servo, elements[servo.body], joints)
             self._drives[model.name, drive.name] = servo, actuators
@@ -150,16 +154,17 @@ class _Builder:
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
 
     def _add_joint(self, element: Any, model: str, joint: Joint) -> Any:
-        kinds = mujoco.mjtJoint
         limited = joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper))
         return element.add_joint(
             name=f"{model}/{joint.name}",
-            type=kinds.mjJNT_SLIDE if joint.kind == "prismatic" else kinds.mjJNT_HINGE,
+            type=TYPES.get(joint.kind, mujoco.mjtJoint.mjJNT_HINGE),
             axis=joint.axis,
             limited=limited,
             range=_range(joint) if limited else [0, 0],
             damping=[joint.damping, 0, 0],
             frictionloss=joint.friction,
+            stiffness=[joint.stiffness, 0, 0],
+            springref=joint.rest,
             solref_friction=self._stiff,
             solimp_friction=HARD,
         )
@@ -238,6 +243,13 @@ class _Builder:
         names = [element.name for element in elements if element is not self._spec.worldbody]
         for one, other in combinations(names, 2):
             self._spec.add_exclude(bodyname1=one, bodyname2=other)
+
+
+def _freedoms(joints: Sequence[tuple[Joint, Any]], compiled: Any) -> Iterator[tuple[str, int]]:
+    """Yield the coordinates of joints, each with its degree of freedom."""
+    for joint, element in joints:
+        first = int(compiled.jnt_dofadr[element.id])
+        yield from zip(joint.coordinates, count(first))
 
 
 def _range(joint: Joint) -> list[float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,16 +18,24 @@ from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.rays import RayCamera
 
 
-def open_cameras(renderer: str, built: Built, data: Any, optics: Mapping[CameraPath, Optics]) -> Cameras:
+def open_cameras(
+    renderer: str,
+    built: Built,
+    data: Any,
+    optics: Mapping[CameraPath, Optics],
+    refresh: Callable[[], None],
+) -> Cameras:
     """Open one of MuJoCo's renderers.
 
     Args:
         renderer: ``gl`` or ``rays``.
         built: the scene with its visuals.
-        data: MuJoCo's state, with positions up to date, as they must be for each picture.
+        data: MuJoCo's state.
         optics: of each camera.
+        refresh: brings positions in the state up to date, before each picture.
     """
-    return (GlCameras if renderer == "gl" else RayCameras)(built, data, optics)
+    refresh()
+    return (GlCameras if renderer == "gl" else RayCameras)(built, data, optics, refresh)
 
 
 def frame_reader(built: Built, data: Any, paths: Sequence[BodyPath]) -> ReadFrames:
@@ -44,8 +52,8 @@ def frame_reader(built: Built, data: Any, paths: Sequence[BodyPath]) -> ReadFram
 class _GeomCameras(Cameras):
     """Renderers that see MuJoCo's geoms."""
 
-    def __init__(self, built: Built) -> None:
-        self._geoms, self._model = built.visuals, built.model
+    def __init__(self, built: Built, refresh: Callable[[], None]) -> None:
+        self._geoms, self._model, self._refresh = built.visuals, built.model, refresh
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
         self._model.geom_rgba[self._geoms[visual]] = flat(rgba)
@@ -54,12 +62,15 @@ class _GeomCameras(Cameras):
 class GlCameras(_GeomCameras):
     """All cameras share one OpenGL context."""
 
-    def __init__(self, built: Built, data: Any, optics: Mapping[CameraPath, Optics]) -> None:
-        super().__init__(built)
+    def __init__(
+        self, built: Built, data: Any, optics: Mapping[CameraPath, Optics], refresh: Callable[[], None]
+    ) -> None:
+        super().__init__(built, refresh)
         self._renderer = GlRenderer(built.model, headless.library() or headless.LIBRARIES[0])
         self._data, self._cameras, self._optics = data, built.cameras, optics
 
     def picture(self, path: CameraPath) -> ImageArray:
+        self._refresh()
         return self._renderer.picture(self._data, self._cameras[path], self._optics[path])
 
     def close(self) -> None:
@@ -69,14 +80,17 @@ class GlCameras(_GeomCameras):
 class RayCameras(_GeomCameras):
     """Each camera has its own rays."""
 
-    def __init__(self, built: Built, data: Any, optics: Mapping[CameraPath, Optics]) -> None:
-        super().__init__(built)
+    def __init__(
+        self, built: Built, data: Any, optics: Mapping[CameraPath, Optics], refresh: Callable[[], None]
+    ) -> None:
+        super().__init__(built, refresh)
         self._cameras = {
             path: RayCamera(built.model, data, ident, optics[path], _visuals_of(built, path[0]))
             for path, ident in built.cameras.items()
         }
 
     def picture(self, path: CameraPath) -> ImageArray:
+        self._refresh()
         return self._cameras[path].picture()
 
 

@@ -42,7 +42,7 @@ class Control:
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Put an effort on a joint."""
-        self._data.qfrc_applied[self._model.jnt_dofadr[self._built.joints[model][joint]]] = effort
+        self._data.qfrc_applied[self._built.joints[model][joint]] = effort
 
     def set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         """Let a wrench act on a body."""

@@ -20,7 +20,9 @@ from nrp_core.cache import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.render.optics import looking
 from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.model import Inertial
 from nrp_core.world.scene.pose import Pose, Quaternion, Vector
+from nrp_core.world.scene.sdf.compound import CARRIER
 from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.engine import mujoco
 
@@ -30,8 +32,6 @@ _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 _HIDDEN_GROUP = 3
 """From this group on, MuJoCo's own viewer shows no geom."""
 _DEFAULT_RESOLUTION = (320, 240)
-_HINGE_LINK_SHARE = 1e-3
-"""Of a body's mass: what a link weighs that stands between two of its joints."""
 
 _LEFT_OUT = {"ntendon": "tendons", "neq": "equality constraints", "nsensor": "sensors",
              "nhfield": "height fields", "nflex": "flexible bodies"}  # fmt: skip
@@ -50,6 +50,9 @@ def read_mjcf(path: Path) -> tuple[str, list[str]]:
     left_out = [
         f"{getattr(model, field)} {what}" for field, what in _LEFT_OUT.items() if getattr(model, field)
     ]
+    balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
+    if limited := int((balls & (model.jnt_limited != 0)).sum()):
+        left_out.append(f"the limits of {limited} ball joints")
     if other := model.nu - len(actuators_of(model)):
         left_out.append(f"{other} actuators that are not motors, position or velocity servos of a joint")
     warnings = [f"left out of this MJCF file: {', '.join(left_out)}"] if left_out else []
@@ -110,10 +113,7 @@ class _Writer:
             return
         for joint in joints[:-1]:
             between = f"{self._body(body)}_{self._joint_name(joint)}_link"
-            mass = _HINGE_LINK_SHARE * max(float(self._m.body_mass[body]), 1e-3)
-            ball = f"<ixx>{mass * 1e-4}</ixx><iyy>{mass * 1e-4}</iyy><izz>{mass * 1e-4}</izz>"
-            yield f"<link name={quoteattr(between)}>{_pose(place, base)}"
-            yield f"<inertial><mass>{mass}</mass><inertia>{ball}</inertia></inertial></link>"
+            yield f"<link name={quoteattr(between)}>{_pose(place, base)}{_inertial(CARRIER)}</link>"
             yield from self._joint(joint, parent, between)
             parent, place, base = between, Pose(), between
         yield from self._link(body, place, base)
@@ -123,10 +123,8 @@ class _Writer:
         yield f"<link name={quoteattr(self._body(body))}>{_pose(place, base)}"
         mass = float(self._m.body_mass[body])
         if mass > 0:
-            xx, yy, zz = self._m.body_inertia[body].tolist()
-            inertial = Pose(_vector(self._m.body_ipos[body]), _quaternion(self._m.body_iquat[body]))
-            inertia = f"<ixx>{xx}</ixx><iyy>{yy}</iyy><izz>{zz}</izz>"
-            yield f"<inertial><mass>{mass}</mass>{_pose(inertial)}<inertia>{inertia}</inertia></inertial>"
+            centre = Pose(_vector(self._m.body_ipos[body]), _quaternion(self._m.body_iquat[body]))
+            yield _inertial(Inertial(mass, centre, (*_vector(self._m.body_inertia[body]), 0.0, 0.0, 0.0)))
         first = int(self._m.body_geomadr[body])
         for geom in range(first, first + int(self._m.body_geomnum[body])):
             yield from self._geom(geom)
@@ -141,20 +139,23 @@ class _Writer:
         yield f"<joint name={quoteattr(self._joint_name(joint))} type={quoteattr(kind)}>"
         yield f"<parent>{escape(parent)}</parent><child>{escape(child)}</child>"
         yield _pose(Pose(_vector(m.jnt_pos[joint])))
+        yield f"<axis><xyz>{_text(m.jnt_axis[joint])}</xyz>"
         if kind != "ball":
             zero = float(m.qpos0[m.jnt_qposadr[joint]])
             lower, upper = (m.jnt_range[joint] - zero).tolist() if m.jnt_limited[joint] else (-np.inf, np.inf)
             effort = float(m.jnt_actfrcrange[joint][1]) if m.jnt_actfrclimited[joint] else np.inf
             effort = min([effort, *(each.force for each in self._actuators if each.joint == joint)])
-            yield f"<axis><xyz>{_text(m.jnt_axis[joint])}</xyz>"
             yield f"<limit><lower>{lower}</lower><upper>{upper}</upper><effort>{effort}</effort></limit>"
-            dof = m.jnt_dofadr[joint]
-            dynamics = f"<damping>{m.dof_damping[dof]}</damping>"
-            dynamics += f"<friction>{m.dof_frictionloss[dof]}</friction>"
-            spring = float(np.ravel(m.jnt_stiffness[joint])[0])
-            dynamics += f"<spring_stiffness>{spring}</spring_stiffness>" if spring else ""
-            yield f"<dynamics>{dynamics}</dynamics></axis>"
-        yield "</joint>"
+        dof = m.jnt_dofadr[joint]
+        dynamics = f"<damping>{m.dof_damping[dof]}</damping>"
+        dynamics += f"<friction>{m.dof_frictionloss[dof]}</friction>"
+        spring = float(np.ravel(m.jnt_stiffness[joint])[0])
+        if spring:
+            rest = float((m.qpos_spring - m.qpos0)[m.jnt_qposadr[joint]]) if kind != "ball" else 0.0
+            dynamics += (
+                f"<spring_stiffness>{spring}</spring_stiffness><spring_reference>{rest}</spring_reference>"
+            )
+        yield f"<dynamics>{dynamics}</dynamics></axis></joint>"
 
     # -- what bodies show, touch with and see
 
@@ -240,6 +241,12 @@ class _Writer:
 def _fixed(name: str, parent: str, child: str) -> str:
     ends = f"<parent>{escape(parent)}</parent><child>{escape(child)}</child>"
     return f'<joint name={quoteattr(name)} type="fixed">{ends}</joint>'
+
+
+def _inertial(inertial: Inertial) -> str:
+    xx, yy, zz = inertial.inertia[:3]
+    inertia = f"<inertia><ixx>{xx}</ixx><iyy>{yy}</iyy><izz>{zz}</izz></inertia>"
+    return f"<inertial><mass>{inertial.mass}</mass>{_pose(inertial.pose)}{inertia}</inertial>"
 
 
 def _pose(pose: Pose, relative_to: str = "") -> str:

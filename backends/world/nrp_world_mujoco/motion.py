@@ -11,7 +11,7 @@ import numpy.typing as npt
 from nrp_core.world.parts.base import JointStates, ModelMotion
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.physics.world import MotionOf
-from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.scene.pose import Pose, Vector, rotation_vector
 from nrp_world_mujoco.engine import mujoco
 
 IntArray = npt.NDArray[np.int32]
@@ -101,23 +101,31 @@ class JointReader:
     Args:
         engine: the compiled model.
         data: MuJoCo's state.
-        joints: ids of the joints by name, in the order of the file.
+        joints: the degree of freedom of each coordinate, in the order of the file.
     """
 
     def __init__(self, engine: Any, data: Any, joints: dict[str, int]) -> None:
-        ids = np.array(list(joints.values()), dtype=int)
+        dofs = np.array(list(joints.values()), dtype=np.int32)
+        ids = engine.dof_jntid[dofs]
         self._names = tuple(joints)
         self._data = data
         self._positions = engine.jnt_qposadr[ids]
-        self._velocities = engine.jnt_dofadr[ids]
+        self._velocities = dofs
+        of_balls = engine.jnt_type[ids] == mujoco.mjtJoint.mjJNT_BALL
+        self._balls = [(int(first), int(self._positions[first])) for first in np.flatnonzero(of_balls)[::3]]
 
     @property
     def places(self) -> tuple[IntArray, IntArray]:
         """Where the joints' positions and velocities are in the state."""
-        return self._positions, self._velocities
+        rest = [np.arange(place + 1, place + 4) for _, place in self._balls]  # of their quaternions
+        return np.unique(np.concatenate([self._positions, *rest])), self._velocities
 
     def states(self) -> JointStates:
         """Return positions, velocities and efforts; the efforts are those of the last physics step."""
         data, dofs = self._data, self._velocities
         efforts = data.qfrc_actuator[dofs] + data.qfrc_applied[dofs]
-        return JointStates(self._names, data.qpos[self._positions], data.qvel[dofs], efforts)
+        positions = data.qpos[self._positions]
+        for first, place in self._balls:
+            w, x, y, z = data.qpos[place : place + 4].tolist()
+            positions[first : first + 3] = rotation_vector((x, y, z, w))
+        return JointStates(self._names, positions, data.qvel[dofs], efforts)

@@ -13,14 +13,14 @@ import numpy as np
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.world.engine import FloatArray, ReadFrames
-from nrp_core.world.interface import ImageArray, WorldCapabilities
+from nrp_core.world.interface import WorldCapabilities
 from nrp_core.world.parts.base import BodyPath
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.physics.world import MotionOf, PhysicsWorld
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.pose import Pose, Quaternion
 from nrp_world_mujoco.backend import MujocoOptions
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
@@ -28,6 +28,7 @@ from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Drive
 from nrp_world_mujoco.engine import mujoco
 from nrp_world_mujoco.motion import Floating, IntArray, JointReader, motion_of
+from nrp_world_mujoco.shapes import scalar_first
 
 
 class MujocoWorld(PhysicsWorld):
@@ -122,15 +123,16 @@ class MujocoWorld(PhysicsWorld):
         return refreshed
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
-        return open_cameras(renderer, self._built, self._data, self._optics)
-
-    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        self._refresh()
-        return super()._do_render(model, link, camera)
+        return open_cameras(renderer, self._built, self._data, self._optics, self._refresh)
 
     def _do_put_joint(self, place: int, position: float) -> None:
-        self._data.qpos[self._model.jnt_qposadr[place]] = position
-        self._data.qvel[self._model.jnt_dofadr[place]] = 0.0
+        self._data.qpos[self._model.jnt_qposadr[self._model.dof_jntid[place]]] = position
+        self._data.qvel[place] = 0.0
+
+    def _do_put_ball(self, place: int, orientation: Quaternion) -> None:
+        start = self._model.jnt_qposadr[self._model.dof_jntid[place]]
+        self._data.qpos[start : start + 4] = scalar_first(orientation)
+        self._data.qvel[place : place + 3] = 0.0
 
     def _do_configuration(self, model: str) -> object:
         positions, velocities = self._places(model)
@@ -139,7 +141,7 @@ class MujocoWorld(PhysicsWorld):
     def _do_configure(self, model: str, configuration: Any) -> None:
         positions, velocities = self._places(model)
         self._data.qpos[positions], self._data.qvel[velocities] = configuration
-        self._continue()
+        self._continue(model)
 
     def _places(self, model: str) -> tuple[IntArray, IntArray]:
         """Return where all that moves of a model is in the state."""
@@ -161,10 +163,10 @@ class MujocoWorld(PhysicsWorld):
         self._continue()
 
     def _moved(self, model: str) -> None:
-        self._continue()
+        self._continue(model)
 
-    def _continue(self) -> None:
-        super()._continue()
+    def _continue(self, model: str | None = None) -> None:
+        super()._continue(model)
         self._stale = True
         self._mute_warnings()
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 from math import isfinite
 
@@ -12,6 +12,7 @@ from nrp_core.errors import SceneError
 from nrp_core.world.parts.base import BodyPath
 from nrp_core.world.physics.bodies import Body, bodies_of, tree_of
 from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
+from nrp_core.world.physics.springs import with_steady_springs
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import ForceTorque
@@ -35,10 +36,14 @@ MASSLESS = Inertial(0.0)
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a body is in PyBullet: its multi-body and the link there, -1 for the base."""
+    """Where a body is in PyBullet: its multi-body and the link there, -1 for the base.
+
+    ``axis`` is that of one of the three coordinates of a ball joint (0, 1, 2); None for anything else.
+    """
 
     multibody: int
     link: int
+    axis: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +52,7 @@ class Built:
 
     Args:
         bodies: of each model, with their places.
-        joints: places of the movable joints of each model, in the order of its file.
+        joints: places of the coordinates of each model's joints, in the order of its file.
         drives: the servo of each drive, by model and drive.
         visuals: place and number there of each visual, by its path.
         owners: model and body of each multi-body's links, the base being -1.
@@ -82,7 +87,7 @@ def build(
     )
     try:
         with quiet():
-            return _Builder(scene, client, visuals, physical).built()
+            return _Builder(scene, client, visuals, physical, seconds(timestep_ns)).built()
     except bullet.error as error:
         raise SceneError(f"PyBullet cannot build the scene: {error}") from error
 
@@ -109,9 +114,9 @@ class _Link:
 class _Builder:
     """Loads a scene into a client."""
 
-    def __init__(self, scene: Scene, client: int, with_visuals: bool, physical: bool) -> None:
+    def __init__(self, scene: Scene, client: int, with_visuals: bool, physical: bool, step_s: float) -> None:
         self._scene, self._client, self._with_visuals = scene, client, with_visuals
-        self._physical = physical
+        self._physical, self._step_s = physical, step_s
         self._bodies: dict[str, list[tuple[Body, Place]]] = {}
         self._joints: dict[str, dict[str, Place]] = {}
         self._drives: dict[tuple[str, str], PlanarServo] = {}
@@ -124,7 +129,9 @@ class _Builder:
         return Built(self._bodies, self._joints, self._drives, self._visuals, self._owners)
 
     def _add_model(self, model: Model) -> None:
-        bodies = without_wheel_friction(model, bodies_of(model), self._physical)
+        bodies = with_steady_springs(
+            without_wheel_friction(model, bodies_of(model), self._physical), self._step_s
+        )
         places: dict[int, Place] = {}
         for root, body in enumerate(bodies):
             if body.parent is None:
@@ -132,12 +139,15 @@ class _Builder:
         self._separate({place.multibody for place in places.values()})
         self._bodies[model.name] = [(body, places[index]) for index, body in enumerate(bodies)]
         self._feel(model, bodies, places)
-        joints = {
-            b.joint.name: places[i] for i, b in enumerate(bodies) if b.joint and b.joint.kind != "fixed"
+        joints = {body.joint.name: places[i] for i, body in enumerate(bodies) if body.joint}
+        self._joints[model.name] = {
+            name: place
+            for joint in model.joints
+            if joint.name in joints
+            for name, place in _coordinates(joint, joints[joint.name])
         }
-        self._joints[model.name] = {j.name: joints[j.name] for j in model.joints if j.name in joints}
         self._couple(model)
-        for drive in model.drives:
+        for drive in model.planar_drives:
             self._drives[model.name, drive.name] = servo_of(
                 model, drive, bodies, self._scene.gravity, self._physical
             )
@@ -212,6 +222,17 @@ class _Builder:
         bullet.changeDynamics(*where, jointDamping=joint.damping, physicsClientId=client)
         # a new joint has a motor that brakes it: as friction does
         friction = joint.friction
+        if joint.kind == "ball":
+            bullet.setJointMotorControlMultiDof(
+                *where,
+                bullet.POSITION_CONTROL,
+                targetPosition=(0, 0, 0, 1),
+                positionGain=0,
+                velocityGain=1,
+                force=[friction] * 3,
+                physicsClientId=client,
+            )
+            return
         bullet.setJointMotorControl2(*where, bullet.VELOCITY_CONTROL, force=friction, physicsClientId=client)
         if joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper)):
             bullet.changeDynamics(  # together with other arguments the limits would be ignored
@@ -256,7 +277,13 @@ class _Builder:
                 bullet.setCollisionFilterPair(*pair, one, other, 0, physicsClientId=self._client)
 
 
+def _coordinates(joint: Joint, place: Place) -> Iterator[tuple[str, Place]]:
+    """Yield the coordinates of a joint with their places."""
+    names = joint.coordinates
+    for axis, name in enumerate(names):
+        yield name, replace(place, axis=axis) if len(names) > 1 else place
+
+
 def _joint_type(joint: Joint | None) -> int:
-    if joint is None or joint.kind == "fixed":
-        return int(bullet.JOINT_FIXED)
-    return int(bullet.JOINT_PRISMATIC if joint.kind == "prismatic" else bullet.JOINT_REVOLUTE)
+    types = {"fixed": bullet.JOINT_FIXED, "prismatic": bullet.JOINT_PRISMATIC, "ball": bullet.JOINT_SPHERICAL}
+    return int(bullet.JOINT_FIXED if joint is None else types.get(joint.kind, bullet.JOINT_REVOLUTE))

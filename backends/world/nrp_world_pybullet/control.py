@@ -15,6 +15,7 @@ from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_world_pybullet.build import Built, Place
 from nrp_world_pybullet.engine import bullet
+from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.motion import Moving
 
 JointPath = tuple[str, str]
@@ -24,66 +25,79 @@ STRONG = 0.1
 
 
 class Tree:
-    """The joints of one multi-body, with servos.
+    """The joints of one multi-body, with servos and springs.
 
     PyBullet takes the forces of dampers at the start of a step: where one takes away much of a joint's
     velocity in a step, the joints shake to pieces. There the servos do what all dampers of the tree do.
 
     Args:
-        joints: all movable ones, in PyBullet's order.
+        joints: all movable ones with their places, in PyBullet's order.
         model: the name of their model.
-        places: theirs.
-        floats: whether the base does.
+        inertia: theirs.
         client: the physics client.
         step_s: the physics step.
     """
 
     def __init__(
         self,
-        joints: Sequence[Joint],
+        joints: Sequence[tuple[Joint, Place]],
         model: str,
-        places: Sequence[Place],
-        floats: bool,
+        inertia: Inertia,
         client: int,
         step_s: float,
     ) -> None:
-        self.paths = [(model, joint.name) for joint in joints]
-        self._multibody, self._links = places[0].multibody, [place.link for place in places]
-        self._base, self._client = 6 if floats else 0, client
-        dampers = np.array([joint.damping for joint in joints])
+        ways = [joint for joint, _ in joints for _ in joint.coordinates]
+        self.paths = [(model, name) for joint, _ in joints for name in joint.coordinates]
+        self._multibody, self._links = joints[0][1].multibody, [place.link for _, place in joints]
+        self._inertia, self._client = inertia, client
+        self._single = len(ways) == len(joints)
+        self._stiffness, self._rest = np.array([(joint.stiffness, joint.rest) for joint in ways]).T
+        dampers = np.array([joint.damping for joint in ways])
         self.strongly_damped = bool(self._share(dampers) * step_s > STRONG)
         if self.strongly_damped:
             for link in self._links:
                 bullet.changeDynamics(self._multibody, link, jointDamping=0, physicsClientId=client)
-        limits = [joint.effort for joint in joints]
+        limits = [joint.effort for joint in ways]
         self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None)
 
+    @property
+    def sprung(self) -> bool:
+        """Whether there are springs."""
+        return bool(self._stiffness.any())
+
+    @property
+    def idle(self) -> bool:
+        """Whether there is nothing to do."""
+        return self.servos.idle and not self.sprung
+
     def push(self) -> tuple[Mapping[JointPath, float], Mapping[JointPath, float]]:
-        """Return the efforts of the next step: of the servos, and of the dampers."""
-        states = bullet.getJointStates(self._multibody, self._links, self._client)
-        positions, velocities = np.array([state[:2] for state in states]).T
-        efforts = self.servos.push(positions, velocities, self._inertia(positions))
-        braking = self._by_path(self.servos.braking) if self.strongly_damped else {}
-        return self._by_path(efforts), braking
+        """Return the efforts of the next step: of the servos, and of dampers and springs."""
+        positions, velocities = np.array(list(self._states())).T
+        springs = self._stiffness * (self._rest - positions)
+        if self.servos.idle:
+            return self._by_path(np.zeros(len(springs))), self._by_path(springs)
+        efforts = self.servos.push(positions, velocities, self._inertia.now(positions), springs)
+        return self._by_path(efforts), self._by_path(self.servos.braking + springs)
 
     def _by_path(self, efforts: FloatArray) -> Mapping[JointPath, float]:
         return dict(zip(self.paths, efforts.tolist(), strict=True))
 
-    def _inertia(self, positions: FloatArray) -> FloatArray:
-        """Return the inertia of the joints against each other, the base following freely."""
-        where = positions.tolist()
-        mass = np.array(bullet.calculateMassMatrix(self._multibody, where, physicsClientId=self._client))
-        n = self._base
-        inertia: FloatArray = mass[n:, n:]
-        if n:  # what the base yields
-            inertia = inertia - mass[n:, :n] @ np.linalg.solve(mass[:n, :n], mass[:n, n:])
-        return inertia
+    def _states(self) -> Iterator[tuple[float, float]]:
+        """Yield position and velocity of each coordinate; where a ball joint stands asks no servo."""
+        if self._single:
+            for state in bullet.getJointStates(self._multibody, self._links, self._client):
+                yield state[:2]
+            return
+        for link in self._links:
+            position, velocities = bullet.getJointStateMultiDof(self._multibody, link, self._client)[:2]
+            for velocity in velocities:
+                yield position[0] if len(velocities) == 1 else 0.0, velocity
 
     def _share(self, dampers: FloatArray) -> float:
         """Return which share of a velocity the dampers take away in a second, with all joints at 0."""
         if not dampers.any():
             return 0.0
-        inertia = self._inertia(np.zeros(len(dampers)))
+        inertia = self._inertia.now(np.zeros(len(dampers)))
         return float(abs(np.linalg.eigvals(np.linalg.solve(inertia, np.diag(dampers)))).max())
 
 
@@ -107,24 +121,21 @@ class Control:
 
     def _trees_of(self, model: Model) -> Iterator[Tree]:
         """Yield the trees of a model that have something to do."""
-        places = self._built.joints[model.name]
-        told = {body.joint.name: body.joint for body, _ in self._built.bodies[model.name] if body.joint}
-        floating = {place.multibody for body, place in self._built.bodies[model.name] if body.floats}
+        places, bodies = self._built.joints[model.name], self._built.bodies[model.name]
+        told = [(body.joint, place) for body, place in bodies if body.joint and body.joint.coordinates]
         servoed = {places[name].multibody for name in servoed_joints(model) if name in places}
         for multibody in sorted({place.multibody for place in places.values()}):
-            names = sorted(
-                (name for name, place in places.items() if place.multibody == multibody),
-                key=lambda name: places[name].link,
-            )
-            joints, where = [told[name] for name in names], [places[name] for name in names]
-            tree = Tree(joints, model.name, where, multibody in floating, self._client, self._step_s)
-            if multibody in servoed or tree.strongly_damped:
+            joints = [(joint, place) for joint, place in told if place.multibody == multibody]
+            joints.sort(key=lambda each: each[1].link)
+            inertia = Inertia(bodies, multibody, self._client)
+            tree = Tree(joints, model.name, inertia, self._client, self._step_s)
+            if multibody in servoed or tree.strongly_damped or tree.sprung:
                 yield tree
 
     @property
     def active(self) -> bool:
         """Whether anything is to be set before each step."""
-        return bool(self._efforts or self._wrenches or any(not tree.servos.idle for tree in self._trees))
+        return bool(self._efforts or self._wrenches or any(not tree.idle for tree in self._trees))
 
     @property
     def applied(self) -> Mapping[JointPath, float]:
@@ -150,23 +161,28 @@ class Control:
 
     def push(self) -> None:
         """Set the forces of the next step."""
-        client, joints = self._client, self._built.joints
+        joints = self._built.joints
         self._applied = dict(self._efforts)
         braking: dict[JointPath, float] = {}
         for tree in self._trees:
-            if not tree.servos.idle:
+            if not tree.idle:
                 efforts, brakes = tree.push()
                 braking |= brakes
                 for path, effort in efforts.items():
                     self._applied[path] = self._efforts.get(path, 0.0) + effort
         for path, effort in self._applied.items():
-            (model, joint), force = path, effort + braking.get(path, 0.0)
-            place = joints[model][joint]
-            bullet.setJointMotorControl2(
-                place.multibody, place.link, bullet.TORQUE_CONTROL, force=force, physicsClientId=client
-            )
+            model, joint = path
+            self._drive(joints[model][joint], effort + braking.get(path, 0.0))
         for (model, index), wrench in self._wrenches.items():
             self._pull(*self._built.bodies[model][index], wrench)
+
+    def _drive(self, place: Place, effort: float) -> None:
+        where, mode, client = (place.multibody, place.link), bullet.TORQUE_CONTROL, self._client
+        if place.axis is None:
+            bullet.setJointMotorControl2(*where, mode, force=effort, physicsClientId=client)
+        else:
+            torque = [effort * (axis == place.axis) for axis in range(3)]
+            bullet.setJointMotorControlMultiDof(*where, mode, force=torque, physicsClientId=client)
 
     def _pull(self, body: Body, place: Place, wrench: Wrench) -> None:
         where, client = (place.multibody, place.link), self._client
@@ -214,9 +230,10 @@ class Control:
         """
         assert body.inertial is not None
         assert body.joint is not None
-        state = bullet.getJointState(place.multibody, place.link, self._client)
+        state = bullet.getJointStateMultiDof(place.multibody, place.link, self._client)
         reaction, moment = np.array(state[2][:3]), np.array(state[2][3:])
-        friction = state[3] * np.array(body.inertial.pose.rotate_back(body.joint.axis))
+        x, y, z = state[3] if body.joint.kind == "ball" else np.multiply(state[3][:1] or 0.0, body.joint.axis)
+        friction = np.array(body.inertial.pose.rotate_back((x, y, z)))
         if body.joint.kind == "prismatic":
             reaction += friction
         else:

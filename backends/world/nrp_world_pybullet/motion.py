@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from math import isfinite
 
 import numpy as np
 
 from nrp_core.world.parts.base import JointStates, ModelMotion
 from nrp_core.world.physics.bodies import Body
-from nrp_core.world.scene.pose import Pose, Quaternion, Vector
+from nrp_core.world.scene.pose import Pose, Quaternion, Vector, rotation_vector
 from nrp_world_pybullet.build import BASE, Place
 from nrp_world_pybullet.engine import bullet
 
@@ -97,7 +97,7 @@ class JointReader:
     """Reads the movable joints of one model.
 
     Args:
-        joints: places of the joints by name, in the order of the file.
+        joints: places of the coordinates by name, in the order of the file.
         driven: those of them whose motors PyBullet drives; the motors of others are friction.
         client: the physics client.
     """
@@ -108,12 +108,20 @@ class JointReader:
 
     def finite(self) -> bool:
         """Tell whether all positions are finite numbers."""
-        client = self._client
-        return all(isfinite(bullet.getJointState(p.multibody, p.link, client)[0]) for p in self._places)
+        return all(isfinite(position) for position, _, _ in self._rows())
 
     def states(self) -> JointStates:
         """Return positions, velocities and efforts; the efforts are those of the last physics step."""
-        states = [bullet.getJointState(place.multibody, place.link, self._client) for place in self._places]
-        rows = np.array([(position, velocity, effort) for position, velocity, _, effort in states])
-        positions, velocities, efforts = rows.reshape(-1, 3).T
+        positions, velocities, efforts = np.array(list(self._rows())).reshape(-1, 3).T
         return JointStates(self._names, positions, velocities, efforts * self._driven)
+
+    def _rows(self) -> Iterator[tuple[float, float, float]]:
+        """Yield position, velocity and effort of each coordinate."""
+        for place in self._places:
+            where = place.multibody, place.link
+            if place.axis is None:
+                position, velocity, _, effort = bullet.getJointState(*where, self._client)
+                yield position, velocity, effort
+            elif place.axis == 0:
+                turn, velocities, _, efforts = bullet.getJointStateMultiDof(*where, self._client)
+                yield from zip(rotation_vector(turn), velocities, efforts, strict=True)

@@ -18,7 +18,7 @@ from nrp_core.world.physics.world import MotionOf, PhysicsWorld
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.pose import Pose, Quaternion, Vector
 from nrp_world_pybullet.backend import PybulletOptions
 from nrp_world_pybullet.build import Built, Place, build
 from nrp_world_pybullet.cameras import TinyCameras, frame_reader
@@ -59,7 +59,7 @@ class PybulletWorld(PhysicsWorld):
             visuals=self._draws,
             physical=options.drive == "physical",
         )
-        self._drives = {path: self._drive_of(path, step_s) for path in self._built.drives}
+        self._drives = {path: self._drive_of(path, step_s, scene.gravity) for path in self._built.drives}
         wheels = {
             (model, wheel.joint) for (model, _), servo in self._built.drives.items() for wheel in servo.wheels
         }
@@ -80,12 +80,12 @@ class PybulletWorld(PhysicsWorld):
     def _do_base(self, body: Body, place: Place) -> Moving:
         return moving(body, place, Pose(), self._client)
 
-    def _drive_of(self, path: tuple[str, str], step_s: float) -> Drive:
+    def _drive_of(self, path: tuple[str, str], step_s: float, gravity: Vector) -> Drive:
         servo = self._built.drives[path]
         body, place = self._built.bodies[path[0]][servo.body]
         joints = self._built.joints[path[0]]
         wheels = [joints[wheel.joint] for wheel in servo.wheels]
-        return Drive(self._client, servo, body, place.multibody, wheels, step_s, self.scene.gravity)
+        return Drive(self._client, servo, body, place.multibody, wheels, step_s, gravity)
 
     def _do_advance(self, steps: int) -> None:
         self._efforts = {}
@@ -126,6 +126,10 @@ class PybulletWorld(PhysicsWorld):
     def _do_put_joint(self, place: Place, position: float) -> None:
         bullet.resetJointState(place.multibody, place.link, position, 0.0, self._client)
 
+    def _do_put_ball(self, place: Place, orientation: Quaternion) -> None:
+        still = [0.0, 0.0, 0.0]
+        bullet.resetJointStateMultiDof(place.multibody, place.link, orientation, still, self._client)
+
     def _do_configuration(self, model: str) -> object:
         client = self._client
         roots = [place.multibody for body, place in self._built.bodies[model] if body.floats]
@@ -134,8 +138,8 @@ class PybulletWorld(PhysicsWorld):
             for root in roots
         ]
         joints = [
-            bullet.getJointState(place.multibody, place.link, client)[:2]
-            for place in self._built.joints[model].values()
+            bullet.getJointStateMultiDof(place.multibody, place.link, client)[:2]
+            for place in self._jointed(model)
         ]
         return bases, joints
 
@@ -146,15 +150,18 @@ class PybulletWorld(PhysicsWorld):
         for root, (position, orientation, linear, angular) in zip(roots, bases, strict=True):
             bullet.resetBasePositionAndOrientation(root, position, orientation, client)
             bullet.resetBaseVelocity(root, linear, angular, client)
-        places = self._built.joints[model].values()
-        for place, (position, velocity) in zip(places, joints, strict=True):
-            bullet.resetJointState(place.multibody, place.link, position, velocity, client)
+        for place, (position, velocity) in zip(self._jointed(model), joints, strict=True):
+            bullet.resetJointStateMultiDof(place.multibody, place.link, position, velocity, client)
         self._moved(model)
+
+    def _jointed(self, model: str) -> list[Place]:
+        """Return the places of the movable joints of a model."""
+        return [place for place in self._built.joints[model].values() if not place.axis]
 
     def _moved(self, model: str) -> None:
         self._control.forget(model)
         self._efforts = {}
-        self._continue()
+        self._continue(model)
 
     def _do_save(self) -> object:
         efforts = {name: self._do_joint_states(name).efforts for name in self._joints}

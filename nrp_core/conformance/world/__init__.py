@@ -5,6 +5,7 @@ from nrp_core.conformance.world.capability import CapabilityTests
 from nrp_core.conformance.world.changing import ChangingTests
 from nrp_core.conformance.world.comparison import CrossTests, SpeedTests
 from nrp_core.conformance.world.driving import DrivingTests
+from nrp_core.conformance.world.joints import JointTests
 from nrp_core.conformance.world.motion import MotionTests
 from nrp_core.conformance.world.seeing import SeeingTests
 from nrp_core.conformance.world.sensing import SensingTests
@@ -17,7 +18,9 @@ class WorldContractTests(TopicTests, MotionTests, DrivingTests, SeeingTests, Sta
     """What every world does."""
 
 
-class WorldBackendTests(WorldContractTests, CapabilityTests, BodyTests, SensingTests, ChangingTests):
+class WorldBackendTests(
+    WorldContractTests, CapabilityTests, BodyTests, JointTests, SensingTests, ChangingTests
+):
     """What a third party runs: contract and capabilities."""
 
 

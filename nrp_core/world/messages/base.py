@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf
-from typing import Any, TypeVar, cast, get_type_hints
+from math import inf, isfinite
+from operator import attrgetter
+from typing import Any, TypeVar, cast, get_origin, get_type_hints
 
 import numpy as np
 
@@ -88,6 +90,11 @@ class Duration:
     nanosec: int = 0
 
 
+def ns_of(time: Time | Duration) -> int:
+    """Return a time or a span of time in nanoseconds."""
+    return time.sec * NS_PER_S + time.nanosec
+
+
 def invalid_field(value: Any) -> str | None:
     """Return what is wrong with the fields of a message, or None.
 
@@ -95,13 +102,15 @@ def invalid_field(value: Any) -> str | None:
     and lists of them are looked into, arrays are not (a laser's range may be infinite).
     """
     cls: type = type(value)
+    if _holds_finite_floats(value, cls):
+        return None
     for field, kind, nested in _fields(cls):
         item = getattr(value, field)
         if type(item) is float and kind is float:  # what most fields hold
             wrong = None if -inf < item < inf else f" is {item}"
         elif nested and type(item) is kind:
             wrong = _within(invalid_field(item), "")
-        elif isinstance(item, list) and not nested:
+        elif isinstance(item, list) and not nested and kind not in _PLAIN:
             wrong = _first(_within(invalid_field(m), f"[{i}]") for i, m in enumerate(item) if _is_message(m))
         else:
             wrong = _invalid_value(item, kind)
@@ -110,6 +119,21 @@ def invalid_field(value: Any) -> str | None:
     return None
 
 
+def _holds_finite_floats(value: Any, cls: type) -> bool:
+    """Tell whether all fields are finite floats or messages of such; quicker than to look at each."""
+    quick = _all_floats(cls)
+    if quick is None:
+        return False
+    read, kinds, first = quick
+    try:
+        held = read(value)
+    except AttributeError:  # a message of another type is in the place of one
+        return False
+    return tuple(map(type, held)) == kinds and isfinite(sum(held[first:]))
+
+
+_MOST_WITHIN = 100
+"""Messages in a message that are read at once; one that holds another of its own kind has no end."""
 _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
     float: ((int, float, np.integer, np.floating), "a number"),
     int: ((int, np.integer), "a whole number"),
@@ -118,14 +142,24 @@ _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
 }
 
 
+_LISTS = (list, tuple, np.ndarray)
+_LARGEST = sys.float_info.max  # whole numbers have no such limit
+
+
 def _invalid_value(item: Any, kind: Any) -> str | None:
     """Return what is wrong with what is no list, as it follows the name of its field."""
+    if get_origin(kind) is list:
+        return None if isinstance(item, _LISTS) else f" must be a list, not {item!r:.40}"
     if kind not in _PLAIN:
         return _invalid_message(item, kind) if dataclasses.is_dataclass(kind) else None
     accepted, what = _PLAIN[kind]
     if not isinstance(item, accepted):
         return f" must be {what}, not {item!r:.40}"
-    return f" is {item}" if kind is float and not -inf < cast("float", item) < inf else None
+    if kind is not float or (
+        abs(item) <= _LARGEST if isinstance(item, int) else -inf < cast("float", item) < inf
+    ):
+        return None
+    return f" is {item!s:.40}"
 
 
 def _invalid_message(item: Any, kind: Any) -> str | None:
@@ -144,6 +178,27 @@ def _is_message(item: Any) -> bool:
 
 def _first(found: Iterable[str | None]) -> str | None:
     return next(filter(None, found), None)
+
+
+@lru_cache(maxsize=256)
+def _all_floats(cls: type) -> tuple[Callable[[Any], tuple[Any, ...]], tuple[type, ...], int] | None:
+    """Return what reads all fields of a message of floats, first those that are messages; None for others.
+
+    Returns:
+        The reader, the types of what it reads, and how many are messages.
+    """
+    messages: list[tuple[str, type]] = []
+    floats: list[tuple[str, type]] = []
+    within = [("", cls)]
+    for prefix, owner in within:
+        for name, kind, nested in _fields(owner):
+            (messages if nested else floats).append((prefix + name, kind))
+            if nested and len(within) < _MOST_WITHIN:
+                within.append((f"{prefix}{name}.", kind))
+    paths, kinds = [path for path, _ in messages + floats], tuple(kind for _, kind in messages + floats)
+    if len(paths) < 2 or len(within) == _MOST_WITHIN or any(kind is not float for _, kind in floats):
+        return None
+    return attrgetter(*paths), kinds, len(messages)
 
 
 @lru_cache(maxsize=256)

@@ -91,3 +91,20 @@ class ContactsState:
 
     header: Header = field(default_factory=Header)
     states: list[ContactState] = field(default_factory=list)
+
+
+@message("gazebo_msgs/msg/ODEPhysics")
+@dataclass(slots=True)
+class ODEPhysics:
+    """How the engine of Gazebo solves; its defaults, which mean nothing to other engines."""
+
+    auto_disable_bodies: bool = False
+    sor_pgs_precon_iters: int = 0
+    sor_pgs_iters: int = 50
+    sor_pgs_w: float = 1.3
+    sor_pgs_rms_error_tol: float = 0.0
+    contact_surface_layer: float = 0.001
+    contact_max_correcting_vel: float = 100.0
+    cfm: float = 0.0
+    erp: float = 0.2
+    max_contacts: int = 20

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from nrp_core.world.messages.base import Duration, Time, message
-from nrp_core.world.messages.gazebo_msgs import LinkState, ModelState
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Wrench
+from nrp_core.world.messages.gazebo_msgs import LinkState, ModelState, ODEPhysics
+from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import ColorRGBA, Header
 
 
@@ -374,6 +374,46 @@ class DeleteLightRequest:
 @dataclass(slots=True)
 class DeleteLightResponse:
     """The answer to :class:`DeleteLightRequest`."""
+
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/GetPhysicsPropertiesRequest")
+@dataclass(slots=True)
+class GetPhysicsPropertiesRequest:
+    """Ask how physics computes."""
+
+
+@message("gazebo_msgs/msg/GetPhysicsPropertiesResponse")
+@dataclass(slots=True)
+class GetPhysicsPropertiesResponse:
+    """The answer to :class:`GetPhysicsPropertiesRequest`."""
+
+    time_step: float = 0.0
+    pause: bool = False
+    max_update_rate: float = 0.0
+    gravity: Vector3 = field(default_factory=Vector3)
+    ode_config: ODEPhysics = field(default_factory=ODEPhysics)
+    success: bool = True
+    status_message: str = ""
+
+
+@message("gazebo_msgs/msg/SetPhysicsPropertiesRequest")
+@dataclass(slots=True)
+class SetPhysicsPropertiesRequest:
+    """Set gravity; a ``time_step`` of 0 is the one that there is, and what is left has no effect."""
+
+    time_step: float = 0.0
+    max_update_rate: float = 0.0
+    gravity: Vector3 = field(default_factory=Vector3)
+    ode_config: ODEPhysics = field(default_factory=ODEPhysics)
+
+
+@message("gazebo_msgs/msg/SetPhysicsPropertiesResponse")
+@dataclass(slots=True)
+class SetPhysicsPropertiesResponse:
+    """The answer to :class:`SetPhysicsPropertiesRequest`."""
 
     success: bool = True
     status_message: str = ""

@@ -177,8 +177,18 @@ class Engine(ABC):
         """Put an effort (N m, N) on a joint from now on, besides what its servo does."""
 
     @abstractmethod
-    def set_wrench(self, model: str, link: str, wrench: Wrench) -> None:
-        """Let a wrench act at a link's centre of mass from now on."""
+    def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
+        """Let a wrench act at a link's centre of mass from now on, besides those of others.
+
+        Args:
+            model: the model.
+            link: its link.
+            wrench: instead of the one before.
+            of: who pushes.
+
+        Returns:
+            Whether its lever turns with the body, so that it is to be set again in each step.
+        """
 
 
 class Part(ABC):

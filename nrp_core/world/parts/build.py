@@ -11,11 +11,14 @@ from nrp_core.world.parts.color import ColorPart
 from nrp_core.world.parts.contact import ContactPart
 from nrp_core.world.parts.controller import ControllerPart
 from nrp_core.world.parts.drive import DrivePart
+from nrp_core.world.parts.flight import FlightPart
 from nrp_core.world.parts.force_torque import ForceTorquePart
 from nrp_core.world.parts.ground_truth import GroundTruthPart
 from nrp_core.world.parts.imu import ImuPart
 from nrp_core.world.parts.joints import JointStatesPart
 from nrp_core.world.parts.laser import LaserPart
+from nrp_core.world.parts.trajectory import TrajectoryPart
+from nrp_core.world.scene.acting import Flight
 from nrp_core.world.scene.model import Camera, Model
 from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, GroundTruth, Imu, Laser
 
@@ -37,9 +40,26 @@ def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
         for visual in link.visuals:
             yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, visual.glows, engine)
     for drive in model.drives:
-        yield DrivePart(drive, model, engine)
-    for joint in dict.fromkeys(controller.joint for controller in model.controllers):
-        controllers = [each for each in model.controllers if each.joint == joint]
-        yield ControllerPart(controllers, model, engine)
+        yield (
+            FlightPart(drive, model, engine) if isinstance(drive, Flight) else DrivePart(drive, model, engine)
+        )
+    yield from _controllers_of(model, engine)
     if model.joint_states_topic is not None:
         yield JointStatesPart(model, engine)
+
+
+def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:
+    """Yield those of single joints before those that lead them, so that integrals are added up first."""
+    parts: dict[str, ControllerPart] = {}
+    followers = model.trajectory_controllers
+    names = [
+        *(each.joint for each in model.controllers),
+        *(name for each in followers for name in each.joints),
+    ]
+    for joint in dict.fromkeys(names):
+        controllers = [each for each in model.controllers if each.joint == joint]
+        led = [each.of_joint(joint) for each in followers if joint in each.joints]
+        parts[joint] = ControllerPart(controllers, led, model, engine)
+    yield from parts.values()
+    for follower in followers:
+        yield TrajectoryPart(follower, parts, model, engine)

@@ -19,6 +19,7 @@ class CameraPart(SensorPart):
     def __init__(self, camera: Camera, model: str, link: str, engine: Engine) -> None:
         super().__init__(camera, model, link, engine)
         self._camera = camera
+        self._is_noisy = bool(camera.noise)
         self._path = (model, link, camera.name)
         size = f"{camera.name}, {camera.width}x{camera.height}"
         topics = [self._served(camera.topic, Image, f"camera {size}")]
@@ -34,18 +35,18 @@ class CameraPart(SensorPart):
         header = self._header(now_ns)
         if topic == self._camera.depth_topic:
             depth = self._engine.depth(*self._path)
-            if self._camera.noise:
+            if self._is_noisy:
                 depth = depth + np.asarray(self._noise(topic, now_ns, depth.shape), np.float32)
                 depth.flags.writeable = False
             height, width = depth.shape
             return Image(header, height, width, "32FC1", 0, 4 * width, depth)  # type: ignore[arg-type]
-        picture = self._with_noise(self._engine.render(*self._path), topic, now_ns)
+        picture = self._engine.render(*self._path)
+        if self._is_noisy:
+            picture = self._with_noise(picture, topic, now_ns)
         height, width, channels = picture.shape
         return Image(header, height, width, "rgb8", 0, width * channels, picture)
 
     def _with_noise(self, picture: ImageArray, topic: str, now_ns: int) -> ImageArray:
-        if not self._camera.noise:
-            return picture
         noisy = picture + 255 * self._noise(topic, now_ns, picture.shape)
         result: ImageArray = np.rint(noisy).clip(0, 255).astype(np.uint8)
         result.flags.writeable = False

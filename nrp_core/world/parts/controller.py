@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from nrp_core.clock import seconds
@@ -17,6 +18,14 @@ from nrp_core.world.topics import Direction, TopicInfo
 _UNITS = {"position": "rad or m", "velocity": "rad/s or m/s", "effort": "N m or N"}
 
 
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What a controller is to reach: a position, velocity or effort, and how fast a position changes."""
+
+    value: float
+    rate: float = 0.0
+
+
 class ControllerPart(Part):
     """Serves the commands of the :class:`~nrp_core.world.scene.acting.JointController` of one joint.
 
@@ -24,14 +33,22 @@ class ControllerPart(Part):
     proportional and the derivative part in each physics step; an integral part is added up here.
 
     Args:
-        controllers: all of the joint.
+        controllers: all of the joint that take commands.
+        led: as what trajectories may lead it.
         model: whose joint it is.
         engine: moves it.
     """
 
-    def __init__(self, controllers: Sequence[JointController], model: Model, engine: Engine) -> None:
-        self._joint, self._model, self._engine = controllers[0].joint, model.name, engine
-        self._laws = {controller.topic: _Law(controller, model) for controller in controllers}
+    def __init__(
+        self,
+        controllers: Sequence[JointController],
+        led: Sequence[JointController],
+        model: Model,
+        engine: Engine,
+    ) -> None:
+        every = (*led, *controllers)
+        self._joint, self._model, self._engine = every[0].joint, model.name, engine
+        self._laws = {controller.topic: _Law(controller, model) for controller in every}
         self.topics = tuple(
             TopicInfo(
                 each.topic,
@@ -41,22 +58,31 @@ class ControllerPart(Part):
             )
             for each in controllers
         )
-        starts = [(each.topic, each.initial) for each in controllers if each.initial is not None]
+        starts = [(each.topic, Target(each.initial)) for each in every if each.initial is not None]
         self._initial = starts[-1] if starts else None
         self._command = self._initial
         self._integral = 0.0
 
-    def write(self, topic: str, message: Any, now_ns: int) -> None:
-        if self._command is not None and self._command[0] != topic:
+    @property
+    def obeys(self) -> str | None:
+        """The topic of the last command; None before the first."""
+        return self._command and self._command[0]
+
+    def lead(self, topic: str, target: Target, now_ns: int) -> None:
+        """Let a topic command something from now on."""
+        if self.obeys not in (topic, None):
             self._integral = 0.0
-        self._command = topic, self._laws[topic].bounded(float(message.data))
+        self._command = topic, self._laws[topic].bounded(target)
         self._aim(now_ns)
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        self.lead(topic, Target(float(message.data)), now_ns)
 
     def at_deadline(self, now_ns: int) -> None:
         assert self._command is not None  # without one there is no deadline
         topic, target = self._command
         law = self._laws[topic]
-        gains, error = law.gains, target - self._now(law.controller.kind)
+        gains, error = law.gains, target.value - self._now(law.controller.kind)
         integral = self._integral + gains.i * error * seconds(self._engine.step_ns)
         self._integral = min(max(integral, -gains.i_limit), gains.i_limit)
         self._aim(now_ns)
@@ -114,15 +140,17 @@ class _Law:
             "effort": (-joint.effort, joint.effort),
         }[controller.kind]
 
-    def bounded(self, target: float) -> float:
+    def bounded(self, target: Target) -> Target:
         """Return a command within the limits of the joint."""
-        return min(max(target, self._lower), self._upper)
+        value = min(max(target.value, self._lower), self._upper)
+        return target if value == target.value else Target(value)
 
-    def aim(self, target: float, integral: float) -> JointAim:
+    def aim(self, target: Target, integral: float) -> JointAim:
         """Return what the servo aims at."""
-        gains = self.gains
+        gains, value = self.gains, target.value
         if self.controller.kind == "position":
-            return JointAim(gains.p, gains.d, position=target, effort=integral)
+            effort = integral + self._braking * target.rate
+            return JointAim(gains.p, gains.d, position=value, velocity=target.rate, effort=effort)
         if self.controller.kind == "velocity":
-            return JointAim(damping=gains.p, velocity=target, effort=integral + self._braking * target)
-        return JointAim(effort=target)
+            return JointAim(damping=gains.p, velocity=value, effort=integral + self._braking * value)
+        return JointAim(effort=value)

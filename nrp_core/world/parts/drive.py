@@ -20,18 +20,18 @@ from nrp_core.world.parts.poses import pose_message, twist_message
 from nrp_core.world.physics.bodies import bodies_of
 from nrp_core.world.physics.joint_servo import joint_inertias, stiff_gains
 from nrp_core.world.physics.steering import ackermann_velocity, wheel_angles
-from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove
+from nrp_core.world.scene.acting import Ackermann, PlanarDrive, PlanarMove
 from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
 
 
 class DrivePart(Part):
-    """Serves one drive of :mod:`nrp_core.world.scene.acting`.
+    """Serves one drive of :mod:`nrp_core.world.scene.acting` that moves on the ground.
 
     A command holds until the next one or until the time-out; speeds are not clamped.
     """
 
-    def __init__(self, drive: Drive, model: Model, engine: Engine) -> None:
+    def __init__(self, drive: PlanarDrive, model: Model, engine: Engine) -> None:
         self._drive, self._model, self._engine = drive, model.name, engine
         self._frame = f"{model.name}/{model.links[0].name}"
         self._home = model.pose.inverse()

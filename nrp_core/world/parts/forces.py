@@ -25,6 +25,7 @@ class ForcesPart(Part):
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
         self._pushes: list[Push] = []
+        self._turning: set[tuple[str, str, bool]] = set()
 
     def add(self, push: Push, now_ns: int) -> None:
         """Let something act."""
@@ -40,9 +41,10 @@ class ForcesPart(Part):
     def forget(self, model: str) -> None:
         """Forget what acted on a model that is gone."""
         self._pushes = [push for push in self._pushes if push.model != model]
+        self._turning = {key for key in self._turning if key[0] != model}
 
     def at_deadline(self, now_ns: int) -> None:
-        keys = {_key(push) for push in self._pushes if _changes(push, now_ns)}
+        keys = self._turning | {_key(push) for push in self._pushes if _changes(push, now_ns)}
         self._pushes = [push for push in self._pushes if push.end_ns is None or push.end_ns > now_ns]
         self._update(keys, now_ns)
 
@@ -69,11 +71,13 @@ class ForcesPart(Part):
             model, name, is_wrench = key
             if is_wrench:
                 wrenches = [load for load in acting if isinstance(load, Wrench)]
-                self._engine.set_wrench(model, name, _total(wrenches))
+                turns = self._engine.set_wrench(model, name, _total(wrenches))
+                (self._turning.add if turns else self._turning.discard)(key)
             else:
                 efforts = [load for load in acting if not isinstance(load, Wrench)]
                 self._engine.set_joint_effort(model, name, sum(efforts))
         times = [t for p in self._pushes for t in (p.start_ns, p.end_ns) if t is not None and t > now_ns]
+        times += [now_ns + self._engine.step_ns] if self._turning else []
         self.deadline_ns = min(times, default=None)
 
 

@@ -23,9 +23,10 @@ class GroundTruthPart(SensorPart):
         motion = self._engine.link_motion(*self._place).at(self._sensor.pose)
         if self._sensor.reference != "world":
             motion = seen_from(self._engine.model_motion(self._sensor.reference), motion)
-        position, linear, angular = self._noisy(
-            topic, now_ns, motion.pose.position, motion.linear, motion.angular
-        )
+        velocities = motion.linear, motion.angular
+        if self._sensor.along_link:
+            velocities = motion.pose.rotate_back(motion.linear), motion.pose.rotate_back(motion.angular)
+        position, linear, angular = self._noisy(topic, now_ns, motion.pose.position, *velocities)
         header = self._header(now_ns)
         header.frame_id = self._sensor.reference
         noisy = ModelMotion(Pose(position, motion.pose.orientation), linear, angular)

@@ -42,6 +42,8 @@ class PhysicsBackend(WorldBackend):
             contacts=True,
             joint_control=True,
             joint_wrenches=True,
+            ball_joints=True,
+            coupled_joints=True,
             changes=True,
             releases_gil=self.releases_gil,
         )

@@ -8,7 +8,6 @@ the same; and likewise what dampers of joints do, which such engines shake to pi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,8 @@ def servoed_joints(model: Model) -> tuple[str, ...]:
     """Return the joints of a model that have a servo."""
     controlled = [controller.joint for controller in model.controllers]
     steered = [joint for drive in model.drives if isinstance(drive, Ackermann) for joint in drive.steering]
-    return tuple(dict.fromkeys([*controlled, *steered]))
+    followed = [joint for each in model.trajectory_controllers for joint in each.joints]
+    return tuple(dict.fromkeys([*controlled, *followed, *steered]))
 
 
 def joint_inertias(bodies: Sequence[Body]) -> Mapping[str, float]:
@@ -88,47 +88,47 @@ class ExplicitServos:
         self._limits, self._step_s = np.array(limits), step_s
         self._dampers = np.zeros(len(limits)) if dampers is None else dampers
         self.braking = np.zeros(len(limits))
-        self._aims = [JointAim()] * len(limits)
+        self._aims = np.zeros((len(limits), 5))  # in a row what a JointAim has
         self._efforts = np.zeros(len(limits))
         self._velocities: FloatArray | None = None
-        self._lay_out()
 
     @property
     def idle(self) -> bool:
         """Whether they do nothing."""
-        return not (self._dampers.any() or any(aim != JointAim() for aim in self._aims))
+        return not (self._dampers.any() or self._aims.any())
 
     def aim(self, number: int, aim: JointAim) -> None:
         """Let one joint aim at something."""
         idle = self.idle
-        self._aims[number] = aim
-        self._lay_out()
+        self._aims[number] = aim.stiffness, aim.damping, aim.position, aim.velocity, aim.effort
         if self.idle and not idle:  # nothing is pushed from now on, and what was seen last grows old
             self.forget()
 
-    def _lay_out(self) -> None:
-        """Lay the aims out as arrays."""
-        stiffness, damping, position, velocity, effort = np.array([astuple(aim) for aim in self._aims]).T
-        self._stiffness = stiffness
-        self._damping = damping + stiffness * self._step_s  # backward Euler
-        self._constant = stiffness * position + damping * velocity + effort
-
-    def push(self, positions: FloatArray, velocities: FloatArray, inertia: FloatArray) -> FloatArray:
+    def push(
+        self,
+        positions: FloatArray,
+        velocities: FloatArray,
+        inertia: FloatArray,
+        springs: FloatArray | float = 0.0,
+    ) -> FloatArray:
         """Return the servos' efforts in the next step, from the joints' state at its start, shape ``(n,)``.
 
         Args:
             positions: shape ``(n,)``.
             velocities: shape ``(n,)``.
             inertia: of the joints against each other, the base following freely, shape ``(n, n)``.
+            springs: the efforts of springs in that step, shape ``(n,)`` or alike for all.
         """
         dt = self._step_s
         load: FloatArray = np.zeros(len(positions))
         if self._velocities is not None:
             load = self._efforts - inertia @ (velocities - self._velocities) / dt
-        wanted = self._constant - self._stiffness * positions - self._damping * velocities
-        damping, dampers = self._damping, self._dampers
+        stiffness, damping, position, velocity, effort = self._aims.T
+        wanted = stiffness * position + damping * velocity + effort - stiffness * positions
+        damping, dampers = damping + stiffness * dt, self._dampers  # backward Euler
+        wanted = wanted - damping * velocities
         for _ in range(2):
-            free = wanted - dampers * velocities - load
+            free = wanted - dampers * velocities + springs - load
             ahead = np.linalg.solve(inertia + np.diag(dt * (damping + dampers)), free)
             efforts: FloatArray = (wanted - dt * damping * ahead).clip(-self._limits, self._limits)
             strained = abs(efforts) == self._limits
@@ -137,7 +137,7 @@ class ExplicitServos:
             # the dampers brake what a servo at its limit does, not what it wanted
             wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
         self.braking = -dampers * (velocities + dt * ahead)
-        self._efforts, self._velocities = efforts + self.braking, velocities
+        self._efforts, self._velocities = efforts + self.braking + springs, velocities
         return efforts
 
     def forget(self) -> None:

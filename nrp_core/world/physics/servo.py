@@ -30,7 +30,7 @@ from nrp_core.world.parts.base import BodyVelocity, ModelMotion
 from nrp_core.world.physics.bodies import Body, body_of, tree_of
 from nrp_core.world.physics.mass import combined, turned
 from nrp_core.world.physics.wheels import ServoedWheel, servoed_wheel
-from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove
+from nrp_core.world.scene.acting import Ackermann, Drive, PlanarDrive, PlanarMove
 from nrp_core.world.scene.model import Inertial, Model
 from nrp_core.world.scene.pose import Vector
 
@@ -154,7 +154,7 @@ def _sum(a: Vector, b: Vector) -> Vector:
 
 
 def servo_of(
-    model: Model, drive: Drive, bodies: Sequence[Body], gravity: Vector, physical: bool = False
+    model: Model, drive: PlanarDrive, bodies: Sequence[Body], gravity: Vector, physical: bool = False
 ) -> PlanarServo:
     """Lay out the servo of a drive.
 
@@ -170,8 +170,8 @@ def servo_of(
     """
     sides = () if isinstance(drive, PlanarMove) else ((-1.0, drive.left), (1.0, drive.right))
     wheels = [(side, _wheel(model, drive, bodies, name)) for side, names in sides for name in names]
-    base = _base(model, drive, bodies, [wheel for _, wheel in wheels])
-    whole = combined(_masses_in(base, bodies))
+    base = driven_root(model, drive, bodies, [wheel for _, wheel in wheels])
+    whole = combined(masses_in(base, bodies))
     assert whole is not None  # a body that can move has mass
     lever = sqrt(float(turned(whole)[2, 2]) / whole.mass / 2)
     x, y, _ = whole.pose.position
@@ -191,8 +191,12 @@ def servo_of(
     )
 
 
-def _base(model: Model, drive: Drive, bodies: Sequence[Body], wheels: Sequence[Body]) -> int:
-    """Return the root that holds all wheels; of a drive without, the base of its model."""
+def driven_root(model: Model, drive: Drive, bodies: Sequence[Body], wheels: Sequence[Body] = ()) -> int:
+    """Return the root that holds all wheels; of a drive without, the base of its model.
+
+    Raises:
+        SceneError: no one body that floats freely does.
+    """
     base: int | None
     if wheels:
         # the front wheels of a car are held by what steers them
@@ -225,11 +229,11 @@ def without_wheel_friction(model: Model, bodies: Sequence[Body], physical: bool 
     """
     wheels = {
         name
-        for drive in model.drives
+        for drive in model.planar_drives
         if not isinstance(drive, PlanarMove) and not physical
         for name in (*drive.left, *drive.right)
     }
-    slides = any(isinstance(drive, PlanarMove) for drive in model.drives)
+    slides = any(isinstance(drive, PlanarMove) for drive in model.planar_drives)
     return tuple(
         _slippery(body) if (body.joint.name in wheels if body.joint else slides and body.floats) else body
         for body in bodies
@@ -245,21 +249,21 @@ def _slippery(body: Body) -> Body:
     return replace(body, links=links, joint=joint)
 
 
-def _wheel(model: Model, drive: Drive, bodies: Sequence[Body], joint: str) -> Body:
+def _wheel(model: Model, drive: PlanarDrive, bodies: Sequence[Body], joint: str) -> Body:
     for body in bodies:
         if body.joint is not None and body.joint.name == joint:
             return body
     raise SceneError(f"the drive '{drive.name}' of '{model.name}' has a wheel that cannot turn: '{joint}'")
 
 
-def _masses_in(root: int, bodies: Sequence[Body]) -> list[Inertial]:
+def masses_in(root: int, bodies: Sequence[Body]) -> list[Inertial]:
     """Return the inertials of a root and all that hangs on it, in its frame, which is the model's."""
     tree = tree_of(root, bodies)
     parts = [(bodies[index].in_model, bodies[index].inertial) for index in tree]
     return [replace(mass, pose=place @ mass.pose) for place, mass in parts if mass is not None]
 
 
-def _middle(drive: Drive, wheels: Sequence[Body]) -> tuple[float, float]:
+def _middle(drive: PlanarDrive, wheels: Sequence[Body]) -> tuple[float, float]:
     """Return the point whose velocity is commanded: the middle of the wheels, of a car's rear ones."""
     if isinstance(drive, Ackermann):
         rear = (drive.left[0], drive.right[0])
@@ -270,7 +274,7 @@ def _middle(drive: Drive, wheels: Sequence[Body]) -> tuple[float, float]:
     return sum(x for x, _, _ in places) / len(places), sum(y for _, y, _ in places) / len(places)
 
 
-def _limit(drive: Drive, mass: float, gravity: Vector) -> float:
+def _limit(drive: PlanarDrive, mass: float, gravity: Vector) -> float:
     """Return the force that half of the tyres, or one side's motors, can bring to the ground."""
     traction = TRACTION * mass * hypot(*gravity) / 2
     if isinstance(drive, PlanarMove):

@@ -20,7 +20,7 @@ from nrp_core.world.physics.bodies import Body, body_of
 from nrp_core.world.physics.options import PhysicsOptions
 from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.scene.model import Link, Model, Scene
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.pose import Pose, Quaternion, rotation_by
 
 MotionOf = Callable[[], ModelMotion]
 """Reads how something moves."""
@@ -35,7 +35,7 @@ class Built(Protocol):
 
     @property
     def joints(self) -> Mapping[str, Mapping[str, Any]]:
-        """The places of the movable joints of each model."""
+        """The places of the coordinates of each model's joints."""
 
 
 class Drive(Protocol):
@@ -187,17 +187,26 @@ class PhysicsWorld(World):
         self._moved(model)
 
     def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        for name, position in positions.items():
-            self._do_put_joint(self._built.joints[model][name], position)
+        states = self._do_joint_states(model)
+        now = dict(zip(states.names, states.positions.tolist(), strict=True))
+        places = self._built.joints[model]
+        for joint in self.scene.model(model).joints:
+            given = [positions[name] for name in joint.coordinates if name in positions]
+            if given and joint.kind == "ball":
+                x, y, z = (positions.get(name, now[name]) for name in joint.coordinates)
+                self._do_put_ball(places[joint.coordinates[0]], rotation_by((x, y, z)))
+            elif given:
+                self._do_put_joint(places[joint.name], given[0])
         self._moved(model)
 
     def _do_close(self) -> None:
         self._close_cameras()
 
-    def _continue(self) -> None:
-        """Start from another state than the one reached by steps."""
-        for drive in self._drives.values():
-            drive.forget()
+    def _continue(self, model: str | None = None) -> None:
+        """Start from another state of a model, by default of all, than the one reached by steps."""
+        for (owner, _), drive in self._drives.items():
+            if model in (owner, None):
+                drive.forget()
 
     # -- for backends
 
@@ -216,3 +225,7 @@ class PhysicsWorld(World):
     @abstractmethod
     def _do_put_joint(self, place: Any, position: float) -> None:
         """Put a joint somewhere, at rest."""
+
+    @abstractmethod
+    def _do_put_ball(self, place: Any, orientation: Quaternion) -> None:
+        """Turn the child of a ball joint against its parent, at rest; the place is its first coordinate's."""

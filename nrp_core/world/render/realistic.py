@@ -1,9 +1,13 @@
 """Pictures with light and shadows, drawn on the CPU like the flat ones and alike for every engine.
 
-Surfaces are matt (Lambert's law), their edges sharp and their curves smooth; shadows come from maps of what
-each light sees (Williams, Casting curved shadows on curved surfaces, SIGGRAPH 1978). Light is added to the
-ambient light that SDF gives a scene by default; nothing is reflected from one surface to another, what glows
-lights nothing else, and there are no textures.
+Surfaces are matt (Lambert's law), or shine as their finish says
+(:mod:`nrp_core.world.render.microfacets`); their edges are sharp and their curves smooth. Shadows come from
+maps of what each light sees (Williams, Casting curved shadows on curved surfaces, SIGGRAPH 1978). Light is
+added to the ambient light that SDF gives a scene by default, which comes from everywhere, so that a metal
+mirrors it and not what stands around; what glows lights nothing else, and there are no textures.
+
+Colours and pictures are linear: a byte is in proportion to the light, without a gamma, and what gets as much
+light as white needs to be white has the bytes of a flat picture.
 """
 
 from __future__ import annotations
@@ -17,12 +21,14 @@ import numpy.typing as npt
 from nrp_core.world.parts.base import ImageArray
 from nrp_core.world.physics.bodies import Body
 from nrp_core.world.render.faces import FaceView
+from nrp_core.world.render.gloss import Gloss
 from nrp_core.world.render.lamps import Lamps
+from nrp_core.world.render.normals import corner_normals
 from nrp_core.world.render.optics import SKY, CameraPath, Optics
 from nrp_core.world.render.pixels import to_camera
 from nrp_core.world.render.raster import RasterCameras, ReadFrames
 from nrp_core.world.render.scene_mesh import WORLD_FRAME, BodyPath, FloatArray
-from nrp_core.world.render.shading import corner_normals, shade
+from nrp_core.world.render.shading import shade
 from nrp_core.world.scene.model import Light
 
 AMBIENT = 0.4
@@ -56,6 +62,7 @@ class RealisticCameras(RasterCameras):
         corners = np.argsort(mesh.faces, axis=None, kind="stable").astype(np.int32)
         starts = np.searchsorted(mesh.faces.ravel()[corners], np.arange(len(mesh.vertices) + 1))
         self._normals = corner_normals(mesh.vertices, mesh.faces, corners, starts.astype(np.int32))
+        self._gloss = Gloss(mesh.finishes)
         self._view = FaceView(mesh)
         self._framed = np.empty(0, bool)
         self._mapped: tuple[npt.NDArray[Any], ...] = ()
@@ -71,9 +78,11 @@ class RealisticCameras(RasterCameras):
         self._map_shadows(points)
         eye = self._eye_in_world(path)
         seen = self._view.draw(points, eye, optics.focal, optics.near, optics.far, nearness)
-        colors = (mesh.palette / 255)[mesh.surfaces], mesh.glowing[mesh.surfaces]
-        shapes = (points, mesh.faces, self._normals, self._frames, self._frame_of_face, *colors)
-        light = (np.array(SKY[:3]), AMBIENT, lamps.rows, lamps.maps, lamps.eyes, lamps.focals)
+        colors = mesh.palette[:-1] / 255
+        finishes = self._gloss.of(colors), self._gloss.tables
+        looks = (self._frame_of_face, mesh.surfaces, colors, mesh.glowing, *finishes)
+        shapes = (points, mesh.faces, self._normals, self._frames, *looks)
+        light = (np.array([SKY[:3]]), AMBIENT, lamps.rows, lamps.maps, lamps.eyes, lamps.focals)
         picture = np.empty((optics.height, optics.width, 3), np.uint8)
         shade(seen, nearness, optics.focal, eye, *shapes, *light, picture)
         return picture

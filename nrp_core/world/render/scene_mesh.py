@@ -33,6 +33,7 @@ class SceneMesh:
         surfaces: the number of the visual of each face, shape ``(m,)``.
         shown: which visuals are visible.
         glowing: which have their colour in any light.
+        finishes: how each of them shines, None where it is matt.
         palette: their colours, and last, where the index -1 finds it, the sky's; shape ``(visuals + 1, 3)``.
     """
 
@@ -49,6 +50,7 @@ class SceneMesh:
         self.surfaces = np.repeat(np.arange(len(placed), dtype=np.int32), [len(each) for each in faces])
         self.shown = np.ones(len(placed), bool)
         self.glowing = np.array([visual.glows for _, visual, *_ in placed], bool)
+        self.finishes = [visual.finish for _, visual, *_ in placed]
         self.palette = np.array([bytes_of(SKY)] * (len(placed) + 1), np.uint8)
         for path, visual, *_ in placed:
             self.set_color(path, visual.rgba)

@@ -8,7 +8,7 @@ import numpy as np
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.messages import gazebo_srvs as srv
-from nrp_core.world.messages.base import Duration, Time
+from nrp_core.world.messages.base import Time, ns_of
 from nrp_core.world.messages.gazebo_msgs import LinkState
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.parts.base import ModelMotion, Wrench
@@ -70,7 +70,7 @@ class BodyRequests:
         joints = self._world.joint_states(model)
         index = joints.names.index(joint)
         position, rate = float(joints.positions[index]), float(joints.velocities[index])
-        told = next(each for each in self._world.scene.model(model).joints if each.name == joint)
+        told = next(each for each in self._world.scene.model(model).joints if joint in each.coordinates)
         kind = getattr(srv.GetJointPropertiesResponse, told.kind.upper())
         return srv.GetJointPropertiesResponse(kind, [told.damping], [position], [rate])
 
@@ -138,9 +138,9 @@ class BodyRequests:
         """Return the model and joint of ``model::joint``; of a name alone, the one model that has it."""
         model_name, found, joint = name.replace("/", "::").rpartition("::")
         models = [self._world.scene.model(model_name)] if found else list(self._world.scene.models)
-        owners = [m.name for m in models if any(j.name == joint and j.kind != "fixed" for j in m.joints)]
+        owners = [m.name for m in models if any(joint in j.coordinates for j in m.joints)]
         if len(owners) != 1:
-            known = [j.name for m in models for j in m.joints if j.kind != "fixed"]
+            known = [name for m in models for j in m.joints for name in j.coordinates]
             many = "more than one model has" if owners else "no model has"
             where = f"'{model_name}' has no" if found else many
             raise SceneError(f"{where} joint '{joint}'{did_you_mean(joint, known)}")
@@ -174,12 +174,8 @@ class BodyRequests:
 
     def _push(self, model: str, name: str, load: Wrench | float, request: Any) -> None:
         now_ns = self._world.now_ns
-        start_ns = max(now_ns, _ns(request.start_time))
-        lasts_ns = _ns(request.duration)
+        start_ns = max(now_ns, ns_of(request.start_time))
+        lasts_ns = ns_of(request.duration)
         end_ns = None if lasts_ns < 0 else start_ns + lasts_ns
         if end_ns is None or end_ns > start_ns:
             self._world.forces.add(Push(model, name, load, start_ns, end_ns), now_ns)
-
-
-def _ns(time: Time | Duration) -> int:
-    return time.sec * 10**9 + time.nanosec

@@ -48,12 +48,19 @@ class SceneRequests:
         return srv.GetWorldPropertiesResponse(seconds(self._world.now_ns), names)
 
     def spawn(self, request: srv.SpawnModelRequest) -> srv.SpawnModelResponse:
-        """Add a model, from the text of its file."""
+        """Add a model or a light, from the text of its file."""
         pose = pose_of(request.initial_pose)
         if request.reference_frame not in ("", "world"):
             reference = self._world.scene.model(request.reference_frame)
             pose = self._world.model_motion(reference.name).pose @ pose
-        self._world.spawn(_model(request.model_name, request.model_xml, pose))
+        added = _read(request.model_name, request.model_xml, pose)
+        if isinstance(added, Model):
+            self._world.spawn(added)
+            return srv.SpawnModelResponse()
+        lights = self._world.scene.lights
+        if any(light.name == added.name for light in lights):
+            raise SceneError(f"the scene has a light '{added.name}' already")
+        self._world.set_lights((*lights, added))
         return srv.SpawnModelResponse()
 
     def delete(self, request: srv.DeleteModelRequest) -> srv.DeleteModelResponse:
@@ -121,12 +128,18 @@ class SceneRequests:
         return lights[name]
 
 
-def _model(name: str, text: str, pose: Pose) -> Model:
-    from nrp_core.world.scene.sdf import read_model  # readers of files are needed by few runs
+def _read(name: str, text: str, pose: Pose) -> Model | Light:
+    """Return what the text of a file holds, a model or else a light, under a name and at a pose."""
+    from nrp_core.world.scene.sdf import read_model, read_scene  # readers of files are needed by few runs
 
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.sdf"
         path.write_text(text)
+        scene = read_scene(path) if "<light" in text else None
+        if scene is not None and scene.lights and not scene.models:
+            light = scene.lights[0]
+            shines = pose.rotate(light.pose.rotate_back(light.direction))
+            return replace(light, name=name or light.name, pose=pose, direction=shines)
         return read_model(path, name=name or None, pose=pose)
 
 

@@ -1,4 +1,4 @@
-"""What a robot acts with, as data: drives and joint controllers."""
+"""What a robot acts with, as data: drives, and controllers of joints."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Literal
+
+from nrp_core.world.scene.pose import Vector
 
 Rename = Callable[[str], str]
 
@@ -115,7 +117,35 @@ class Ackermann:
         return replace(self, name=named(self.name), left=left, right=right, steering=steering)
 
 
-Drive = WheelDrive | PlanarMove | Ackermann
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """A body that moves along and turns about all its axes as a Twist commands, whatever carries it.
+
+    Before the first command it falls. Fields as those of :class:`WheelDrive`.
+
+    Args:
+        initial: the velocities along its axes (m/s) and about them (rad/s) that it begins with, instead.
+    """
+
+    name: str
+    command_topic: str
+    initial: tuple[Vector, Vector] | None = None
+    odometry_topic: None = None
+    wheel_speeds_topic: None = None
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints it moves: none."""
+        return ()
+
+    def renamed(self, named: Rename) -> Flight:
+        """Return the drive of a model whose parts have other names."""
+        return replace(self, name=named(self.name))
+
+
+PlanarDrive = WheelDrive | PlanarMove | Ackermann
+"""What moves a body on the ground."""
+Drive = PlanarDrive | Flight
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,3 +183,41 @@ class JointController:
     def renamed(self, named: Rename) -> JointController:
         """Return the controller of a model whose parts have other names."""
         return replace(self, joint=named(self.joint))
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryController:
+    """Lets joints follow trajectories (``trajectory_msgs/JointTrajectory``).
+
+    Args:
+        name: of the controller or its plugin.
+        command_topic: absolute.
+        joints: their names.
+        gains: by joint, as those of :class:`JointController`; None for all that are not told.
+        initial: by joint, where it is held before the first trajectory; the others are free.
+        state_topic: where it tells what it does (``control_msgs/JointTrajectoryControllerState``); None for
+            nowhere.
+        rate_hz: of that.
+    """
+
+    name: str
+    command_topic: str
+    joints: tuple[str, ...]
+    gains: tuple[tuple[str, Pid], ...] = ()
+    initial: tuple[tuple[str, float], ...] = ()
+    state_topic: str | None = None
+    rate_hz: float = 50.0
+
+    def of_joint(self, joint: str) -> JointController:
+        """Return what leads one of its joints."""
+        gains, initial = dict(self.gains).get(joint), dict(self.initial).get(joint)
+        return JointController(joint, "position", self.command_topic, gains, initial)
+
+    def renamed(self, named: Rename) -> TrajectoryController:
+        """Return the controller of a model whose parts have other names."""
+        return replace(
+            self,
+            joints=tuple(map(named, self.joints)),
+            gains=tuple((named(joint), gains) for joint, gains in self.gains),
+            initial=tuple((named(joint), position) for joint, position in self.initial),
+        )

@@ -15,6 +15,7 @@ from nrp_core.world.scene.inertia import equivalent_box
 from nrp_core.world.scene.model import (
     DEFAULT_RGBA,
     Collision,
+    Finish,
     Geometry,
     Inertial,
     Link,
@@ -43,11 +44,13 @@ class Look:
         rgba: its colour, None where it does not say: then that of the shape's own file.
         opacity: 0 for invisible to 1.
         glows: whether the colour is the same in any light.
+        finish: how it shines, None where it is matt.
     """
 
     rgba: Rgba | None = None
     opacity: float = 1.0
     glows: bool = False
+    finish: Finish | None = None
 
     def of(self, shape: Shape) -> Rgba:
         """Return the colour of a shape."""
@@ -92,7 +95,7 @@ def build_link(
         touched = [replace(part, shapes=spare) for part in touched[:1]]
     seen, felt = {part.name for part in shown}, {part.name for part in touched}
     visuals = [
-        Visual(unique, shape.geometry, shape.pose, part.look.of(shape), part.look.glows)
+        Visual(unique, shape.geometry, shape.pose, part.look.of(shape), part.look.glows, part.look.finish)
         for part in shown
         for unique, shape in _numbered(part.name, part.shapes or spare, seen)
     ]

@@ -14,6 +14,8 @@ WORLD = "world"
 """The parent that a joint names to hold a link to the world."""
 MODEL = "__model__"
 """The frame of a model, by SDF's name."""
+SECOND_AXIS = "_axis2"
+"""What the name of a joint ends in that is the second axis of another one."""
 
 
 def check_model(model: Model) -> None:
@@ -29,6 +31,7 @@ def check_model(model: Model) -> None:
         raise SceneError(f"{owner} has no link")
     check_unique(links, "links", owner)
     check_unique(joints, "joints", owner)
+    check_unique((name for joint in model.joints for name in joint.coordinates), "coordinates", owner)
     for link in model.links:
         for kind in ("visuals", "collisions", "sensors"):
             names = [part.name for part in getattr(link, kind)]
@@ -37,13 +40,20 @@ def check_model(model: Model) -> None:
         for end, valid in ((joint.parent, [*links, WORLD]), (joint.child, links)):
             _require(end, valid, f"the joint '{joint.name}' of {owner} names the link")
         if joint.mimic is not None:
-            _require(joint.mimic.leader, joints, f"the joint '{joint.name}' of {owner} names the joint")
+            _require_led(joint.mimic.leader, model, f"the joint '{joint.name}' of {owner} names the joint")
+    _check_acting(model, owner)
+    _check_tree(model.joints, owner)
+
+
+def _check_acting(model: Model, owner: str) -> None:
     for drive in model.drives:
         for joint_name in drive.joints:
-            _require(joint_name, joints, f"the drive '{drive.name}' of {owner} names the joint")
+            _require_led(joint_name, model, f"the drive '{drive.name}' of {owner} names the joint")
     for controller in model.controllers:
-        _require(controller.joint, joints, f"a controller of {owner} names the joint")
-    _check_tree(model.joints, owner)
+        _require_led(controller.joint, model, f"a controller of {owner} names the joint")
+    for follower in model.trajectory_controllers:
+        for joint_name in follower.joints:
+            _require_led(joint_name, model, f"the controller '{follower.name}' of {owner} names the joint")
 
 
 def check_unique(names: Iterable[str], kind: str, owner: str) -> None:
@@ -58,6 +68,14 @@ def check_unique(names: Iterable[str], kind: str, owner: str) -> None:
 def _require(name: str, valid: Iterable[str], what: str) -> None:
     if name not in valid:
         raise SceneError(f"{what} '{name}', which is not there{did_you_mean(name, valid)}")
+
+
+def _require_led(name: str, model: Model, what: str) -> None:
+    """Refuse a joint that is not there, or that a number cannot lead."""
+    kinds = {joint.name: joint.kind for joint in model.joints}
+    _require(name, kinds, what)
+    if kinds[name] == "ball":
+        raise SceneError(f"{what} '{name}', a ball joint, which does not move in one way")
 
 
 def _check_tree(joints: Iterable[Joint], owner: str) -> None:

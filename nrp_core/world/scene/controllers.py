@@ -8,6 +8,7 @@ from typing import Literal
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.scene.checks import SECOND_AXIS
 from nrp_core.world.scene.plugins import plugin_name
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.xml_tree import Element
@@ -19,7 +20,7 @@ TOPICS: dict[Kind, str] = {"position": "cmd_pos", "velocity": "cmd_vel", "effort
 """What is appended to ``/<model>/<joint>`` for the topic of a controller."""
 
 _SYSTEMS: dict[str, tuple[Kind, str]] = {
-    "JointPositionController": ("position", "0/cmd_pos"),
+    "JointPositionController": ("position", "{index}/cmd_pos"),
     "JointController": ("velocity", "cmd_vel"),
     "ApplyJointForce": ("effort", "cmd_force"),
 }
@@ -56,7 +57,8 @@ def _system(
     plugin: Element, kind: Kind, topic: str, joints: Collection[str], reading: Reading
 ) -> JointController:
     named = plugin.require("joint_name")
-    joint = _joint(named, named.text, joints)
+    index = int(plugin.number("joint_index", 0))
+    joint = _joint(named, named.text + (SECOND_AXIS if index == 1 else ""), joints)
     gains: Pid | None = Pid()
     if kind == "position":
         limit = plugin.number("i_max", 1.0)
@@ -66,7 +68,7 @@ def _system(
         gains = Pid(p, i, d, limit if limit >= 0 else inf)
     elif kind == "velocity":
         gains = Pid(plugin.number("p_gain", 1.0), plugin.number("i_gain", 0.0)) if _forces(plugin) else None
-    name = plugin.word("topic", f"/model/{reading.robot}/joint/{joint}/{topic}")
+    name = plugin.word("topic", f"/model/{reading.robot}/joint/{named.text}/{topic.format(index=index)}")
     initial = plugin.find("initial_position") or plugin.find("initial_velocity")
     start = initial.numbers(1)[0] if initial else (0.0 if kind == "position" else None)
     return JointController(joint, kind, resolve_name(name, reading.robot), gains, start)

@@ -8,9 +8,9 @@ from math import dist, inf
 from posixpath import join
 
 from nrp_core.errors import did_you_mean
-from nrp_core.world.scene.acting import Ackermann, Drive, PlanarMove, WheelDrive
+from nrp_core.world.scene.acting import Ackermann, Drive, Flight, PlanarMove, WheelDrive
 from nrp_core.world.scene.model import Cylinder, Joint, Link, Sphere
-from nrp_core.world.scene.plugins import plugin_name, ros_namespace
+from nrp_core.world.scene.plugins import plugin_name, ros_topic, vector_in
 from nrp_core.world.scene.pose import Vector
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.xml_tree import Element
@@ -125,6 +125,8 @@ def read_drive(
     names = [joint.name for joint in joints]
     if plugin_name(plugin) == "gazebo_ros_planar_move":
         return _planar_move(plugin, reading)
+    if plugin_name(plugin) in _FLIGHTS:
+        return _FLIGHTS[plugin_name(plugin)](plugin, reading)
     if plugin_name(plugin) == "AckermannSteering":
         return _ackermann(plugin, names, reading)
     if plugin_name(plugin) == "gazebo_ros_ackermann_drive":
@@ -143,7 +145,7 @@ def _drive(plugin: Element, dialect: _Dialect, joints: Collection[str], reading:
 
     def topic(parameter: Text) -> str:
         tag, default = parameter
-        return _ros_topic(plugin, plugin.word(tag, default.format(robot=reading.robot)), reading)
+        return ros_topic(plugin, plugin.word(tag, default.format(robot=reading.robot)), reading)
 
     return WheelDrive(
         name=plugin.attribute("name"),
@@ -163,11 +165,30 @@ def _drive(plugin: Element, dialect: _Dialect, joints: Collection[str], reading:
 def _planar_move(plugin: Element, reading: Reading) -> PlanarMove:
     return PlanarMove(
         plugin.attribute("name"),
-        _ros_topic(plugin, plugin.word("commandTopic", "cmd_vel"), reading),
+        ros_topic(plugin, plugin.word("commandTopic", "cmd_vel"), reading),
         timeout=plugin.positive("commandTimeout", inf),
         rate_hz=plugin.number("odometryRate", 0.0) or plugin.positive("publish_rate", 20.0),
-        odometry_topic=_ros_topic(plugin, plugin.word("odometryTopic", "odom"), reading),
+        odometry_topic=ros_topic(plugin, plugin.word("odometryTopic", "odom"), reading),
     )
+
+
+def _velocity_control(plugin: Element, reading: Reading) -> Flight:
+    """The system of gz-sim that lets a body move as it is told."""
+    for ignored in plugin.all("link_name"):
+        reading.notes.warn(ignored, "the <link_name> of a VelocityControl has no effect: it moves the model")
+    first = vector_in(plugin, "initial_linear"), vector_in(plugin, "initial_angular")
+    begins = bool(plugin.all("initial_linear", "initial_angular"))
+    topic = resolve_name(plugin.word("topic", f"/model/{reading.robot}/cmd_vel"), reading.robot)
+    return Flight(plugin.attribute("name"), topic, first if begins else None)
+
+
+def _multicopter(plugin: Element, reading: Reading) -> Flight:
+    """The controller of gz-sim for rotors, which are not simulated: the body flies as they would let it."""
+    topic = join("/", plugin.word("robotNamespace"), plugin.word("commandSubTopic", "cmd_vel"))
+    return Flight(plugin.attribute("name"), resolve_name(topic, reading.robot))
+
+
+_FLIGHTS = {"VelocityControl": _velocity_control, "MulticopterVelocityControl": _multicopter}
 
 
 def _ackermann(plugin: Element, joints: Collection[str], reading: Reading) -> Ackermann:
@@ -214,7 +235,7 @@ def _ros_ackermann(
     odometry = plugin.word("publish_odom", "false").lower() in ("true", "1")
     return Ackermann(
         plugin.attribute("name"),
-        _ros_topic(plugin, "cmd_vel", reading),
+        ros_topic(plugin, "cmd_vel", reading),
         (wheels[corners[0]], wheels[corners[1]]),
         (wheels[corners[2]], wheels[corners[3]]),
         (named("left_steering_joint"), named("right_steering_joint")),
@@ -225,7 +246,7 @@ def _ros_ackermann(
         steers=True,
         timeout=plugin.positive("commandTimeout", inf),
         rate_hz=plugin.positive("update_rate", 100.0),
-        odometry_topic=_ros_topic(plugin, "odom", reading) if odometry else None,
+        odometry_topic=ros_topic(plugin, "odom", reading) if odometry else None,
     )
 
 
@@ -239,14 +260,6 @@ def _collision_of(
         if isinstance(collision.geometry, Cylinder | Sphere):
             return (wheel.pose @ collision.pose).position, collision.geometry.radius
     raise plugin.error(f"the first collision of the wheel '{child}' must be a cylinder or a sphere")
-
-
-def _ros_topic(plugin: Element, name: str, reading: Reading) -> str:
-    """Return the topic that a plugin for ROS means, after the ``<remapping>`` rules of ROS 2."""
-    ros = plugin.find("ros")
-    rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
-    there = next((to for this, _, to in rules if this == name), name)
-    return resolve_name(join(ros_namespace(plugin), there), reading.robot)
 
 
 def _wheels(plugin: Element, tags: tuple[str, ...], joints: Collection[str]) -> tuple[str, ...]:

@@ -14,9 +14,10 @@ from math import inf, pi
 from pathlib import Path
 
 from nrp_core.errors import SceneError, did_you_mean
-from nrp_core.world.scene.acting import Drive, JointController
+from nrp_core.world.scene.acting import Drive, Flight, JointController, PlanarDrive, TrajectoryController
 from nrp_core.world.scene.acting import WheelDrive as WheelDrive
 from nrp_core.world.scene.checks import check_model, check_unique
+from nrp_core.world.scene.finish import Finish as Finish
 from nrp_core.world.scene.pose import Pose, Vector
 from nrp_core.world.scene.sensing import Camera as Camera
 from nrp_core.world.scene.sensing import Sensor as Sensor
@@ -98,13 +99,19 @@ Geometry = Box | Cylinder | Capsule | Sphere | Plane | Mesh
 
 @dataclass(frozen=True, slots=True)
 class Visual:
-    """What a camera sees of a link; what ``glows`` has its colour in any light."""
+    """What a camera sees of a link.
+
+    Args:
+        glows: whether it has its colour in any light.
+        finish: how it shines; None: not at all, it is matt.
+    """
 
     name: str
     geometry: Geometry
     pose: Pose = Pose()
     rgba: Rgba = DEFAULT_RGBA
     glows: bool = False
+    finish: Finish | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,15 +163,18 @@ class Joint:
 
     Args:
         name: unique in the model.
-        kind: ``fixed``, ``revolute``, ``continuous`` or ``prismatic``.
+        kind: ``fixed``, ``revolute``, ``continuous``, ``prismatic`` or ``ball``. What turns or slides about
+            more axes is several joints in a row.
         parent, child: links; ``world`` as parent fixes the child to the world.
         pose: of the joint, in the model's frame.
-        axis: unit vector in the joint's frame.
+        axis: unit vector in the joint's frame; of a ball joint without meaning.
         lower, upper: rad or m.
         effort: limit of force or torque, N or N m.
         velocity: limit, rad/s or m/s.
         damping: N m s/rad or N s/m.
         friction: what holds the joint up to that effort, N or N m.
+        stiffness: of a spring, N m/rad or N/m.
+        rest: where the spring does not pull, rad or m.
         mimic: the joint it follows, if it does.
     """
 
@@ -180,7 +190,25 @@ class Joint:
     velocity: float = inf
     damping: float = 0.0
     friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
     mimic: Mimic | None = None
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """What is told of how it stands, by name: of a ball joint its rotation vector (rad), of others one.
+
+        A rotation vector points along the axis of the child's rotation against the parent and is as long as
+        its angle; it is given along the axes of the joint's frame.
+        """
+        if self.kind == "fixed":
+            return ()
+        return tuple(f"{self.name}_{axis}" for axis in "xyz") if self.kind == "ball" else (self.name,)
+
+    @property
+    def takes_commands(self) -> bool:
+        """Whether it moves in one way, so that it can be led, or lead."""
+        return len(self.coordinates) == 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,6 +220,7 @@ class Model:
         links: the first one is the base (SDF's canonical link).
         joint_states_topic: where its joint states are served, None for none.
         controllers: what lets single joints follow commands.
+        trajectory_controllers: what lets joints follow trajectories.
         warnings: what its file was repaired or read differently for.
     """
 
@@ -203,7 +232,13 @@ class Model:
     static: bool = False
     joint_states_topic: str | None = None
     controllers: tuple[JointController, ...] = ()
+    trajectory_controllers: tuple[TrajectoryController, ...] = ()
     warnings: tuple[str, ...] = field(default=(), compare=False, repr=False)
+
+    @property
+    def planar_drives(self) -> tuple[PlanarDrive, ...]:
+        """The drives that move it on the ground."""
+        return tuple(drive for drive in self.drives if not isinstance(drive, Flight))
 
     def link(self, name: str) -> Link:
         """Return a link by name."""

@@ -66,6 +66,7 @@ def topics_of(model: Model) -> list[SceneTopic]:
     ]
     topics += [topic for drive in model.drives for topic in _topics(drive, drive.name)]
     topics += [SceneTopic(each.topic, True, each.joint) for each in model.controllers]
+    topics += [topic for each in model.trajectory_controllers for topic in _topics(each, each.name)]
     if model.joint_states_topic is not None:
         topics.append(SceneTopic(model.joint_states_topic, False, "joint states"))
     return topics
@@ -122,19 +123,20 @@ def _link(link: Link, held: dict[str, list[Joint]], links: dict[str, Link]) -> E
 
 def _joint(joint: Joint, held: dict[str, list[Joint]], links: dict[str, Link]) -> Entry:
     text = f"joint {joint.name}, {joint.kind}"
-    if joint.kind != "fixed":
+    if joint.kind not in ("fixed", "ball"):
         text += " about" if joint.kind != "prismatic" else " along"
         text += "".join(f" {round(part, 3) + 0.0:g}" for part in joint.axis)  # -0 is 0
     if isfinite(joint.lower) or isfinite(joint.upper):
         unit = "m" if joint.kind == "prismatic" else "rad"
         text += f", {joint.lower:.3g} to {joint.upper:.3g} {unit}"
     if joint.mimic is not None:
-        text += f", mimics {joint.mimic.leader}"
+        times = f"{joint.mimic.multiplier:.4g} x " if joint.mimic.multiplier != 1 else ""
+        text += f", mimics {times}{joint.mimic.leader}"
     return Entry(text, (_link(links[joint.child], held, links),))
 
 
 def _topics(owner: object, name: str) -> Iterator[SceneTopic]:
-    """Yield what the fields of a sensor or drive name."""
+    """Yield what the fields of a sensor, drive or controller name."""
     for field in fields(owner):  # type: ignore[arg-type]
         value = getattr(owner, field.name)
         if field.name.endswith("topic") and value:

@@ -85,6 +85,24 @@ class Pose:
         return _rotated(-x, -y, -z, w, vector)
 
 
+def rotation_vector(orientation: Quaternion) -> Vector:
+    """Return a rotation as a vector: along its axis, as long as its angle (rad, at most half a turn)."""
+    x, y, z, w = orientation
+    half = hypot(x, y, z)
+    if half < _LEVEL:
+        return 0.0, 0.0, 0.0
+    times = 2 * atan2(copysign(half, w), abs(w)) / half
+    return times * x, times * y, times * z
+
+
+def rotation_by(vector: Vector) -> Quaternion:
+    """Return the rotation about a vector by as many radians as it is long."""
+    x, y, z = vector
+    angle = hypot(x, y, z)
+    times = sin(angle / 2) / angle if angle > _LEVEL else 0.5
+    return x * times, y * times, z * times, cos(angle / 2)
+
+
 def _rotated(x: float, y: float, z: float, w: float, vector: Vector) -> Vector:
     vx, vy, vz = vector
     tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)

@@ -142,13 +142,18 @@ class ForceTorque(Imperfect):
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth(Imperfect):
-    """The true pose and velocity of its link (Gazebo's ``p3d``), in ``reference``, ``world`` or a model."""
+    """The true pose and velocity of its link (Gazebo's ``p3d``), in ``reference``, ``world`` or a model.
+
+    Args:
+        along_link: whether the velocities are told along the axes of the link.
+    """
 
     name: str
     topic: str
     rate_hz: float
     pose: Pose = Pose()
     reference: str = "world"
+    along_link: bool = False
 
 
 Sensor = Camera | Laser | Imu | ContactSensor | ForceTorque | GroundTruth

@@ -8,8 +8,8 @@ from math import pi
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.model import Joint, Link
-from nrp_core.world.scene.plugins import plugin_name, ros_namespace, warn_of_plugin
-from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.scene.plugins import plugin_name, ros_namespace, vector_in, warn_of_plugin
+from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise, Sensor
 from nrp_core.world.scene.sensor_parts import noise_of, plugin_topic, rate_of, topic_of
@@ -117,6 +117,9 @@ def read_force_torque(sensor: Element, joint: str, reading: Reading) -> ForceTor
 def read_sensor_plugin(plugin: Element, links: list[Link], joints: list[Joint], reading: Reading) -> bool:
     """Add the sensor that a ``<plugin>`` of a model stands for to its link; False if it is none."""
     name = plugin_name(plugin)
+    if name == "OdometryPublisher":
+        _give(links, links[0].name, _odometry(plugin, links[0], reading))
+        return True
     if name not in ("gazebo_ros_p3d", "gazebo_ros_imu", "gazebo_ros_ft_sensor"):
         return False
     topic = resolve_name(
@@ -133,7 +136,7 @@ def read_sensor_plugin(plugin: Element, links: list[Link], joints: list[Joint], 
         _give(links, child, ForceTorque(called, topic, rate_hz, joint, noise=noise))
         return True
     link = _named(plugin.require("bodyName"), [each.name for each in links], "link")
-    offset = Pose.from_rpy(_vector(plugin, "xyzOffset"), *_vector(plugin, "rpyOffset"))
+    offset = Pose.from_rpy(vector_in(plugin, "xyzOffset"), *vector_in(plugin, "rpyOffset"))
     sensor: Sensor = Imu(called, topic, rate_hz, offset, noise=noise)
     if name == "gazebo_ros_p3d":
         frame = plugin.word("frameName", "world").strip("/")
@@ -143,6 +146,14 @@ def read_sensor_plugin(plugin: Element, links: list[Link], joints: list[Joint], 
         sensor = GroundTruth(called, topic, rate_hz, offset, noise=noise)
     _give(links, link, sensor)
     return True
+
+
+def _odometry(plugin: Element, link: Link, reading: Reading) -> GroundTruth:
+    """Read what tells where a model is in gz-sim."""
+    topic = resolve_name(plugin.word("odom_topic", f"/model/{reading.robot}/odometry"), reading.robot)
+    rate_hz = plugin.positive("odom_publish_frequency", 50.0)
+    name = plugin.attributes.get("name") or "odometry"
+    return GroundTruth(name, topic, rate_hz, link.pose.inverse(), along_link=True)
 
 
 def joint_sensors(joint: Element, links: list[Link], reading: Reading) -> None:
@@ -165,12 +176,6 @@ def _named(element: Element, names: list[str], what: str) -> str:
     if element.text not in names:
         raise element.error(f"the model has no {what} '{element.text}'{did_you_mean(element.text, names)}")
     return element.text
-
-
-def _vector(plugin: Element, tag: str) -> Vector:
-    found = plugin.find(tag)
-    x, y, z = found.numbers(3) if found else (0.0, 0.0, 0.0)
-    return x, y, z
 
 
 def renamed(sensors: tuple[Sensor, ...], named: Callable[[str], str]) -> Iterator[Sensor]:

@@ -17,7 +17,9 @@ DEFAULT_RATE_HZ = 30.0
 def rate_of(sensor: Element, reading: Reading) -> float:
     """Return the samples a second that a ``<sensor>`` asks for."""
     rate_hz = sensor.number("update_rate", 0.0)
-    if rate_hz > 0:
+    if rate_hz < 0:
+        raise sensor.error(f"an <update_rate> is 0 or more, not {rate_hz:g}")
+    if rate_hz:
         return rate_hz
     name = sensor.attribute("name")
     reading.notes.warn(sensor, f"the sensor '{name}' has no <update_rate>: {DEFAULT_RATE_HZ:g} Hz are taken")

@@ -5,9 +5,12 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from functools import partial
 from math import inf, pi
+from pathlib import Path
 from typing import Any
 
+import jointed
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -52,6 +55,12 @@ def load(name: str) -> WorldBackend:
     if importlib.util.find_spec(name) is None:
         pytest.skip(f"{name} is not installed")
     return worlds().load(name)
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Callable[[str], Model]:
+    """Read the contents of a <model>."""
+    return partial(jointed.read, tmp_path)
 
 
 @pytest.fixture

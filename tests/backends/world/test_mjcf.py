@@ -138,3 +138,32 @@ def test_what_mujoco_cannot_read_is_one_error(tmp_path):
         read_scene(tmp_path / "bad.xml")
     assert "\n" not in refusal.value.message
     assert refusal.value.path == tmp_path / "bad.xml"
+
+
+def test_ball_joints_move_as_in_mujoco_itself(open_world, tmp_path):
+    box = '<geom type="box" size=".05 .02 .2" pos="0 0 -.2" mass="1"/>'
+    link = f'<joint name="{{}}" type="ball" damping="0.02"/>{box}'
+    arm = f'<body name="arm" pos="0 0 2" euler="40 20 0">{link.format("shoulder")}'
+    arm += f'<body name="forearm" pos="0 0 -0.4">{link.format("elbow")}</body></body>'
+    (tmp_path / "arm.xml").write_text(
+        f"<mujoco><option gravity='0 0 -9.8'/><worldbody>{arm}</worldbody></mujoco>"
+    )
+    scene = read_scene(tmp_path / "arm.xml")
+    world = open_world(scene)
+    native = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    native.opt.timestep, data = 0.002, mujoco.MjData(native)
+    assert [joint.kind for joint in scene.model("arm").joints] == ["ball", "ball"]
+    for _ in range(20):
+        world.run_until(world.now_ns + 20_000_000)
+        mujoco.mj_step(native, data, 10)
+        mujoco.mj_forward(native, data)
+        assert world.joint_states("arm").velocities == pytest.approx(data.qvel, abs=0.05)
+        there = world.link_motion("arm", "forearm").pose.position
+        assert there == pytest.approx(data.body("forearm").xpos.tolist(), abs=0.01)
+
+
+def test_limits_of_ball_joints_are_left_out_with_a_warning(tmp_path):
+    ball = '<joint type="ball" range="0 30" limited="true"/><geom size="0.1"/>'
+    (tmp_path / "arm.xml").write_text(f"<mujoco><worldbody><body>{ball}</body></worldbody></mujoco>")
+    (warning,) = read_scene(tmp_path / "arm.xml").warnings
+    assert "left out of this MJCF file: the limits of 1 ball joints" in warning

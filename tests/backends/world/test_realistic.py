@@ -8,7 +8,7 @@ import pytest
 from nrp_core.world.messages.gazebo_srvs import DeleteLightRequest, SetLightPropertiesRequest
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.render.realistic import AMBIENT
-from nrp_core.world.scene.model import Box, Camera, Light, Link, Model, Scene, Visual
+from nrp_core.world.scene.model import Box, Camera, Finish, Light, Link, Model, Scene, Sphere, Visual
 from nrp_core.world.scene.pose import Pose
 
 SUN = Light("sun", direction=(0.0, 0.0, -1.0), diffuse=(0.5, 0.5, 0.5, 1.0))
@@ -178,6 +178,45 @@ def test_both_engines_make_the_same_realistic_picture(engines, parts):
         with backend.open(scene, seed=1, options=backend.options(renderer="realistic")) as world:
             pictures.append(world.render("husky", "eye", "camera"))
     assert (pictures[0] == pictures[1]).all(axis=2).mean() > 0.99
+
+
+def shining(parts, finish: Finish, rgba=(1.0, 0.0, 0.0, 1.0)) -> Scene:
+    ball = Model(
+        "ball",
+        (Link("link", visuals=(Visual("v", Sphere(0.8), rgba=rgba, finish=finish),)),),
+        pose=Pose((3.0, 0.0, 1.0)),
+        static=True,
+    )
+    camera = Camera("camera", "/eye", 30.0, 1.0, 64, 48)
+    eye = Model("eye", (Link("eye", sensors=(camera,)),), pose=Pose((0.0, 0.0, 1.5)), static=True)
+    return Scene((parts.floor(), ball, eye), (Light("sun", direction=(1.0, 0.3, -1.0)),))
+
+
+@pytest.mark.parametrize("finish", [Finish(0.3, 1.0), Finish(0.3, 0.0), Finish(1.0, 0.5)], ids=str)
+def test_both_engines_show_what_shines_alike_and_not_as_matt(engines, parts, finish):
+    pictures = []
+    for backend in engines:
+        for chosen in (finish, None):
+            scene = shining(parts, chosen)
+            with backend.open(scene, seed=1, options=backend.options(renderer="realistic")) as world:
+                pictures.append(picture(world))
+    assert (pictures[0] == pictures[2]).all(axis=2).mean() > 0.999
+    assert (pictures[0] != pictures[1]).any(axis=2).mean() > 0.05
+
+
+def test_metal_shines_in_the_colour_that_it_is_given(open_world, parts):
+    world = open_world(shining(parts, Finish(0.4, 1.0)), renderer="realistic")
+    red = picture(world)
+    world.set_color("ball/link/v", (0.0, 0.0, 1.0, 1.0))
+    blue = picture(world)
+    changed = (blue != red).any(axis=2)
+    assert changed.mean() > 0.05
+    assert (blue[changed] == red[changed][:, ::-1]).all()
+
+
+def test_flat_pictures_do_not_show_how_things_shine(open_world, parts):
+    shiny, matt = (open_world(shining(parts, finish)) for finish in (Finish(0.3, 1.0), None))
+    assert (picture(shiny) == picture(matt)).all()
 
 
 def test_flat_pictures_do_not_depend_on_lights(looking):

@@ -379,3 +379,46 @@ def test_motions_seen_from_a_moving_frame_come_back_as_they_were():
         assert again.angular == pytest.approx(motion.angular, abs=1e-6)
 
     comes_back()
+
+
+def test_who_is_put_elsewhere_disturbs_no_drive_and_a_snapshot_after_it_goes_on(
+    open_world, parts, driver, advance
+):
+    box = parts.thing("box", Box((0.3, 0.3, 0.3)), ScenePose((0.0, 5.0, 0.15)), mass=2.0)
+    world, alone = (
+        open_world(parts.floor(), box, parts.husky()),
+        open_world(parts.floor(), box, parts.husky()),
+    )
+    for step in range(10):
+        world.call("/gazebo/set_model_state", ModelState("box", at(0.1 * step, 5.0, 0.15)))
+        for each in (world, alone):
+            driver(each).drive(0.2 * (-1) ** step, 0.0, 0.1)
+    assert position(world, "husky") == pytest.approx(position(alone, "husky"), abs=1e-6)
+    world.call("/gazebo/set_model_state", ModelState("husky", at(0.0, 0.0, 0.14275)))
+    middle = world.snapshot()
+    driver(world).drive(0.8, 0.0, 0.3)
+    end = world.model_motion("husky")
+    world.restore(middle)
+    driver(world).drive(0.8, 0.0, 0.3)
+    assert world.model_motion("husky") == end
+
+
+def test_a_spawned_robot_obeys_its_first_command_at_once(open_world, parts, driver, advance):
+    world = open_world(parts.floor())
+    advance(world, 0.1)
+    world.spawn(parts.husky())
+    pose = driver(world).drive(0.5, 0.0, 1.0)
+    assert pose.position[0] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_light_is_spawned_like_a_model_and_deleted(world):
+    lamp = '<sdf version="1.6"><light name="any" type="spot"><direction>1 0 0</direction></light></sdf>'
+    turned = Pose(Point(0.0, 1.0, 2.0), Quaternion(0.0, 0.0, 1.0, 1.0))
+    assert world.call("/gazebo/spawn_sdf_model", "lamp", lamp, "", turned).success
+    light = world.scene.lights[-1]
+    assert (light.name, light.kind, light.pose.position) == ("lamp", "spot", (0.0, 1.0, 2.0))
+    assert light.direction == pytest.approx((0.0, 1.0, 0.0))
+    again = world.call("/gazebo/spawn_sdf_model", "lamp", lamp, "", turned)
+    assert again.status_message == "the scene has a light 'lamp' already"
+    assert world.call("/gazebo/delete_light", "lamp").success
+    assert world.call("/gazebo/get_lights_name").light_names == ["sun"]

@@ -194,6 +194,7 @@ class KeepsColoursOverAReset(MujocoWorld):
     "odometry_tells_the_velocity_in_the_robots_own_frame",
     "odometry_tells_the_way_since_the_start",
     "several_robots_each_do_what_they_are_told",
+    "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
 class TellsQuaternionsWithWFirst(MujocoWorld):
     def _do_model_motion(self, model: str) -> ModelMotion:
@@ -221,6 +222,7 @@ class TellsVelocitiesInTheBodysFrame(MujocoWorld):
     "models_are_put_where_they_are_wanted_or_that_is_refused",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
     "several_robots_each_do_what_they_are_told",
+    "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
 class TellsTurnsInDegrees(MujocoWorld):
     def _do_model_motion(self, model: str) -> ModelMotion:
@@ -230,7 +232,11 @@ class TellsTurnsInDegrees(MujocoWorld):
 
 
 @found_by(
+    "a_ball_joint_turns_about_any_axis",
+    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
+    "a_light_link_between_two_joints_lets_its_child_turn_about_both",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "what_slides_is_held_by_its_friction",
 )
 class KnowsGravityAlongZOnly(_Changes):
@@ -239,14 +245,18 @@ class KnowsGravityAlongZOnly(_Changes):
 
 
 @found_by(
+    "a_ball_joint_turns_about_any_axis",
     "a_joint_ends_at_its_lower_limit",
+    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
     "a_joint_is_slowed_by_its_damping",
     "a_joint_takes_no_more_effort_than_its_limit",
+    "a_light_link_between_two_joints_lets_its_child_turn_about_both",
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
     "an_effort_accelerates_a_joint",
+    "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "what_slides_is_held_by_its_friction",
     "without_gravity_nothing_moves",
 )
@@ -352,16 +362,21 @@ class NeverStopsADrive(MujocoWorld):
 
 
 @found_by(
+    "a_ball_joint_turns_about_any_axis",
     "a_joint_ends_at_its_lower_limit",
+    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
     "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
     "a_joint_is_slowed_by_its_damping",
     "a_joint_takes_no_more_effort_than_its_limit",
     "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
+    "a_light_link_between_two_joints_lets_its_child_turn_about_both",
     "a_link_turns_about_axes_of_the_world",
     "a_shape_ends_where_its_size_and_its_place_say",
+    "a_spring_swings_about_where_it_carries_its_load",
     "an_axis_is_along_the_frame_of_its_joint",
     "an_effort_accelerates_a_joint",
     "several_robots_each_do_what_they_are_told",
+    "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "wheels_turn_by_the_way_they_roll",
     "where_links_are_is_told_or_refused",
 )

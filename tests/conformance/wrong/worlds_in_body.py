@@ -14,7 +14,7 @@ from worlds import _Changes, _Opens, _with_links, _with_sensors
 
 from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointStates, ModelMotion, Touch, Wrench
 from nrp_core.world.scene.model import Capsule, Cylinder, Joint, Link, Scene
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.pose import Pose, rotation_by
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, _Opens, "world")
@@ -244,3 +244,73 @@ class SlidesToTheWrongSide(MujocoWorld):
 class TouchesAtTheOrigin(MujocoWorld):
     def _do_touches(self) -> Sequence[Touch]:
         return [replace(touch, position=(0.0, 0.0, 0.0)) for touch in super()._do_touches()]
+
+
+@found_by(
+    "a_light_link_between_two_joints_lets_its_child_turn_about_both",
+)
+class GivesEveryLinkSomeWeight(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        def heavier(link: Link) -> Link:
+            if link.inertial is None or link.inertial.mass > 1e-3:
+                return link
+            return replace(link, inertial=replace(link.inertial, mass=0.1, inertia=(1.0,) * 3 + (0.0,) * 3))
+
+        return _with_links(scene, heavier)
+
+
+@found_by(
+    "a_ball_joint_turns_about_any_axis",
+    "ball_joints_are_refused_where_they_are_not_declared",
+    "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
+)
+class TakesBallJointsForFixedOnes(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_joints(scene, lambda j: replace(j, kind="fixed") if j.kind == "ball" else j)
+
+
+@found_by(
+    "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
+)
+class TellsTheTurnRateOfBallJointsAlongTheParent(MujocoWorld):
+    def _do_joint_states(self, model: str) -> JointStates:
+        states = super()._do_joint_states(model)
+        if any(name.endswith("_x") for name in states.names):
+            child = Pose(orientation=rotation_by(tuple(states.positions)))
+            states.velocities[:] = child.rotate(tuple(states.velocities))
+        return states
+
+
+@found_by(
+    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
+)
+class LetsNoJointFollowAnother(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_joints(scene, lambda joint: replace(joint, mimic=None))
+
+
+@found_by(
+    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
+)
+class LetsJointsFollowFromZero(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        def from_zero(joint: Joint) -> Joint:
+            return joint if joint.mimic is None else replace(joint, mimic=replace(joint.mimic, offset=0.0))
+
+        return _with_joints(scene, from_zero)
+
+
+@found_by(
+    "a_spring_swings_about_where_it_carries_its_load",
+)
+class HasNoSprings(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_joints(scene, lambda joint: replace(joint, stiffness=0.0))
+
+
+@found_by(
+    "a_spring_swings_about_where_it_carries_its_load",
+)
+class LetsSpringsRestAtZero(_Changes):
+    def changed(self, scene: Scene) -> Scene:
+        return _with_joints(scene, lambda joint: replace(joint, rest=0.0))

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from math import inf, nan
 
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from nrp_core.world.messages import Time, message, type_name, type_of
 from nrp_core.world.messages.base import invalid_field
 from nrp_core.world.messages.gazebo_msgs import ModelStates
+from nrp_core.world.messages.gazebo_srvs import GetModelStateRequest, SetModelConfigurationRequest
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Bool, ColorRGBA, Float64, Header, Int32, String
@@ -101,9 +103,38 @@ def test_a_field_that_cannot_be_sent_is_named(wrong: object, reason: str) -> Non
     assert str(invalid_field(wrong)).startswith(reason)
 
 
+@dataclass
+class Chain:
+    """A message that may hold another of its kind."""
+
+    next: Chain
+    length: float = 0.0
+
+
+def test_messages_of_floats_that_are_huge_or_hold_their_like_are_looked_into_as_others() -> None:
+    assert invalid_field(Vector3(1e308, 1e308)) is None  # each is finite, their sum is not
+    end = Chain(None, 1.0)  # type: ignore[arg-type]
+    assert invalid_field(Chain(end, nan)) == "next.next must be a Chain, not None"
+
+
 def test_arrays_are_not_looked_into() -> None:
     @dataclass
     class Scan:
         ranges: np.ndarray = field(default_factory=lambda: np.array([inf]))
 
     assert invalid_field(Scan()) is None
+
+
+@pytest.mark.parametrize(
+    ("wanting", "wrong"),
+    [
+        (Float64([1.0]), r"data must be a number, not \[1.0\]"),
+        (GetModelStateRequest(["arm"]), r"model_name must be a text, not \['arm'\]"),
+        (SetModelConfigurationRequest("arm", joint_names=5), "joint_names must be a list, not 5"),
+        (Float64(10**400), "data is 1000"),
+    ],
+)
+def test_a_list_in_the_place_of_a_value_a_value_in_that_of_a_list_and_huge_numbers_are_told(
+    wanting: object, wrong: str
+) -> None:
+    assert re.match(wrong, invalid_field(wanting) or "")

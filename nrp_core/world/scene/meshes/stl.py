@@ -17,14 +17,19 @@ def parse_stl(data: bytes) -> Triangles:
     """Return the triangles of an STL file.
 
     Raises:
-        ValueError: it is neither binary nor text.
+        ValueError: it is neither text nor binary, or too short.
     """
     start = _HEADER + _COUNT
     count = int.from_bytes(data[_HEADER:start], "little")
     if len(data) == start + count * _TRIANGLE.itemsize:  # text may begin like binary, but not end like it
         corners = np.frombuffer(data, _TRIANGLE, count, start)["corners"]
         return corners.astype(np.float64)
-    rows = (line.split() for line in data.decode().splitlines())
+    try:
+        rows = [line.split() for line in data.decode().splitlines()]
+    except UnicodeDecodeError:
+        raise ValueError(
+            f"of {count} triangles its {len(data)} bytes do not hold all, or hold more"
+        ) from None
     return np.array([row[1:4] for row in rows if row and row[0] == "vertex"], float).reshape(-1, 3, 3)
 
 

@@ -1,4 +1,4 @@
-"""Colours of SDF's visuals."""
+"""What SDF's visuals look like: their colours, and how they shine."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from nrp_core.world.scene.material_scripts import script_color
 from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.sdf.finish import albedo_map, read_finish
 from nrp_core.world.scene.xml_tree import Element
 
 
@@ -15,8 +16,12 @@ def read_look(visual: Element, reading: Reading) -> Look:
     """Return the look of a ``<visual>``: the colour that glows, else the one that is lit."""
     material = visual.find("material")
     transparency = visual.number("transparency", 0.0)
-    rgba, glowing = _surface(material, reading) if material else (None, False)
-    return Look(rgba, 1 - min(max(transparency, 0.0), 1.0), glowing)
+    opacity = 1 - min(max(transparency, 0.0), 1.0)
+    if material is None:
+        return Look(None, opacity)
+    rgba, glowing = _surface(material, reading)
+    specular = read_color(material, "specular", reading)
+    return Look(rgba, opacity, glowing, read_finish(material, specular, reading))
 
 
 def _surface(material: Element, reading: Reading) -> tuple[Rgba | None, bool]:
@@ -26,6 +31,10 @@ def _surface(material: Element, reading: Reading) -> tuple[Rgba | None, bool]:
     )
     if emissive and any(emissive[:3]):
         return emissive, True
+    picture = albedo_map(material, reading)
+    if picture:
+        (red, green, blue), (r, g, b, alpha) = picture, diffuse or (1.0, 1.0, 1.0, 1.0)
+        return (r * red, g * green, b * blue, alpha), False
     return (diffuse, False) if diffuse else _script(material, reading) or (ambient, False)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 
 from nrp_core.errors import SceneError, did_you_mean
-from nrp_core.world.scene.acting import Drive, JointController
+from nrp_core.world.scene.acting import Drive, JointController, TrajectoryController
 from nrp_core.world.scene.checks import MODEL, WORLD, check_model
 from nrp_core.world.scene.controllers import read_controllers
 from nrp_core.world.scene.drives import read_drive
@@ -15,12 +16,16 @@ from nrp_core.world.scene.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading import Reading
 from nrp_core.world.scene.repairs import with_default_masses
-from nrp_core.world.scene.sdf.casters import with_sliding_balls
+from nrp_core.world.scene.ros_controllers import ROS_CONTROL, read_ros_controllers
+from nrp_core.world.scene.sdf.compound import Row, in_a_row
 from nrp_core.world.scene.sdf.frames import Frames, model_scope
-from nrp_core.world.scene.sdf.joints import read_joints, with_leaders, without_loops
+from nrp_core.world.scene.sdf.gearboxes import with_gears
+from nrp_core.world.scene.sdf.joints import WITHOUT_ONE_WAY, read_joints, with_leaders, without_loops
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
+from nrp_core.world.scene.sensing import GroundTruth, Sensor
 from nrp_core.world.scene.sensor_kinds import joint_sensors, read_sensor_plugin, renamed
+from nrp_core.world.scene.trajectories import read_follower
 from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
 
@@ -33,9 +38,10 @@ class Parts:
 
     frames: Frames
     links: tuple[Link, ...]
-    joints: tuple[Joint, ...]
+    rows: tuple[Row, ...]
     drives: tuple[Drive, ...]
     controllers: tuple[JointController, ...]
+    followers: tuple[TrajectoryController, ...]
 
     def moved(self, prefix: str, pose: Pose) -> Parts:
         """Return the parts in the frame of another model, in which this one is at ``pose``."""
@@ -52,20 +58,24 @@ class Parts:
             )
             for link in self.links
         ]
-        joints = [
-            replace(
-                j,
-                name=named(j.name),
-                parent=named(j.parent),
-                child=named(j.child),
-                pose=pose @ j.pose,
-                mimic=j.mimic and replace(j.mimic, leader=named(j.mimic.leader)),
+        rows = [
+            tuple(
+                replace(
+                    j,
+                    name=named(j.name),
+                    parent=named(j.parent),
+                    child=named(j.child),
+                    pose=pose @ j.pose,
+                    mimic=j.mimic and replace(j.mimic, leader=named(j.mimic.leader)),
+                )
+                for j in row
             )
-            for j in self.joints
+            for row in self.rows
         ]
         drives = tuple(drive.renamed(named) for drive in self.drives)
         controllers = tuple(controller.renamed(named) for controller in self.controllers)
-        return Parts(self.frames, tuple(links), tuple(joints), drives, controllers)
+        followers = tuple(follower.renamed(named) for follower in self.followers)
+        return Parts(self.frames, tuple(links), tuple(rows), drives, controllers, followers)
 
 
 def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
@@ -83,26 +93,32 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
         for inner in inner_models
     ]
     frames = _frames(model, nested)
-    own_links = (read_link(link, frames, reading, static=static) for link in model.all("link"))
-    links = list(with_sliding_balls(own_links, model))
-    joints = list(read_joints(model, frames, source.version, reading))
+    links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
+    rows = list(read_joints(model, frames, source.version, reading))
     for joint in model.all("joint"):
         joint_sensors(joint, links, reading)
-    drives: list[Drive] = []
-    controllers: list[JointController] = []
+    acting = _Acting()
     for inner, parts in nested:
         prefix, frame = model_scope(inner.name, inner.merged)
         moved = parts.moved(prefix, frames.pose(frame, inner.user))
         links += moved.links
-        joints += moved.joints
-        drives += moved.drives
-        controllers += moved.controllers
-    own = _Acting(links, joints)
+        rows += moved.rows
+        acting.drives += moved.drives
+        acting.controllers += moved.controllers
+        acting.followers += moved.followers
+    rows = with_gears(rows, model, frames, source.version, reading)
+    joints = list(chain.from_iterable(rows))
     for plugin in placed.plugins:
-        own.read(plugin, reading)
-    drives += own.drives
-    controllers += own.controllers
-    return Parts(frames, tuple(links), tuple(joints), tuple(drives), tuple(controllers))
+        acting.read(plugin, links, joints, reading)
+    links = list(_odometry_once(links, acting.drives))
+    return Parts(
+        frames,
+        tuple(links),
+        tuple(rows),
+        tuple(acting.drives),
+        tuple(acting.controllers),
+        tuple(acting.followers),
+    )
 
 
 def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> Frames:
@@ -129,29 +145,47 @@ def _canonical_link(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> s
     return model.attributes.get("canonical_link") or links[0]
 
 
-class _Acting:
-    """What the plugins of a model make of its links and joints."""
+def _odometry_once(links: Iterable[Link], drives: Iterable[Drive]) -> Iterator[Link]:
+    """Yield links without the sensors of odometry that drives serve on the same topic, as gz-sim has it."""
+    told = {drive.odometry_topic for drive in drives}
 
-    def __init__(self, links: list[Link], joints: list[Joint]) -> None:
-        self._links, self._joints = links, joints
-        self._names = [joint.name for joint in joints]
-        self._fixed = {joint.name for joint in joints if joint.kind == "fixed"}
+    def repeats(sensor: Sensor) -> bool:
+        return isinstance(sensor, GroundTruth) and sensor.along_link and sensor.topic in told
+
+    for link in links:
+        yield replace(link, sensors=tuple(sensor for sensor in link.sensors if not repeats(sensor)))
+
+
+class _Acting:
+    """What plugins make of the links and joints of a model."""
+
+    def __init__(self) -> None:
         self.drives: list[Drive] = []
         self.controllers: list[JointController] = []
+        self.followers: list[TrajectoryController] = []
 
-    def read(self, plugin: Element, reading: Reading) -> None:
+    def read(self, plugin: Element, links: list[Link], joints: list[Joint], reading: Reading) -> None:
         """Read one plugin; what is not known is warned of."""
         if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
             return
-        drive = read_drive(plugin, self._links, self._joints, reading)
-        controllers = read_controllers(plugin, self._names, reading)
+        drive = read_drive(plugin, links, joints, reading)
+        controllers = read_controllers(plugin, [joint.name for joint in joints], reading)
+        follower = read_follower(plugin, joints, reading)
         if drive is not None:
             self.drives.append(drive)
         elif controllers is not None:
-            self.controllers += [each for each in controllers if each.joint not in self._fixed]
-            for name in {each.joint for each in controllers} & self._fixed:
-                reading.notes.warn(plugin, f"the joint '{name}' is fixed: it takes no commands")
-        elif not read_sensor_plugin(plugin, self._links, self._joints, reading):
+            deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
+            self.controllers += [each for each in controllers if each.joint not in deaf]
+            for name in sorted({each.joint for each in controllers} & set(deaf)):
+                reading.notes.warn(plugin, f"the joint '{name}' is {deaf[name]}: it takes no commands")
+        elif follower is not None:
+            self.followers.append(follower)
+        elif plugin_name(plugin) in ROS_CONTROL and plugin.find("parameters"):
+            drives, single, several = read_ros_controllers(plugin, joints, reading)
+            self.drives += drives
+            self.controllers += single
+            self.followers += several
+        elif not read_sensor_plugin(plugin, links, joints, reading):
             warn_of_plugin(plugin, reading)
 
 
@@ -168,10 +202,19 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     links = tuple(sorted(parts.links, key=lambda link: link.name != base))
     if placed.static:
         return Model(name, links, pose=pose, static=True)
-    topic = _joint_states_topic(placed, parts.joints, name)
-    joints = tuple(with_leaders(without_loops(parts.joints, element, reading), element, reading))
+    rows = [in_a_row(row) for row in without_loops(parts.rows, element, reading)]
+    links = (*links, *chain.from_iterable(carriers for _, carriers in rows))
+    joints = tuple(with_leaders(chain.from_iterable(row for row, _ in rows), element, reading))
+    topic = _joint_states_topic(placed, joints, name)
     model = Model(
-        name, links, joints, parts.drives, pose, joint_states_topic=topic, controllers=parts.controllers
+        name,
+        links,
+        joints,
+        parts.drives,
+        pose,
+        joint_states_topic=topic,
+        controllers=parts.controllers,
+        trajectory_controllers=parts.followers,
     )
     try:
         check_model(model)

@@ -39,10 +39,16 @@ _CHILDREN = {
     "submesh": "name center",
     "material": "script shader render_order lighting ambient diffuse specular shininess emissive "
     "double_sided pbr",
+    "pbr": "metal specular",
+    "metal": "albedo_map roughness roughness_map metalness metalness_map environment_map "
+    "ambient_occlusion_map normal_map emissive_map light_map",
+    "specular": "albedo_map specular_map glossiness glossiness_map environment_map ambient_occlusion_map "
+    "normal_map emissive_map light_map",
     "surface": "bounce friction contact soft_contact",
     "friction": "torsional ode bullet",
     "joint": "parent child gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch axis axis2 "
     "physics frame pose sensor",
+    "axis2": "initial_position xyz use_parent_model_frame dynamics limit mimic",
     "axis": "initial_position xyz use_parent_model_frame dynamics limit mimic",
     "mimic": "multiplier offset reference",
     "dynamics": "damping friction spring_reference spring_stiffness",
@@ -79,8 +85,12 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("link", "projector"): (),
     ("link", "velocity_decay"): (),
     ("inertial", "fluid_added_mass"): (),
-    ("dynamics", "spring_stiffness"): ("0", "0.0"),
     ("spot", "falloff"): ("1", "1.0"),
+    **{
+        (workflow, f"{kind}_map"): ("",)
+        for workflow in ("metal", "specular")
+        for kind in ("environment", "ambient_occlusion", "normal", "emissive", "light")
+    },
 }
 
 

@@ -15,7 +15,7 @@ from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.reading import Notes
 from nrp_core.world.scene.urdf.elements import from_attributes, new, numbers, pose
 from nrp_core.world.scene.urdf.gazebo import apply_block
-from nrp_core.world.scene.urdf.transmissions import controlled, transmitted
+from nrp_core.world.scene.urdf.transmissions import controlled, led, transmitted
 from nrp_core.world.scene.xml_tree import Element
 
 _READ = ("link", "joint", "material", "gazebo")
@@ -61,6 +61,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
         SceneError: something in it is missing.
     """
     robot = _Robot.of(element, notes)
+    _warn_of_loose(element, robot)
     model = new("model", element, name=element.attribute("name"))
     for child in element.children:
         if child.tag == "link" and child.attribute("name") != WORLD:
@@ -77,9 +78,23 @@ def to_sdf(element: Element, notes: Notes) -> Element:
             notes.warn(child, f"the <{child.tag}> of a <robot> {reason}")
     for block in element.all("gazebo"):
         apply_block(block, model, notes)
+    if not any(plugin.find("parameters") for plugin in model.all("plugin")):
+        model.children += led(model)
     for plugin in model.all("plugin"):
         _name_joints(plugin, robot)
     return new("sdf", element, model, version="1.11")
+
+
+def _warn_of_loose(element: Element, robot: _Robot) -> None:
+    """Warn of links beside the first that no joint holds, of which ROS has none."""
+    first, *loose = [
+        link for link in element.all("link") if link.attribute("name") not in {*robot.held_by, WORLD}
+    ] or [element]
+    for link in loose:
+        other = first.attribute("name")
+        robot.notes.warn(
+            link, f"no joint holds '{link.attribute('name')}': it moves freely, as '{other}' does"
+        )
 
 
 def _name_joints(element: Element, robot: _Robot) -> None:

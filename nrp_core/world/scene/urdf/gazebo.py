@@ -5,6 +5,7 @@ from __future__ import annotations
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.plugins import plugin_name
 from nrp_core.world.scene.reading import Notes
+from nrp_core.world.scene.ros_controllers import ROS_CONTROL
 from nrp_core.world.scene.urdf.elements import new
 from nrp_core.world.scene.xml_tree import Element
 
@@ -24,13 +25,7 @@ _SOLVER = {
     *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor", "dampingFactor"),
     *("disableFixedJointLumping", "preserveFixedJoint"),
 }
-# run what commands joints, which needs nothing else here
-_ROS_CONTROL = (
-    "gazebo_ros_control",
-    "gazebo_ros2_control",
-    "gz_ros2_control-system",
-    "ign_ros2_control-system",
-)
+_SPRINGS = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
 
 
 def apply_block(block: Element, model: Element, notes: Notes) -> None:
@@ -45,7 +40,8 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
             return
         target = named[name]
     for child in block.children:
-        control = child.tag == "plugin" and plugin_name(child) in _ROS_CONTROL
+        # what runs controllers does nothing by itself, but where it names their file
+        control = child.tag == "plugin" and plugin_name(child) in ROS_CONTROL and not child.find("parameters")
         if child.tag not in _SOLVER and not control:
             _give(child, target)
 
@@ -57,9 +53,11 @@ def _give(child: Element, target: Element) -> None:
             visual.children.insert(0, new("material", child, script))
     elif child.tag in ("mu1", "mu2"):
         for collision in target.all("collision"):
-            _friction(collision, child).children.append(
-                new(child.tag.replace("mu1", "mu"), child, text=_value(child))
-            )
+            friction = _within(collision, child, "surface", "friction", "ode")
+            friction.children.append(new(child.tag.replace("mu1", "mu"), child, text=_value(child)))
+    elif child.tag in _SPRINGS:
+        dynamics = _within(target, child, "axis", "dynamics")
+        dynamics.children.append(new(_SPRINGS[child.tag], child, text=_value(child)))
     elif child.tag == "turnGravityOff":
         target.children.append(new("gravity", child, text="0" if _value(child) in ("1", "true") else "1"))
     elif child.tag in ("visual", "collision"):
@@ -69,10 +67,10 @@ def _give(child: Element, target: Element) -> None:
         target.children.append(child)
 
 
-def _friction(collision: Element, at: Element) -> Element:
-    """Return the ``<ode>`` in the friction of a collision, made where there is none."""
-    here = collision
-    for tag in ("surface", "friction", "ode"):
+def _within(element: Element, at: Element, *tags: str) -> Element:
+    """Return the descendant along a path of tags, made where there is none."""
+    here = element
+    for tag in tags:
         found = here.find(tag)
         if found is None:
             found = new(tag, at)

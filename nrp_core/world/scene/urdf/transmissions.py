@@ -1,7 +1,8 @@
 """The tags of ros_control and ros2_control: which joints of a robot can be commanded, and how.
 
 Which controllers a robot loads stands outside of its URDF; here each interface takes commands by itself, as
-directly as it can: ``/<robot>/<joint>/cmd_pos``, ``cmd_vel`` or ``cmd_effort``.
+directly as it can: ``/<robot>/<joint>/cmd_pos``, ``cmd_vel`` or ``cmd_effort``. Joints that take positions or
+efforts follow trajectories as well, on ``/<robot>/joint_trajectory_controller/command``.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from nrp_core.world.scene.reading import Notes
 from nrp_core.world.scene.urdf.elements import new
 from nrp_core.world.scene.xml_tree import Element
 
+_NAME = "ros_control"
 _KINDS = {
     "PositionJointInterface": "position",
     "VelocityJointInterface": "velocity",
@@ -45,7 +47,24 @@ def controlled(system: Element, notes: Notes) -> Iterator[Element]:
                 notes.warn(interface, f"joints cannot be commanded by '{kind}'")
 
 
+def led(model: Element) -> Iterator[Element]:
+    """Yield a plugin that leads the joints of a model which those before have made controllers for."""
+    plugins = [each for each in model.all("plugin") if each.attributes.get("name") == _NAME]
+    controllers = [each for plugin in plugins for each in plugin.all("controller")]
+    names = dict.fromkeys(
+        each.attribute("joint_name") for each in controllers if each.word("type") != "velocity"
+    )
+    if names:
+        topics = (
+            new(tag, model, text=f"joint_trajectory_controller/{end}")
+            for tag, end in (("topic", "command"), ("state_topic", "state"))
+        )
+        joints = (new("joint_name", model, text=name) for name in names)
+        file = "gz-sim-joint-trajectory-controller-system"
+        yield new("plugin", model, *joints, *topics, name="joint_trajectory_controller", filename=file)
+
+
 def _controller(joint: Element, interface: Element, kind: str) -> Element:
     named = joint.attribute("name")
     controller = new("controller", joint, new("type", interface, text=kind), joint_name=named)
-    return new("plugin", joint, controller, name="ros_control", filename="libgeneric_controller_plugin.so")
+    return new("plugin", joint, controller, name=_NAME, filename="libgeneric_controller_plugin.so")

@@ -63,6 +63,11 @@ def test_they_take_values_by_position_and_by_name_and_know_their_constants():
     assert kind("sensor_msgs", "MagneticField")().magnetic_field_covariance.shape == (9,)
 
 
+def test_times_and_spans_have_the_package_of_ros_2():
+    assert kind("builtin_interfaces", "Duration")(1, 500_000_000).nanosec == 500_000_000
+    assert message_type("builtin_interfaces/Time") is type(Header().stamp)
+
+
 def test_a_type_that_ros_does_not_have_is_refused_with_a_hint():
     with pytest.raises(AttributeError, match="did you mean 'PointCloud2'"):
         kind("sensor_msgs", "PointClout2")

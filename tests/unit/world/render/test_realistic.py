@@ -9,45 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.physics.bodies import bodies_of
-from nrp_core.world.render.optics import SKY, bytes_of, looking, optics_of
-from nrp_core.world.render.realistic import AMBIENT, RealisticCameras
-from nrp_core.world.render.scene_mesh import matrix_of
-from nrp_core.world.scene.model import Box, Camera, Light, Link, Model, Plane, Scene, Sphere, Visual
+from nrp_core.world.render.optics import SKY, bytes_of
+from nrp_core.world.render.realistic import AMBIENT
+from nrp_core.world.scene.model import Box, Light, Plane, Sphere
 from nrp_core.world.scene.pose import Pose
 
-EYE = Pose.from_rpy((-2.0, 0.3, 2.5), 0.0, 0.7, 0.0)
-CAMERA = ("eye", "link", "camera")
-WHITE = (1.0, 1.0, 1.0, 1.0)
+EYE = (-2.0, 0.3, 2.5)  # where the camera of these pictures is, as long as they do not say
 FLOOR = Plane((80.0, 80.0))  # so large that it is scenery: shadow maps show what is smaller
-FLOOR_Z, HALF = 0.0, 0.4
-
-
-def thing(name: str, geometry, pose: Pose = Pose()) -> Model:
-    return Model(name, (Link("link", visuals=(Visual("v", geometry, rgba=WHITE),)),), pose=pose, static=True)
-
-
-def seen(lights, *models: Model, eye: Pose = EYE):
-    """Return a picture of the models, its centre row by row in the world, and the rays to them."""
-    camera = Camera("camera", "/camera", 30.0, 1.2, 60, 45, 0.05, 100.0)
-    models = (*models, Model("eye", (Link("link", sensors=(camera,)),), pose=eye, static=True))
-    optics = optics_of(Scene(models), 1.0)
-    bodies = {model.name: bodies_of(model) for model in models}
-    cameras = RealisticCameras(bodies, optics, lambda paths: lambda frames: None, lights)
-    return cameras.picture(CAMERA), _rays(optics[CAMERA], eye)
-
-
-def _rays(optics, eye: Pose):
-    across, down = np.meshgrid(np.arange(optics.width) + 0.5, np.arange(optics.height) + 0.5)
-    x, y = (across - optics.width / 2) / optics.focal, (optics.height / 2 - down) / optics.focal
-    return np.stack([x, y, -np.ones_like(x)], axis=-1) @ matrix_of(looking(eye))[:, :3].T
-
-
-def floor_points(rays, eye: Pose = EYE):
-    """Return where rays meet the floor, NaN where they do not."""
-    with np.errstate(all="ignore"):
-        length = (FLOOR_Z - eye.position[2]) / rays[..., 2]
-    return np.where((length > 0)[..., None], eye.position + rays * length[..., None], np.nan)
+HALF = 0.4
 
 
 directions = st.builds(
@@ -59,7 +28,9 @@ directions = st.builds(
 
 @settings(max_examples=40, deadline=None)
 @given(directions, st.floats(0.05, 0.55))
-def test_a_floor_is_as_bright_as_its_angle_to_the_sun_says_and_has_no_spots(direction, strength):
+def test_a_floor_is_as_bright_as_its_angle_to_the_sun_says_and_has_no_spots(
+    seen, thing, floor_points, direction, strength
+):
     sun = Light("sun", direction=direction, diffuse=(strength, strength / 2, 0.0, 1.0))
     picture, rays = seen([sun], thing("floor", FLOOR))
     on_floor = np.nanmax(np.abs(floor_points(rays)), axis=-1) < 20
@@ -69,7 +40,9 @@ def test_a_floor_is_as_bright_as_its_angle_to_the_sun_says_and_has_no_spots(dire
 
 @settings(max_examples=40, deadline=None)
 @given(directions, st.floats(0.3, 1.5), st.sampled_from(["directional", "point", "spot"]))
-def test_a_box_throws_the_shadow_that_rays_to_the_light_find(direction, height, kind):
+def test_a_box_throws_the_shadow_that_rays_to_the_light_find(
+    seen, thing, floor_points, direction, height, kind
+):
     middle = np.array([1.0, 0.0, height])
     lamp = Light("lamp", kind, Pose(tuple(middle - 4 * np.array(direction))), direction, cone=(2.5, 2.6))
     box = thing("box", Box((2 * HALF,) * 3), Pose(tuple(middle)))
@@ -80,7 +53,7 @@ def test_a_box_throws_the_shadow_that_rays_to_the_light_find(direction, height, 
         away = np.array(lamp.pose.position) - points
     gap_to_box = [_enters(points, away, middle, HALF + margin) for margin in (-0.06, 0.06)]
     shadow, maybe = gap_to_box
-    hidden = _enters(np.tile(EYE.position, (len(points), 1)), points - EYE.position, middle, HALF + 0.05)
+    hidden = _enters(np.tile(EYE, (len(points), 1)), points - EYE, middle, HALF + 0.05)
     visible = ~np.isnan(points[:, 0]) & ~hidden & (np.abs(points).max(axis=1) < 6)
     bright = picture.reshape(-1, 3)[:, 0].astype(int)
     dark = round(255 * AMBIENT)
@@ -100,10 +73,10 @@ def _enters(starts, ways, middle, half):
     return (last >= first) & (last > 0)
 
 
-def test_a_ball_is_shaded_smoothly_and_a_box_is_not():
+def test_a_ball_is_shaded_smoothly_and_a_box_is_not(seen, thing):
     sun = Light("sun", direction=(1.0, 0.0, -1.0), diffuse=(0.6, 0.6, 0.6, 1.0))
     ball, rays = seen([sun], thing("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0))))
-    middle, eye = np.array([1.0, 0.3, 1.0]), np.array(EYE.position)
+    middle, eye = np.array([1.0, 0.3, 1.0]), np.array(EYE)
     ways = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
     b = ways @ (eye - middle)
     root = b**2 - ((eye - middle) @ (eye - middle) - 1.0)
@@ -120,7 +93,7 @@ def test_a_ball_is_shaded_smoothly_and_a_box_is_not():
 
 
 @pytest.mark.parametrize("distance", [1.0, 2.0, 4.0])
-def test_a_lamp_gets_weaker_with_distance_as_it_says(distance):
+def test_a_lamp_gets_weaker_with_distance_as_it_says(seen, thing, distance):
     lamp = Light(
         "lamp", "point", Pose((1.0, 0.3, distance)), attenuation=(3.0, 2.0, 0.5, 0.25), casts_shadows=False
     )
@@ -130,7 +103,7 @@ def test_a_lamp_gets_weaker_with_distance_as_it_says(distance):
     assert picture[22, 30, 0] == pytest.approx(255 * (AMBIENT + strength), abs=1.5)
 
 
-def test_without_lights_there_is_ambient_light_only_and_a_black_light_is_off():
+def test_without_lights_there_is_ambient_light_only_and_a_black_light_is_off(seen, thing):
     floor = thing("floor", FLOOR)
     dark, _ = seen([], floor)
     off, _ = seen([Light("sun", diffuse=(0.0, 0.0, 0.0, 1.0))], floor)
@@ -138,6 +111,6 @@ def test_without_lights_there_is_ambient_light_only_and_a_black_light_is_off():
     assert (dark == off).all()
 
 
-def test_a_scene_without_anything_to_see_is_sky():
+def test_a_scene_without_anything_to_see_is_sky(seen):
     picture, _ = seen([Light("sun")])
     assert (picture == bytes_of(SKY)).all()

@@ -133,42 +133,6 @@ def test_other_kinds_of_joints_are_read(joint: JointReader, kind: str) -> None:
     assert joint(kind=kind).kind == kind
 
 
-@pytest.mark.parametrize("kind", ["ball", "screw", "universal", "revolute2"])
-def test_what_is_no_simple_joint_is_fixed_with_a_warning(model: ModelReader, kind: str) -> None:
-    text = f'{LINKS}<joint name="j" type="{kind}"><parent>base</parent><child>arm</child></joint>'
-    read = model(text)
-    assert read.joints[0].kind == "fixed"
-    warning = f"robot.sdf:6: joints of type '{kind}' are not simulated: the links are taken as fixed"
-    assert any(warning in each for each in read.warnings)
-
-
-@pytest.mark.parametrize(
-    ("kind", "shape", "friction"),
-    [
-        ("ball", "<sphere><radius>0.1</radius></sphere>", 0.0),
-        ("ball", "<box><size>1 1 1</size></box>", 1.0),
-        ("fixed", "<sphere><radius>0.1</radius></sphere>", 1.0),
-    ],
-)
-def test_the_ball_of_a_caster_slides_without_friction(
-    model: ModelReader, kind: str, shape: str, friction: float
-) -> None:
-    collision = f'<collision name="c"><geometry>{shape}</geometry></collision>'
-    links = f'<link name="base"><inertial/></link><link name="arm">{collision}</link>'
-    read = model(f'{links}<joint name="j" type="{kind}"><parent>base</parent><child>arm</child></joint>')
-    assert read.links[1].collisions[0].friction == friction
-
-
-def test_a_gearbox_is_left_out_with_a_warning(model: ModelReader) -> None:
-    joints = "".join(
-        f'<joint name="{kind}" type="{kind}"><parent>base</parent><child>arm</child></joint>'
-        for kind in ("revolute", "gearbox")
-    )
-    read = model(LINKS + joints)
-    assert [joint.name for joint in read.joints] == ["revolute"]
-    assert "robot.sdf:6: joints of type 'gearbox' are not simulated: left out" in read.warnings[0]
-
-
 def test_a_kind_that_there_is_not_is_refused(joint: JointReader) -> None:
     with pytest.raises(SceneError, match="no joints of type 'revolut'; did you mean 'revolute'"):
         joint(kind="revolut")
@@ -265,15 +229,10 @@ def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(model: M
     assert "the joint 'second' mimics 'first', which is fixed: it moves freely" in warning
 
 
-def test_springs_are_warned_of(model: ModelReader) -> None:
-    dynamics = "<dynamics><friction>0.1</friction><spring_stiffness>3</spring_stiffness></dynamics>"
-    text = (
-        f'{LINKS}<joint name="j" type="revolute"><parent>base</parent><child>arm</child>'
-        f"<axis>{dynamics}</axis></joint>"
-    )
-    (warning,) = model(text).warnings
-    assert "robot.sdf:6: <spring_stiffness> 3 of a <dynamics> is not simulated" in warning
-    assert model(text).joints[0].friction == 0.1
+def test_springs_and_friction_are_read(joint: JointReader) -> None:
+    spring = "<spring_stiffness>3</spring_stiffness><spring_reference>-0.2</spring_reference>"
+    read = joint(f"<axis><dynamics><friction>0.1</friction>{spring}</dynamics></axis>")
+    assert (read.friction, read.stiffness, read.rest) == (0.1, 3.0, -0.2)
 
 
 def test_an_oblique_axis_keeps_its_direction(joint: JointReader) -> None:

@@ -8,7 +8,7 @@ from math import inf, pi
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.acting import Ackermann, JointController, Pid, PlanarMove
+from nrp_core.world.scene.acting import Ackermann, Flight, JointController, Pid, PlanarMove
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise
@@ -286,3 +286,68 @@ def test_the_car_of_ros_2_takes_names_and_limits_from_its_tags(model: ModelReade
 def test_a_car_whose_wheels_are_unclear_is_refused(model: ModelReader, car: str, why: str) -> None:
     with pytest.raises(SceneError, match=why):
         model(car)
+
+
+def test_a_rate_below_0_is_refused(model: ModelReader) -> None:
+    with pytest.raises(SceneError, match="an <update_rate> is 0 or more, not -5"):
+        sensors_of(model, '<sensor name="imu" type="imu"><update_rate>-5</update_rate></sensor>')
+
+
+@pytest.mark.parametrize(
+    "file", ["gz-sim-velocity-control-system", "libignition-gazebo6-velocity-control-system.so"]
+)
+def test_the_velocity_control_of_gz_sim_lets_a_body_move_as_told(model: ModelReader, file: str) -> None:
+    plugin = f'<link name="base"/><plugin name="v" filename="{file}">{{}}</plugin>'
+    assert model(plugin.format("")).drives == (Flight("v", "/model/robot/cmd_vel"),)
+    read = model(plugin.format("<initial_linear>1 0 2</initial_linear><link_name>base</link_name>"))
+    assert read.drives == (Flight("v", "/model/robot/cmd_vel", ((1.0, 0.0, 2.0), (0.0, 0.0, 0.0))),)
+    assert any("the <link_name> of a VelocityControl has no effect" in text for text in read.warnings)
+
+
+def test_a_multicopter_of_gz_sim_flies_on_the_topic_of_its_controller(model: ModelReader) -> None:
+    read = model(
+        '<link name="base"/><plugin name="gz::sim::systems::MulticopterVelocityControl" filename="x">'
+        "<robotNamespace>X3</robotNamespace><commandSubTopic>gazebo/command/twist</commandSubTopic></plugin>"
+    )
+    (drive,) = read.drives
+    assert isinstance(drive, Flight)
+    assert drive.command_topic == "/X3/gazebo/command/twist"
+
+
+def test_the_odometry_of_gz_sim_tells_the_pose_of_the_model_and_velocities_along_it(
+    model: ModelReader,
+) -> None:
+    read = model(
+        '<link name="base"><pose>1 0 0 0 0 0</pose></link>'
+        '<plugin name="o" filename="gz-sim-odometry-publisher-system"/>'
+    )
+    expected = GroundTruth("o", "/model/robot/odometry", 50.0, Pose((-1.0, 0.0, 0.0)), along_link=True)
+    assert read.links[0].sensors == (expected,)
+
+
+def test_odometry_that_a_drive_serves_on_the_same_topic_is_served_once(model: ModelReader) -> None:
+    joints = "<left_joint>l</left_joint><right_joint>r</right_joint>"
+    drive = f'<plugin name="d" filename="gz-sim-diff-drive-system">{joints}</plugin>'
+    odometry = '<plugin name="o" filename="gz-sim-odometry-publisher-system"/>'
+    wheels = "".join(
+        f'<link name="{n}w"/><joint name="{n}" type="revolute"><parent>base</parent><child>{n}w</child>'
+        "<axis><xyz>0 1 0</xyz></axis></joint>"
+        for n in "lr"
+    )
+    for plugins in (drive + odometry, odometry + drive):
+        read = model(f'<link name="base"/>{wheels}{plugins}')
+        assert read.drives[0].odometry_topic == "/model/robot/odometry"
+        assert read.links[0].sensors == ()
+
+
+@pytest.mark.parametrize("system", ["forcetorque", "imu", "contact", "sensors", "user-commands", "physics"])
+def test_systems_that_every_backend_is_are_not_warned_of(model: ModelReader, system: str) -> None:
+    read = model(f'<link name="base"><inertial/></link><plugin name="x" filename="gz-sim8-{system}-system"/>')
+    assert read.warnings == ()
+
+
+@pytest.mark.parametrize("system", ["multicopter-motor-model", "thruster", "mecanum-drive"])
+def test_systems_that_are_not_simulated_are_named_in_a_warning(model: ModelReader, system: str) -> None:
+    read = model(f'<link name="base"><inertial/></link><plugin name="x" filename="gz-sim-{system}-system"/>')
+    name = "".join(word.capitalize() for word in system.split("-"))
+    assert f"the plugin '{name}' is not known: it does nothing" in read.warnings[0]

@@ -144,6 +144,22 @@ def test_a_floating_joint_lets_its_child_go(urdf: UrdfReader) -> None:
     assert read.link("arm").pose.position == (0, 0, 2)
 
 
+def test_a_planar_joint_slides_in_a_plane_and_turns_about_its_normal(urdf: UrdfReader) -> None:
+    read = urdf(TWO_LINKS + joint("planar", '<axis xyz="0 1 0"/><limit effort="1" velocity="1"/>'))
+    assert [(each.name, each.kind) for each in read.joints] == [
+        ("j_x", "prismatic"), ("j_y", "prismatic"), ("j", "continuous")
+    ]  # fmt: skip
+    assert read.joints[-1].axis == (0, 1, 0)
+
+
+def test_a_block_gives_a_joint_a_spring(urdf: UrdfReader) -> None:
+    springs = "<springStiffness>7</springStiffness><springReference>0.3</springReference>"
+    damped = '<axis xyz="0 1 0"/><dynamics damping="2"/>'
+    read = urdf(TWO_LINKS + joint("continuous", damped) + f'<gazebo reference="j">{springs}</gazebo>')
+    assert (read.joints[0].stiffness, read.joints[0].rest, read.joints[0].damping) == (7.0, 0.3, 2.0)
+    assert not read.warnings
+
+
 def test_a_joint_may_have_the_name_of_a_link(urdf: UrdfReader) -> None:
     assert urdf(TWO_LINKS + joint("fixed", name="arm")).joints[0].name == "arm_joint"
 
@@ -328,3 +344,9 @@ def test_a_plugin_names_a_joint_that_has_the_name_of_a_link(urdf):
     )
     (read,) = urdf(f'<link name="base">{MASS}</link>{wheels}{drive}').drives
     assert (read.left, read.right) == (("left_joint",), ("right_joint",))
+
+
+def test_a_link_that_no_joint_holds_is_warned_of(urdf: UrdfReader) -> None:
+    read = urdf(f'<link name="base">{MASS}</link><link name="lost">{MASS}</link>')
+    (warning,) = read.warnings
+    assert "no joint holds 'lost': it moves freely, as 'base' does" in warning

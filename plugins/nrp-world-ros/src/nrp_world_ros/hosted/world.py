@@ -26,6 +26,7 @@ from nrp_core.world.parts.base import (
 )
 from nrp_core.world.parts.controller import ControllerPart
 from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.parts.trajectory import TrajectoryPart
 from nrp_core.world.scene.model import Light, Scene
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
 
@@ -110,7 +111,7 @@ class HostedWorld(RosWorld):
         self._latest[topic] = heard.message
 
     def _write(self, part: Part, topic: str, message: Any) -> None:
-        if isinstance(part, ControllerPart) and not self.capabilities.joint_control:
+        if isinstance(part, ControllerPart | TrajectoryPart) and not self.capabilities.joint_control:
             raise self._lacks("does not control joints")
         self._forget()  # it takes effect now, not with the next step
         super()._write(part, topic, message)

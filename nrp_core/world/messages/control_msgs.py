@@ -1,0 +1,21 @@
+"""ROS package control_msgs; SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from nrp_core.world.messages.base import message
+from nrp_core.world.messages.std_msgs import Header
+from nrp_core.world.messages.trajectory_msgs import JointTrajectoryPoint
+
+
+@message("control_msgs/msg/JointTrajectoryControllerState")
+@dataclass(slots=True)
+class JointTrajectoryControllerState:
+    """Where the joints of a controller are to be, where they are, and what they lack."""
+
+    header: Header = field(default_factory=Header)
+    joint_names: list[str] = field(default_factory=list)
+    desired: JointTrajectoryPoint = field(default_factory=JointTrajectoryPoint)
+    actual: JointTrajectoryPoint = field(default_factory=JointTrajectoryPoint)
+    error: JointTrajectoryPoint = field(default_factory=JointTrajectoryPoint)

@@ -1,0 +1,37 @@
+"""ROS package trajectory_msgs; SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.messages.base import Duration, message
+from nrp_core.world.messages.std_msgs import Header
+
+
+def _no_floats() -> npt.NDArray[np.float64]:
+    return np.empty(0)
+
+
+@message("trajectory_msgs/msg/JointTrajectoryPoint")
+@dataclass(slots=True)
+class JointTrajectoryPoint:
+    """Where joints are at a time; each array holds one number for each joint, or none."""
+
+    positions: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    velocities: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    accelerations: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    effort: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    time_from_start: Duration = field(default_factory=Duration)
+
+
+@message("trajectory_msgs/msg/JointTrajectory")
+@dataclass(slots=True)
+class JointTrajectory:
+    """Points that joints pass at their times after the stamp of the header, or after now where that is 0."""
+
+    header: Header = field(default_factory=Header)
+    joint_names: list[str] = field(default_factory=list)
+    points: list[JointTrajectoryPoint] = field(default_factory=list)

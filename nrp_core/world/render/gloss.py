@@ -1,0 +1,150 @@
+"""The finishes of the surfaces of a scene as the shading needs them, and the light that they reflect."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.jit import inlined
+from nrp_core.world.render.microfacets import (
+    STEPS,
+    lobe,
+    looked_up,
+    mean_of,
+    returning,
+    schlick,
+    tabulate,
+    width_of,
+)
+from nrp_core.world.scene.finish import Finish
+
+FloatArray = npt.NDArray[np.float64]
+
+MATT = -1.0
+"""The table of a surface without a finish."""
+_WIDTH = 15
+_LEAST = 1e-6  # of a mean share: of the smoothest surfaces there is none
+
+
+class Gloss:
+    """The finishes of surfaces, one a row.
+
+    Columns: the table, or :data:`MATT`; the width of the distribution of slopes; what a facet reflects
+    head-on (3); the colour from within (3), and that by the mean share of light that enters (3); what comes
+    back of light that facets send to each other (3), and the reciprocal of the mean share of such light.
+
+    Args:
+        finishes: of each surface, None for a matt one.
+
+    Attributes:
+        tables: what surfaces reflect of equal light from everywhere, shape ``(k, STEPS + 1, 2)``.
+    """
+
+    def __init__(self, finishes: Sequence[Finish | None]) -> None:
+        widths = [width_of(finish.roughness) if finish else 0.0 for finish in finishes]
+        distinct = sorted({*widths} - {0.0})
+        self.tables = np.zeros((max(1, len(distinct)), STEPS + 1, 2))  # matt surfaces have one, too: unread
+        for table, width in zip(self.tables, distinct, strict=False):
+            tabulate(width, table)
+        shining = [finish for finish in finishes if finish]
+        self._glossy = np.array([finish is not None for finish in finishes], bool)
+        self._metalness = np.array([[finish.metalness] for finish in shining]).reshape(-1, 1)
+        self._reflectance = np.array([finish.reflectance for finish in shining]).reshape(-1, 3)
+        self._rows = np.full((len(finishes), _WIDTH), MATT)
+        self._rows[:, 1] = widths
+        tables = np.searchsorted(distinct, self._rows[self._glossy, 1])
+        self._rows[self._glossy, 0] = tables
+        self._scale, self._offset = (mean_of(self.tables)[tables].T)[:, :, None]
+
+    def of(self, colors: FloatArray) -> FloatArray:
+        """Return the rows of surfaces in these colours, shape ``(n, 15)``; until the next call."""
+        mine, scale, offset = colors[self._glossy], self._scale, self._offset
+        head_on = self._reflectance + self._metalness * (mine - self._reflectance)
+        within = (1 - self._metalness) * mine
+        again = returning(head_on, scale + offset)
+        caught = 1 - (scale + offset)
+        entering = 1 - (scale * head_on + offset + again * caught)
+        columns = [
+            head_on,
+            within,
+            within / np.maximum(entering, _LEAST),
+            again,
+            1 / np.maximum(caught, _LEAST),
+        ]
+        self._rows[self._glossy, 2:] = np.hstack(columns)
+        return self._rows
+
+
+@inlined
+def begin_gloss(
+    row: FloatArray, table: FloatArray, to_eye: float, ambient: float, leaving: FloatArray, light: FloatArray
+) -> None:
+    """Write what a point of a glossy surface sends to the eye of equal light from everywhere.
+
+    What the facets do not reflect enters, and what is not swallowed comes out again to all sides.
+
+    Args:
+        row: its finish.
+        table: of its roughness.
+        to_eye: cosine of the normal with the direction to the eye.
+        ambient: the light.
+        leaving: is filled with the shares of red, green and blue from within that leave to the eye, and the
+            share from other facets that does.
+        light: the result.
+    """
+    scale, offset = looked_up(table, 0, to_eye), looked_up(table, 1, to_eye)
+    caught = 1 - (scale + offset)
+    leaving[3] = caught * row[14]
+    for channel in range(3):
+        reflected = scale * row[2 + channel] + offset + row[11 + channel] * caught
+        leaving[channel] = 1 - reflected
+        light[channel] = ambient * (reflected + row[5 + channel] * leaving[channel])
+
+
+@inlined
+def add_gloss(
+    row: FloatArray,
+    table: FloatArray,
+    normal: FloatArray,
+    to_eye: float,
+    view: FloatArray,
+    towards: tuple[float, float, float],
+    leaving: FloatArray,
+    arriving: FloatArray,
+    light: FloatArray,
+) -> None:
+    """Add what a point of a glossy surface sends to the eye of a lamp's light.
+
+    The share from within is that of Ashikhmin and Shirley (An anisotropic Phong BRDF model, 2000) with the
+    tables in the place of Fresnel's law: with what is reflected it makes exactly what arrives.
+
+    Args:
+        row: its finish.
+        table: of its roughness.
+        normal: unit vector.
+        to_eye: cosine of the normal with the direction to the eye.
+        view: unit vector to the eye.
+        towards: unit vector to the lamp.
+        leaving: as :func:`begin_gloss` fills it.
+        arriving: red, green and blue of its light that falls on the surface.
+        light: is added to.
+    """
+    to_light = towards[0] * normal[0] + towards[1] * normal[1] + towards[2] * normal[2]
+    if to_light <= 0:
+        return
+    x, y, z = view[0] + towards[0], view[1] + towards[1], view[2] + towards[2]
+    length = max(sqrt(x * x + y * y + z * z), 1e-300)
+    halfway = (x * normal[0] + y * normal[1] + z * normal[2]) / length
+    facet = (x * view[0] + y * view[1] + z * view[2]) / length
+    glint, weight = lobe(to_light, to_eye, halfway, row[1]), schlick(facet)
+    scale, offset = looked_up(table, 0, to_light), looked_up(table, 1, to_light)
+    caught = 1 - (scale + offset)
+    for channel in range(3):
+        head_on, again = row[2 + channel], row[11 + channel]
+        once = glint * (head_on + (1 - head_on) * weight)
+        entering = 1 - (scale * head_on + offset + again * caught)
+        within = row[8 + channel] * leaving[channel] * entering
+        light[channel] += arriving[channel] * (once + again * leaving[3] * caught + within)

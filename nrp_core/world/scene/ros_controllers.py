@@ -1,0 +1,190 @@
+"""The controllers of ros_control and ros2_control, from the YAML file that the plugin of a robot names.
+
+ROS 2 names it by ``<parameters>``; in ROS 1 it stands outside of the robot, whose plugin may name it here in
+the same way. See https://control.ros.org/rolling/doc/ros2_controllers/doc/controllers_index.html.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import dist, inf
+from pathlib import Path
+from typing import Any, Literal
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController, WheelDrive
+from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.plugins import ros_namespace
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.trajectories import led_joints
+from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.topics import resolve_name
+
+ROS_CONTROL = (
+    "gazebo_ros_control",
+    "gazebo_ros2_control",
+    "gz_ros2_control-system",
+    "ign_ros2_control-system",
+)
+"""The plugins that run controllers."""
+
+_LEVELS = ("ros__parameters", "controller_manager", "/**")
+"""Levels of a file that are no part of a controller's name."""
+_TELLING = ("JointStateController", "JointStateBroadcaster")
+_KINDS: dict[str, Literal["position", "velocity", "effort"]] = {
+    "JointPositionController": "position",
+    "JointVelocityController": "velocity",
+    "JointEffortController": "effort",
+}
+Entries = dict[tuple[str, ...], dict[str, Any]]
+"""The parameters of a file by the names of their levels."""
+
+
+def read_ros_controllers(
+    plugin: Element, joints: Sequence[Joint], reading: Reading
+) -> tuple[list[WheelDrive], list[JointController], list[TrajectoryController]]:
+    """Read the controllers of the file that a plugin names: of wheels, of single joints, of trajectories.
+
+    Raises:
+        SceneError: the file is no YAML, or names joints that the model does not have.
+    """
+    place = plugin.require("parameters")
+    path = reading.resources.find(place)
+    if path is None:
+        reading.notes.warn(place, f"there is no file '{place.text}': its controllers are left out")
+        return [], [], []
+    file = _File(place, path, joints, ros_namespace(plugin).strip("/"), reading)
+    drives: list[WheelDrive] = []
+    single: list[JointController] = []
+    several: list[TrajectoryController] = []
+    for name, entry in file.entries.items():
+        kind = str(entry.get("type", "")).rpartition("/")[2]
+        if kind == "JointTrajectoryController":
+            several.append(file.follower(name))
+        elif kind == "DiffDriveController":
+            drives.append(file.drive(name))
+        elif kind in _KINDS:
+            single += file.controller(name, _KINDS[kind])
+        elif kind and kind not in _TELLING:
+            reading.notes.warn(place, f"controllers of type '{entry['type']}' are not run")
+    return drives, single, several
+
+
+class _File:
+    """A file of controllers.
+
+    Args:
+        place: names it.
+        path: of the file.
+        joints: of the model.
+        namespace: of the controllers, below the robot.
+        reading: what is carried along.
+    """
+
+    def __init__(
+        self, place: Element, path: Path, joints: Sequence[Joint], namespace: str, reading: Reading
+    ) -> None:
+        self._place = Element(place.tag, {}, path, 1, kind=place.kind)  # where errors point
+        self._joints, self._namespace, self._reading = joints, namespace, reading
+        self.entries: Entries = {}
+        self._is_ros2 = False
+        self._collect(_read_yaml(path), ())
+
+    def follower(self, name: tuple[str, ...]) -> TrajectoryController:
+        """Return the trajectory controller of a name."""
+        entry = self.entries[name]
+        joints = self._led(entry.get("joints"))
+        if not joints:
+            raise self._place.error(f"the controller '{'/'.join(name)}' names no joints that it can lead")
+        gains = tuple((joint, pid) for joint in joints if (pid := self._gains((*name, "gains", joint))))
+        command, state = ("joint_trajectory", "controller_state") if self._is_ros2 else ("command", "state")
+        (rate_hz,) = self._numbers(name, state_publish_rate=0.0)
+        topics = self._topic(name, command), self._topic(name, state)
+        return TrajectoryController(name[-1], topics[0], joints, gains, (), topics[1], rate_hz or 50.0)
+
+    def controller(
+        self, name: tuple[str, ...], kind: Literal["position", "velocity", "effort"]
+    ) -> Iterator[JointController]:
+        """Yield the controller of a single joint of a name."""
+        for joint in self._led([self.entries[name].get("joint")]):
+            yield JointController(joint, kind, self._topic(name, "command"), self._gains((*name, "pid")))
+
+    def drive(self, name: tuple[str, ...]) -> WheelDrive:
+        """Return the differential drive of a name; ROS 1 tells wheels by a name or several."""
+        entry = self.entries[name]
+        sides = [entry.get(f"{side}_wheel_names", entry.get(f"{side}_wheel")) for side in ("left", "right")]
+        left, right = (self._led([side] if isinstance(side, str) else side) for side in sides)
+        if not left or not right:
+            raise self._place.error(f"the drive '{'/'.join(name)}' needs wheels on both sides")
+        width, radius, wider, larger, timeout, rate_hz = self._numbers(
+            name,
+            wheel_separation=self._apart(left[0], right[0]),
+            wheel_radius=0.0,
+            wheel_separation_multiplier=1.0,
+            wheel_radius_multiplier=1.0,
+            cmd_vel_timeout=0.5,
+            publish_rate=50.0,
+        )
+        size, separation = 2 * radius * larger, width * wider
+        if not size or not separation:
+            raise self._place.error(
+                f"the drive '{'/'.join(name)}' needs a wheel_separation and a wheel_radius"
+            )
+        command = self._topic(name, "cmd_vel_unstamped" if self._is_ros2 else "cmd_vel")
+        return WheelDrive(
+            name[-1], command, left, right, separation, size,
+            timeout=timeout or inf, rate_hz=rate_hz or 50.0, odometry_topic=self._topic(name, "odom"),
+        )  # fmt: skip
+
+    def _apart(self, left: str, right: str) -> float:
+        places = {joint.name: joint.pose.position for joint in self._joints}
+        return dist(places[left], places[right])
+
+    def _collect(self, level: Mapping[str, Any], name: tuple[str, ...]) -> None:
+        """Take the parameters of a level and of those in it."""
+        entry = self.entries.setdefault(name, {})
+        for key, value in level.items():
+            self._is_ros2 |= key == "ros__parameters"
+            if isinstance(value, dict):
+                self._collect(value, name if key in _LEVELS else (*name, str(key)))
+            else:
+                entry[str(key)] = value
+
+    def _topic(self, name: tuple[str, ...], end: str) -> str:
+        """Return a topic of a controller, whose file may have the namespace of the robot as a level."""
+        space, robot = self._namespace, self._reading.robot
+        inner = name[1:] if name[0] in (space, robot) and name[1:] else name
+        return resolve_name("/".join(filter(None, (space, *inner, end))), robot)
+
+    def _gains(self, name: tuple[str, ...]) -> Pid | None:
+        if name not in self.entries:
+            return None
+        p, i, d, limit = self._numbers(name, p=0.0, i=0.0, d=0.0, i_clamp=inf)
+        return Pid(p, i, d, limit if limit > 0 else inf)
+
+    def _numbers(self, name: tuple[str, ...], **defaults: float) -> Iterator[float]:
+        """Yield parameters that are numbers, from 0 on."""
+        for key, default in defaults.items():
+            value = self.entries[name].get(key, default)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
+                raise self._place.error(
+                    f"{key} of '{'/'.join(name)}' must be a number from 0 on, not {value!r}"
+                )
+            yield float(value)
+
+    def _led(self, names: Any) -> tuple[str, ...]:
+        told = names if isinstance(names, list) else []
+        return led_joints(self._place, list(map(str, told)), self._joints, self._reading)
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    from ruamel.yaml import YAML  # few robots bring such a file
+    from ruamel.yaml.error import YAMLError
+
+    try:
+        tree = YAML(typ="safe").load(path)
+    except (YAMLError, UnicodeDecodeError) as error:
+        raise SceneError(f"no YAML: {' '.join(str(error).split())}", path=path) from None
+    if not isinstance(tree, dict):
+        raise SceneError("a file of controllers is a mapping of their names", path=path)
+    return tree

@@ -1,0 +1,127 @@
+"""Joints of SDF that move in more than one way, told as simple ones in a row.
+
+=============  ==================================================================================
+a joint ``j``  becomes
+=============  ==================================================================================
+universal      ``j``, which turns about ``<axis>``, and ``j_axis2``, which turns about ``<axis2>``
+revolute2      the same
+screw          ``j``, which turns, and ``j_travel``, which slides as far as the thread takes it
+planar         ``j_x`` and ``j_y``, which slide across ``<axis>``, and ``j``, which turns about it
+=============  ==================================================================================
+
+Where Gazebo's plugins and messages name such a joint, they mean its first axis, and so it is here. Between
+the joints of a row are links of next to no mass: engines compute in the coordinates of joints, where what a
+joint moves is all that hangs on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import hypot, inf, pi
+from typing import TypeAlias
+
+import numpy as np
+
+from nrp_core.world.scene.model import Inertial, Joint, Link, Mimic
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.sdf.axes import second, slowed, with_axis
+from nrp_core.world.scene.sdf.frames import Frames
+from nrp_core.world.scene.xml_tree import Element
+
+Row: TypeAlias = tuple[Joint, ...]
+"""The joints from one link to another, each told as if it were the only one between them."""
+
+CARRIER = Inertial(1e-9, inertia=(1e-12, 1e-12, 1e-12, 0.0, 0.0, 0.0))
+"""Of a link between two joints of a row: what engines take for a mass, and nobody notices."""
+_PARALLEL = 1e-6
+_RIGHT_HANDED_TURN = 1.0  # SDF's default pitch of a thread, m
+
+
+def in_a_row(row: Sequence[Joint]) -> tuple[list[Joint], list[Link]]:
+    """Return the joints of a row one after the other, and the links between them."""
+    carriers = [Link(f"{joint.name}_carrier", joint.pose, CARRIER) for joint in row[:-1]]
+    stops = [row[0].parent, *(carrier.name for carrier in carriers), row[-1].child]
+    joints = [
+        replace(joint, parent=parent, child=child)
+        for joint, (parent, child) in zip(row, pairwise(stops), strict=True)
+    ]
+    return joints, carriers
+
+
+def ball(joint: Joint, element: Element, _: Frames, __: tuple[int, int], reading: Reading) -> Row:
+    """Read a ``ball`` joint; what slows it down does so about every axis."""
+    axis = element.section("axis")
+    if axis.section("dynamics").number("spring_stiffness", 0.0):
+        reading.notes.warn(axis, "a <spring_stiffness> of a ball joint is not simulated")
+    return (slowed(replace(joint, kind="ball"), axis),)
+
+
+def two_axes(
+    joint: Joint, element: Element, frames: Frames, version: tuple[int, int], reading: Reading
+) -> Row:
+    """Read a ``universal`` or ``revolute2`` joint: its first axis is the parent's, the second the child's."""
+    turning = replace(joint, kind="revolute")
+    first = with_axis(turning, element, "axis", frames, version)
+    other = with_axis(replace(turning, name=second(joint.name)), element, "axis2", frames, version)
+    if hypot(*np.cross(first.axis, other.axis)) < _PARALLEL:
+        what = f"both axes of the joint '{joint.name}' are the same: it turns about the first one alone"
+        reading.notes.warn(element, what)
+        return (first,)
+    return first, other
+
+
+def screw(joint: Joint, element: Element, frames: Frames, version: tuple[int, int], _: Reading) -> Row:
+    """Read a ``screw`` joint: its limits, effort and damping are those of its rotation."""
+    turn = with_axis(replace(joint, kind="revolute"), element, "axis", frames, version)
+    if turn.kind == "fixed":
+        return (turn,)
+    follows = Mimic(joint.name, _pitch(element) / (2 * pi))
+    travel = Joint(
+        f"{joint.name}_travel", "prismatic", joint.parent, joint.child, joint.pose, turn.axis, mimic=follows
+    )
+    return turn, travel
+
+
+def _pitch(screw: Element) -> float:
+    """Return how far the child comes along the axis in a turn, m; to the left where it is negative.
+
+    The older ``<thread_pitch>`` is in radians per metre, and of a thread that turns to the left.
+    """
+    old = screw.find("thread_pitch")
+    if old is None or screw.find("screw_thread_pitch"):
+        return screw.number("screw_thread_pitch", _RIGHT_HANDED_TURN)
+    (turns_left,) = old.numbers(1)
+    if not turns_left:
+        raise old.error("<thread_pitch> is 0: a screw that slides without turning is a prismatic joint")
+    return -2 * pi / turns_left
+
+
+def planar(joint: Joint, element: Element, frames: Frames, version: tuple[int, int], _: Reading) -> Row:
+    """Read a ``planar`` joint of URDF: its axis is the normal of the plane, and it has no limits."""
+    turn = with_axis(replace(joint, kind="continuous"), element, "axis", frames, version)
+    across = Pose.pointing(turn.axis)
+    slides = [
+        replace(
+            turn,
+            name=f"{joint.name}_{name}",
+            kind="prismatic",
+            axis=across.rotate(axis),
+            mimic=None,
+            stiffness=0.0,
+        )
+        for name, axis in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)))
+    ]
+    return *slides, replace(turn, lower=-inf, upper=inf)
+
+
+COMPOUND: dict[str, Callable[[Joint, Element, Frames, tuple[int, int], Reading], Row]] = {
+    "ball": ball,
+    "planar": planar,
+    "revolute2": two_axes,
+    "screw": screw,
+    "universal": two_axes,
+}
+"""What reads each type of joint that is more than one axis."""

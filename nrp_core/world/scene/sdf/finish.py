@@ -1,0 +1,83 @@
+"""How SDF's materials shine: physically based ones, and those of Phong's model.
+
+A map counts as its mean, and instead of the number that it varies: shapes here have no texture coordinates.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from math import sqrt
+
+from nrp_core.world.scene.finish import PLASTIC, Finish
+from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE
+from nrp_core.world.scene.meshes.pictures import mean_color
+from nrp_core.world.scene.model import Rgba
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.xml_tree import Element
+
+_BURLEY = 0.08  # what the brightest specular colour reflects head-on (Burley 2012): an index of 1.8
+
+
+def read_finish(material: Element, specular: Rgba | None, reading: Reading) -> Finish | None:
+    """Return the finish of a ``<material>``, None where it is matt.
+
+    Args:
+        material: the element.
+        specular: its ``<specular>`` colour, if it has one.
+        reading: what is carried along.
+    """
+    metal, gloss = material.find("pbr", "metal"), material.find("pbr", "specular")
+    bright = specular[:3] if specular and any(specular[:3]) else None
+    if metal is not None:
+        return Finish(_share(metal, "roughness", 0.5, reading), _share(metal, "metalness", 0.5, reading))
+    if gloss is not None:
+        reflectance = map_color(gloss, "specular_map", reading) or bright or PLASTIC
+        return Finish(1 - _share(gloss, "glossiness", 0.0, reading), 0.0, reflectance)
+    if bright is not None:
+        r, g, b = (_BURLEY * part for part in bright)
+        return Finish(_roughness(material.number("shininess", 0.0)), 0.0, (r, g, b))
+    return None
+
+
+def albedo_map(material: Element, reading: Reading) -> tuple[float, float, float] | None:
+    """Return the mean of the ``<albedo_map>`` of a material, None where it has none."""
+    pbr = material.section("pbr")
+    workflow = pbr.find("metal") or pbr.section("specular")
+    return map_color(workflow, "albedo_map", reading)
+
+
+def map_color(workflow: Element, tag: str, reading: Reading) -> tuple[float, float, float] | None:
+    """Return the mean colour of a map; None where there is none, with a warning where it cannot be read."""
+    uri = workflow.find(tag)
+    if uri is None or not uri.text:
+        return None
+    mean = None
+    path = reading.resources.find(uri)
+    with suppress(OSError):
+        if path is not None and path.stat().st_size <= MAX_BYTES_BESIDE:
+            mean = mean_color(path.read_bytes())
+    if mean is None:
+        reason = "is not there" if path is None else "cannot be read"
+        reading.notes.warn(uri, f"the <{tag}> '{uri.text}' {reason}: left out")
+    return mean
+
+
+def _share(workflow: Element, tag: str, default: float, reading: Reading) -> float:
+    """Return a share from 0 to 1: the mean of its map, else its number."""
+    mean = map_color(workflow, f"{tag}_map", reading)
+    if mean is not None:
+        return sum(mean) / 3
+    value = workflow.number(tag, default)
+    share = min(max(value, 0.0), 1.0)
+    if share != value:
+        where = workflow.require(tag)
+        reading.notes.warn(where, f"<{tag}> is from 0 to 1, not {value:g}: taken as {share:g}")
+    return share
+
+
+def _roughness(shininess: float) -> float:
+    """Return the roughness whose highlight is as wide as that of an exponent of Blinn and Phong.
+
+    The width of the distribution of slopes is ``sqrt(2 / (exponent + 2))`` (Walter et al. 2007).
+    """
+    return sqrt(sqrt(2 / (max(shininess, 0.0) + 2)))

@@ -1,0 +1,84 @@
+"""Controllers that lead joints along trajectories, from the parameters of Gazebo's plugins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import inf
+
+from nrp_core.errors import did_you_mean
+from nrp_core.world.scene.acting import Pid, TrajectoryController
+from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.plugins import plugin_name, ros_topic
+from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.topics import resolve_name
+
+
+def read_follower(plugin: Element, joints: Sequence[Joint], reading: Reading) -> TrajectoryController | None:
+    """Read the trajectory controller that a ``<plugin>`` of a model stands for; None if it is none.
+
+    Raises:
+        SceneError: it names joints that the model does not have, or that do not move.
+    """
+    name = plugin_name(plugin)
+    if name == "gazebo_ros_joint_pose_trajectory":
+        topic = ros_topic(plugin, plugin.word("topicName", "set_joint_trajectory"), reading)
+        return TrajectoryController(plugin.attribute("name"), topic, _led(joints))
+    if name != "JointTrajectoryController":
+        return None
+    names = [each.text for each in plugin.all("joint_name")]
+    chosen = led_joints(plugin, names, joints, reading) if names else _led(joints)
+    command, state = (
+        plugin.word("topic", f"/model/{reading.robot}/joint_trajectory"),
+        plugin.word("state_topic"),
+    )
+    return TrajectoryController(
+        plugin.attribute("name"),
+        resolve_name(command, reading.robot),
+        chosen,
+        _gains(plugin, chosen),
+        tuple(zip(chosen, _values(plugin, "initial_position"), strict=False)),
+        resolve_name(state, reading.robot) if state else None,
+    )
+
+
+def led_joints(
+    place: Element, names: Sequence[str], joints: Sequence[Joint], reading: Reading
+) -> tuple[str, ...]:
+    """Return those of the named joints that trajectories can lead; the others are warned of.
+
+    Raises:
+        SceneError: the model has no joint of a name.
+    """
+    known, led = [joint.name for joint in joints], _led(joints)
+    for name in names:
+        if name not in known:
+            raise place.error(f"the model has no joint '{name}'{did_you_mean(name, known)}")
+        if name not in led:
+            reading.notes.warn(place, f"the joint '{name}' cannot be led: trajectories leave it as it is")
+    return tuple(name for name in names if name in led)
+
+
+def _led(joints: Iterable[Joint]) -> tuple[str, ...]:
+    return tuple(joint.name for joint in joints if joint.takes_commands and joint.mimic is None)
+
+
+def _gains(plugin: Element, joints: Sequence[str]) -> tuple[tuple[str, Pid], ...]:
+    """Return the gains of gz-sim, whose tags come once for each joint, in the order of the joints.
+
+    It has a controller of the position and one of the velocity. The integral of the one is the proportional
+    part of the other, so both are one.
+    """
+    tags = ("position_p", "position_i", "position_d", "velocity_p", "velocity_i")
+    columns = [_values(plugin, f"{tag}_gain") for tag in tags] + [_values(plugin, "position_i_max")]
+    if not any(columns):
+        return ()
+    padded = [[*column, *[0.0] * len(joints)][: len(joints)] for column in columns]
+    return tuple(
+        (joint, Pid(p + vi, i, d + vp, limit if limit > 0 else inf))
+        for joint, p, i, d, vp, vi, limit in zip(joints, *padded, strict=True)
+    )
+
+
+def _values(plugin: Element, tag: str) -> list[float]:
+    return [each.numbers(1)[0] for each in plugin.all(tag)]

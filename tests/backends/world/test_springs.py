@@ -1,0 +1,95 @@
+"""Springs of joints swing, carry and come to rest as the law of Hooke says."""
+
+from __future__ import annotations
+
+from math import cos, exp, pi, sqrt
+
+import numpy as np
+import pytest
+from jointed import GRAVITY, MASS, MOMENT, axis, command, controlled, joint, link, told, weightless
+
+from nrp_core.world.scene.model import Scene
+
+
+def sprung(stiffness: float, *, rest: float = 0.0, damping: float = 0.0) -> str:
+    spring = f"<spring_stiffness>{stiffness}</spring_stiffness><spring_reference>{rest}</spring_reference>"
+    return f"<dynamics><damping>{damping}</damping>{spring}</dynamics>"
+
+
+@pytest.mark.parametrize(("kind", "inertia"), [("prismatic", MASS), ("revolute", MOMENT)])
+def test_a_mass_on_a_spring_swings_about_where_it_rests(open_world, read, advance, kind, inertia):
+    frequency = 8.0
+    spring = axis("0 0 1", sprung(inertia * frequency**2, rest=0.3))
+    world = open_world(weightless(read(link("bob") + joint(kind, spring))))
+    for step in range(1, 60):
+        advance(world, 0.02)
+        expected = 0.3 * (1 - cos(frequency * 0.02 * step))
+        assert told(world)[0]["j"] == pytest.approx(expected, abs=0.01)
+    assert world.joint_states("robot").efforts == pytest.approx([0.0])  # what a motor does, and there is none
+
+
+def test_a_damped_spring_sags_by_its_load_over_its_stiffness(open_world, read, advance):
+    suspension = axis("0 0 1", sprung(2000.0, rest=0.1, damping=150.0))
+    world = open_world(read(link("bob") + joint("prismatic", suspension)))
+    advance(world, 3.0)
+    positions, velocities = told(world)
+    assert positions["j"] == pytest.approx(0.1 - MASS * GRAVITY / 2000.0, abs=1e-5)
+    assert velocities["j"] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])
+def test_any_spring_is_stable(open_world, read, advance, stiffness):
+    spring = axis("0 0 1", sprung(stiffness, damping=20.0))
+    world = open_world(read(link("bob") + joint("prismatic", spring)))
+    world.set_joints("robot", {"j": 0.01})
+    advance(world, 3.0)
+    assert told(world)[0]["j"] == pytest.approx(-MASS * GRAVITY / stiffness, abs=2e-5)
+
+
+def test_a_servo_and_a_spring_meet_where_their_efforts_do(open_world, read, advance):
+    spring = axis("0 0 1", sprung(30.0))
+    led = controlled(("j", "position", "<pid>60 0 4</pid>"))
+    world = open_world(weightless(read(link("bob") + joint("revolute", spring) + led)))
+    command(world, "j", "pos", 0.6)
+    advance(world, 2.0)
+    assert told(world)[0]["j"] == pytest.approx(0.4, abs=1e-4)
+    assert world.joint_states("robot").efforts == pytest.approx([60.0 * 0.2], rel=1e-3)
+
+
+def test_a_wheel_on_a_spring_decays_as_a_damped_oscillator(open_world, read, advance):
+    """The first axis of a ``revolute2`` has a spring, the second spins."""
+    axes = axis("1 0 0", sprung(2.0, damping=0.04)) + axis("0 1 0", tag="axis2")
+    world = open_world(weightless(read(link("bob") + joint("revolute2", axes))))
+    world.set_joints("robot", {"j": 0.2})
+    frequency, decay = sqrt(2.0 / MOMENT), 0.04 / 2 / MOMENT
+    period = 2 * pi / sqrt(frequency**2 - decay**2)
+    advance(world, 0.02 * round(2 * period / 0.02))
+    late = world.now_ns * 1e-9 - 2 * period
+    expected = 0.2 * exp(-decay * 2 * period) * cos(2 * pi / period * late)
+    assert told(world)[0]["j"] == pytest.approx(expected, abs=4e-3)
+
+
+def test_a_spring_goes_on_from_a_snapshot_bit_for_bit(open_world, read, advance):
+    model = read(link("bob", com=(0.1, 0.0, 0.0)) + joint("revolute", axis("0 1 0", sprung(5.0, rest=0.4))))
+    world, fresh = open_world(Scene((model,))), open_world(Scene((model,)))
+    advance(world, 0.2)
+    snapshot = world.snapshot()
+    advance(world, 0.3)
+    expected = world.joint_states("robot")
+    for again in (world, fresh):
+        again.restore(snapshot)
+        advance(again, 0.3)
+        assert np.array_equal(again.joint_states("robot").positions, expected.positions)
+        assert np.array_equal(again.joint_states("robot").velocities, expected.velocities)
+
+
+def test_a_load_cell_feels_what_a_spring_carries(open_world, read, advance):
+    cell = '<sensor name="cell" type="force_torque"><update_rate>50</update_rate></sensor>'
+    hinge = joint("revolute", axis("0 1 0", sprung(50.0, damping=1.0)) + cell)
+    world = open_world(read(link("bob", com=(0.2, 0.0, 0.0)) + hinge))
+    advance(world, 4.0)
+    sag = told(world)[0]["j"]
+    load = world.joint_wrench("robot", "j")
+    assert load.force == pytest.approx((0.0, 0.0, -MASS * GRAVITY), abs=0.05)
+    assert load.torque == pytest.approx((0.0, 50.0 * sag, 0.0), abs=0.02)
+    assert 50.0 * sag == pytest.approx(MASS * GRAVITY * 0.2 * cos(sag), rel=1e-3)

@@ -1,0 +1,47 @@
+"""Joints that a world does not have are refused, in one sentence, before anything moves wrongly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from nrp_core.errors import CapabilityError, SceneError
+from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.model import Joint, Link, Mimic, Model, Scene, WheelDrive
+
+TURNS = Joint("first", "continuous", "base", "one")
+BALL = Joint("second", "ball", "base", "two")
+BACK = replace(TURNS, name="back", child="two")
+FOLLOWS = replace(BALL, kind="continuous", mimic=Mimic("first"))
+
+
+def pair(joint: Joint, *, static: bool = False) -> Scene:
+    """Return a scene with a model of two joints."""
+    links = tuple(Link(name) for name in ("base", "one", "two"))
+    return Scene((Model("pair", links, (TURNS, joint), static=static),))
+
+
+@pytest.mark.parametrize(("joint", "lacking"), [(BALL, "ball joints"), (FOLLOWS, "coupled joints")])
+def test_a_joint_that_the_world_does_not_have_is_refused(room: Any, joint: Joint, lacking: str) -> None:
+    world = type(room)
+    with pytest.raises(CapabilityError, match=f"PointWorld has no {lacking}, as 'pair/second' is one"):
+        world(pair(joint))
+    assert world(pair(joint, static=True)).scene.models  # nothing of it moves
+    assert world(pair(BACK)).scene.models
+
+
+@pytest.mark.parametrize(
+    ("parts", "what"),
+    [
+        ({"controllers": (JointController("second", "effort", "/cmd"),)}, "a controller"),
+        ({"joints": (replace(TURNS, mimic=Mimic("second")), BALL)}, "the joint 'first'"),
+        ({"drives": (WheelDrive("d", "/cmd_vel", ("first",), ("second",), 0.5, 0.2),)}, "the drive 'd'"),
+    ],
+)
+def test_nothing_leads_or_follows_a_ball(parts: dict[str, Any], what: str) -> None:
+    (model,) = pair(BALL).models
+    message = f"{what} of the model 'pair' names the joint 'second', a ball joint, which does not move in one"
+    with pytest.raises(SceneError, match=message):
+        Scene((replace(model, **parts),))
