@@ -27,6 +27,9 @@ to be. What a row of the first tables asks is told in [brains](../../nrp_core/br
 Speeds are in wall time, on a shared machine.
 """
 
+OPTIONS: Mapping[str, Mapping[str, str]] = {"ros": {"body": "mujoco"}}
+"""With which options a backend is proved that needs more than itself without them."""
+
 Data = Mapping[str, Any]
 
 
@@ -40,7 +43,7 @@ def made() -> list[Data]:
     """Prove every installed backend."""
     kinds = {"brain": brains(), "world": worlds()}
     names = [(kind, name) for kind, registry in kinds.items() for name in registry.names()]
-    return [Proof(kind, name, {}, "full").run().to_dict() for kind, name in names]
+    return [Proof(kind, name, OPTIONS.get(name, {}), "full").run().to_dict() for kind, name in names]
 
 
 def page(reports: list[Data]) -> Iterator[str]:

@@ -19,6 +19,7 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     ├── SimulationError               (RuntimeError)  something failed while running; carries t_ns
     │   ├── DivergedError             (ArithmeticError)  NaN or infinity from an engine
     │   ├── TransferFunctionRaisedError               a transfer function raised
+    │   ├── RecordingError                            the disk does not take a recording
     │   └── SnapshotError                             a snapshot that fits no longer
     └── LifecycleError                (RuntimeError)  an operation out of order, e.g. on a closed simulation
 """
@@ -137,6 +138,10 @@ class DivergedError(SimulationError, ArithmeticError):
 
 class TransferFunctionRaisedError(SimulationError):
     """A transfer function raised or returned something its topic cannot carry."""
+
+
+class RecordingError(SimulationError):
+    """The disk does not take a recording."""
 
 
 class SnapshotError(SimulationError):

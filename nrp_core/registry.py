@@ -25,6 +25,7 @@ from nrp_core.errors import (
     UnknownBackendError,
     did_you_mean,
 )
+from nrp_core.fingerprint import fingerprint
 from nrp_core.simulation import INTERFACE_VERSION
 from nrp_core.world.interface import WorldBackend
 
@@ -61,6 +62,11 @@ class Provider:
         if entry.dist is None:
             return cls(entry.name, "unknown", "?", entry.value)
         return cls(entry.name, entry.dist.name, entry.dist.version, entry.value)
+
+    @property
+    def package(self) -> str:
+        """The top-level package of its code."""
+        return self.target.partition(":")[0].partition(".")[0]
 
     def __str__(self) -> str:
         return f"{self.distribution} {self.version} ({self.target})"
@@ -190,3 +196,13 @@ def worlds() -> Registry[WorldBackend]:
 def plugins(group: str, kind: str) -> Registry[Any]:
     """Return the registry of any other entry-point group, whose plugins are plain objects."""
     return Registry(group, kind)
+
+
+def code_of(brain: str, world: str) -> dict[str, str]:
+    """Return the fingerprints of the core and of two backends, by the names of their packages.
+
+    Raises:
+        UnknownBackendError, DuplicateBackendError: there is no such backend, or there are two.
+    """
+    packages = brains().provider(brain).package, worlds().provider(world).package
+    return {package: fingerprint(package) for package in ("nrp_core", *packages)}

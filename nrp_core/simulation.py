@@ -9,8 +9,8 @@ The public methods are final and check the contract once, for every backend; a b
 
 from __future__ import annotations
 
-import hashlib
 import pickle
+import re
 from abc import abstractmethod
 from dataclasses import dataclass
 from enum import Enum
@@ -56,12 +56,12 @@ class Snapshot:
     """The whole state of a simulation at one time.
 
     Args:
-        digest: identity of what it fits: backend, model and options.
+        identity: of what it fits: backend, options and model.
         t_ns: time it was taken.
         payload: opaque bytes.
     """
 
-    digest: str
+    identity: str
     t_ns: int
     payload: bytes
 
@@ -71,14 +71,14 @@ class Simulation(Closing):
 
     Args:
         seed: the experiment's seed for this side.
-        identity: text that names backend, model and options; snapshots are tied to it.
+        identity: text that names backend, options and model, parted by commas; snapshots are tied to it.
     """
 
     def __init__(self, *, seed: int, identity: str) -> None:
         self._seed = seed
         self._now_ns = 0
         self._lifecycle = State.READY
-        self._digest = hashlib.blake2b(identity.encode(), digest_size=16).hexdigest()
+        self._identity = identity
 
     @property
     def now_ns(self) -> int:
@@ -133,20 +133,22 @@ class Simulation(Closing):
         """Save the complete state, in-flight events and random streams included."""
         self._require_ready()
         with self._guarded("snapshot"):
-            return Snapshot(self._digest, self._now_ns, pickle.dumps(self._save()))
+            return Snapshot(self._identity, self._now_ns, pickle.dumps(self._save()))
 
     @final
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot; running on from it equals never having left.
 
         Raises:
-            SnapshotError: the snapshot belongs to another backend, model or set of options.
+            SnapshotError: the snapshot belongs to another backend, model or set of options, or the engine
+                makes nothing of it.
         """
         self._require_open()
-        if snapshot.digest != self._digest:
-            raise SnapshotError("the snapshot was taken from another backend, model or set of options")
+        if snapshot.identity != self._identity:
+            then, now = _apart(snapshot.identity, self._identity)
+            raise SnapshotError(f"the snapshot was taken with {then}; here it is {now}")
         self._lifecycle = State.READY
-        with self._guarded("restore"):
+        with self._guarded("restore", SnapshotError):
             self._load(pickle.loads(snapshot.payload))
         self._now_ns = snapshot.t_ns
 
@@ -187,21 +189,21 @@ class Simulation(Closing):
         if self._lifecycle is State.FAILED:
             raise LifecycleError(f"{type(self).__name__} has failed; only reset, restore and close work")
 
-    def _guarded(self, what: str) -> _Guard:
+    def _guarded(self, what: str, kind: type[SimulationError] = SimulationError) -> _Guard:
         """Turn whatever a backend raises into one of our errors and mark the simulation failed.
 
         A request that cannot be met is refused before anything is done, and so it breaks nothing.
         """
-        return _Guard(self, what)
+        return _Guard(self, what, kind)
 
 
 class _Guard:
     """See :meth:`Simulation._guarded`; a class takes a third of the time of a generator, in every step."""
 
-    __slots__ = ("_simulation", "_what")
+    __slots__ = ("_kind", "_simulation", "_what")
 
-    def __init__(self, simulation: Simulation, what: str) -> None:
-        self._simulation, self._what = simulation, what
+    def __init__(self, simulation: Simulation, what: str, kind: type[SimulationError]) -> None:
+        self._simulation, self._what, self._kind = simulation, what, kind
 
     def __enter__(self) -> None:
         pass
@@ -215,8 +217,18 @@ class _Guard:
         simulation._lifecycle = State.FAILED
         if isinstance(error, NrpError) or not isinstance(error, Exception):
             return
-        raise SimulationError(
+        raise self._kind(
             f"{type(simulation).__name__} failed to {self._what} at {seconds(simulation.now_ns):g} s: "
             f"{type(error).__name__}: {error}",
             t_ns=simulation.now_ns,
         ) from error
+
+
+def _apart(one: str, other: str) -> tuple[str, str]:
+    """Return in what two identities differ."""
+    both = [[part for part in re.split(r"[,{}]", text) if part.strip()] for text in (one, other)]
+    kept = [
+        ", ".join(part.strip() for part in parts if part not in rest)
+        for parts, rest in (both, reversed(both))
+    ]
+    return kept[0] or one, kept[1] or other

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from math import inf
+from math import isfinite
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
+from nrp_core.brain.currents import CurrentPort
 from nrp_core.brain.grid import Grid
 from nrp_core.brain.network import STDP, FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.report import Report
@@ -53,13 +54,17 @@ class Brain(Simulation):
     def __init__(
         self, network: Network, *, seed: int, capabilities: BrainCapabilities, identity: str
     ) -> None:
-        super().__init__(seed=seed, identity=f"{identity}:{network.digest}")
+        super().__init__(seed=seed, identity=f"{identity},network {network.digest}")
         self.network = network
         self.capabilities = capabilities
         self.warnings: list[str] = []
         capabilities.require(network, type(self).__name__)
+        step_ns = capabilities.resolution_ns
+        self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
         self._sources: list[SourcePort] = []
         self._sinks: list[SinkPort] = []
+        self._flowing: list[CurrentPort] = []
+        self._recorders: list[StateRecorderPort] = []
         self._currents = np.zeros(network.size)
         self._trains = [
             PopulationTrains(population, network.ids_of(label), self._seeds)
@@ -85,6 +90,7 @@ class Brain(Simulation):
         port = spec.open(self._targets(neurons, name), self._seeds.child("device"), name)
         port.start(milliseconds(self._now_ns), self.network)
         self._sources.append(port)
+        self._devices_changed()
         return port
 
     @final
@@ -101,6 +107,7 @@ class Brain(Simulation):
         if isinstance(port, StateRecorderPort):
             port.take(milliseconds(self._now_ns), self.read_state(port.variable, port.neurons))
         self._sinks.append(port)
+        self._devices_changed()
         return port
 
     @final
@@ -110,11 +117,17 @@ class Brain(Simulation):
             self._sources.remove(port)
         else:
             self._sinks.remove(port)
+        self._devices_changed()
 
     @property
     def devices(self) -> tuple[SourcePort | SinkPort, ...]:
         """All sources and sinks at work, in the order in which they were added."""
         return (*self._sources, *self._sinks)
+
+    def _devices_changed(self) -> None:
+        """Know the devices for which a run has to halt."""
+        self._flowing = [source for source in self._sources if isinstance(source, CurrentPort)]
+        self._recorders = [sink for sink in self._sinks if isinstance(sink, StateRecorderPort)]
 
     # -- state
 
@@ -222,8 +235,8 @@ class Brain(Simulation):
         return Seeds(self._seed).child("brain")
 
     def _advance(self, t_ns: int) -> None:
-        if self.capabilities.resolution_ns is not None:
-            Grid(self.capabilities.resolution_ns, type(self).__name__).number_of(t_ns)
+        if self._grid_of_stops is not None:
+            self._grid_of_stops.number_of(t_ns)
         since_ms, until_ms = milliseconds(self._now_ns), milliseconds(t_ns)
         emitted = [train.emitted(since_ms, until_ms) for train in self._trains]
         for ids, times_ms in emitted:
@@ -234,10 +247,9 @@ class Brain(Simulation):
             if len(events):
                 self._do_inject(events)
         self._run_under_currents(t_ns)
-        spikes = self._do_take_spikes()
-        if len(spikes) and not np.isfinite(spikes.times_ms).all():
+        spikes = Spikes.merged([self._do_take_spikes(), *(Spikes(ids, times) for ids, times in emitted)])
+        if len(spikes) and not (isfinite(spikes.times_ms.item(0)) and isfinite(spikes.times_ms.item(-1))):
             raise DivergedError(f"{type(self).__name__} gave a spike time that is not finite", t_ns=t_ns)
-        spikes = Spikes.merged([spikes, *(Spikes(ids, times) for ids, times in emitted)])
         for sink in self._sinks:
             sink.receive(spikes, until_ms)
 
@@ -248,14 +260,13 @@ class Brain(Simulation):
         while at_ns < t_ns:
             now_ms = milliseconds(at_ns)
             self._update_currents(now_ms)
-            recorders = [sink for sink in self._sinks if isinstance(sink, StateRecorderPort)]
-            halts = [source.next_change_ms(now_ms) for source in self._sources]
-            halt_ms = min([*halts, *(recorder.next_sample_ms(now_ms) for recorder in recorders)], default=inf)
+            halts_ms = [source.next_change_ms(now_ms) for source in self._flowing]
+            halts_ms += [recorder.next_sample_ms(now_ms) for recorder in self._recorders]
             stop_ns = t_ns
-            if halt_ms < milliseconds(t_ns):
-                stop_ns = min(t_ns, -(-round(halt_ms * NS_PER_MS) // grid_ns) * grid_ns)
+            if halts_ms and min(halts_ms) < milliseconds(t_ns):
+                stop_ns = min(t_ns, -(-round(min(halts_ms) * NS_PER_MS) // grid_ns) * grid_ns)
             self._do_run_until(stop_ns)
-            for recorder in recorders:
+            for recorder in self._recorders:
                 if recorder.is_due(now_ms, milliseconds(stop_ns)):
                     self._sample(recorder, stop_ns)
             at_ns = stop_ns
@@ -264,16 +275,11 @@ class Brain(Simulation):
         recorder.take(milliseconds(at_ns), self._do_read_state(recorder.variable, recorder.neurons))
 
     def _update_currents(self, now_ms: float) -> None:
-        total: FloatArray | None = None
-        for source in self._sources:
-            current = source.current_na(now_ms)
-            if current is not None:
-                total = np.zeros(self.network.size) if total is None else total
-                np.add.at(total, source.neurons, current)
-        if total is None:
-            if not self._currents.any():
-                return
-            total = np.zeros(self.network.size)
+        if not self._flowing and not np.count_nonzero(self._currents):
+            return
+        total = np.zeros(self.network.size)
+        for source in self._flowing:
+            np.add.at(total, source.neurons, source.current_na(now_ms))
         if (total != self._currents).any():
             self._currents = total
             self._do_set_current(total)

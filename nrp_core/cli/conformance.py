@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from nrp_core.cli.failure import NO
-from nrp_core.cli.options import Json
+from nrp_core.cli.options import Json, require_folder_of
 from nrp_core.cli.output import document
 
 NEEDED = ("pytest", "hypothesis")
@@ -55,6 +55,7 @@ def conformance(
     """Prove that a backend keeps the contract, has what it declares, and is as exact as it claims."""
     _require_the_kit()
     _require_backend(kind, name)
+    require_folder_of(report, "--report")
     found = _run(kind, name, _parsed(options or []), level)
     if report is not None:
         _write(report, found)
@@ -124,7 +125,10 @@ def _ended(command: list[str]) -> int:
 
 
 def _write(path: Path, found: Any) -> None:
-    path.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
+    from nrp_core.writing import writing
+
+    with writing(path):
+        path.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
 
 
 def _tell(found: Any) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrp_core.cli.failure import NO
-from nrp_core.cli.options import Json, Models, Overrides, overrides_of, usage_errors
+from nrp_core.cli.options import Json, Models, Overrides, overrides_of, require_folder_of, usage_errors
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
@@ -78,6 +78,7 @@ def diff(
     """Tell whether a finding depends on the simulator, and where runs part; fails if it does, or may."""
     from nrp_core.comparison.metrics.base import Margins, all_metrics
 
+    require_folder_of(html, "--html")
     metrics = all_metrics()
     if other is not None:
         _two(Path(experiment), other, metrics, html, as_json=json)
@@ -167,7 +168,7 @@ def _folder(experiment: str) -> Path:
 
 
 def _write(path: Path, text: str) -> None:
-    try:
+    from nrp_core.writing import writing
+
+    with writing(path):
         path.write_text(text, "utf-8")
-    except OSError as error:
-        raise typer.BadParameter(f"{path}: {error.strerror}", param_hint="--html") from error

@@ -26,7 +26,7 @@ def inspect(
         typer.Argument(
             metavar="FILE",
             exists=True,
-            help="A robot or room in SDF, URDF, xacro or a ZIP archive, or a recording.",
+            help="A robot or room in SDF, URDF, xacro or a ZIP archive, transfer functions, or a recording.",
         ),
     ],
     picture: Annotated[
@@ -38,15 +38,19 @@ def inspect(
     models: Models = None,
     json: Json = False,
 ) -> None:
-    """Tell what is in the file of a robot or a room, or in a recording.
+    """Tell what is in the file of a robot, a room or transfer functions, or in a recording.
 
-    Of a robot or a room: links, joints, sensors, drives, topics, warnings. Of a recording: what ran, how far,
-    what was recorded, and whether it is whole.
+    Of a robot or a room: links, joints, sensors, drives, topics, warnings. Of transfer functions: what each
+    reads, drives and returns. Of a recording: what ran, how far, what was recorded, and whether it is whole.
     """
+    from nrp_core.cli.inspect_functions import are_functions, inspect_functions
     from nrp_core.cli.inspect_recording import inspect_recording, is_recording
 
     if is_recording(file):
         inspect_recording(file, as_json=json)
+        return
+    if are_functions(file):
+        inspect_functions(file, as_json=json)
         return
     if picture is not None:
         _check_picture(picture)
@@ -54,7 +58,9 @@ def inspect(
         from nrp_core.errors import ExperimentError
 
         raise ExperimentError(
-            "this is neither SDF nor URDF nor an archive of one of them, and no recording", path=file
+            "this is neither SDF nor URDF nor an archive of one of them, no file of transfer functions and "
+            "no recording; for an experiment there is nrp validate",
+            path=file,
         )
     _inspect_scene(file, picture, models or [], as_json=json)
 

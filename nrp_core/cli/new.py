@@ -87,6 +87,7 @@ def _write(folder: Path, templates: Path, values: Mapping[str, Any]) -> list[Pat
     import jinja2
 
     from nrp_core.errors import ExperimentError
+    from nrp_core.writing import writing
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ExperimentError(f"{folder} exists and is not an empty folder; choose another one with -o DIR")
@@ -95,9 +96,10 @@ def _write(folder: Path, templates: Path, values: Mapping[str, Any]) -> list[Pat
         loader=loader, undefined=jinja2.StrictUndefined, keep_trailing_newline=True
     )
     files = []
-    for source in environment.list_templates():
-        file = Path(source.removesuffix(".j2").replace("__package__", values["package"]))
-        (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        (folder / file).write_text(environment.get_template(source).render(values), "utf-8")
-        files.append(file)
+    with writing(folder):
+        for source in environment.list_templates():
+            file = Path(source.removesuffix(".j2").replace("__package__", values["package"]))
+            (folder / file).parent.mkdir(parents=True, exist_ok=True)
+            (folder / file).write_text(environment.get_template(source).render(values), "utf-8")
+            files.append(file)
     return files

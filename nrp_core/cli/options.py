@@ -87,3 +87,15 @@ def usage_errors(option: str) -> Iterator[None]:
         yield
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint=option) from error
+
+
+def require_folder_of(file: Path | None, option: str) -> None:
+    """Refuse a file that cannot be there, before what is to be written into it takes its time.
+
+    Raises:
+        typer.BadParameter: its folder is missing, or it is a folder itself.
+    """
+    if file is not None and not file.absolute().parent.is_dir():
+        raise typer.BadParameter(f"{file.parent}: there is no such folder", param_hint=option)
+    if file is not None and file.is_dir():
+        raise typer.BadParameter(f"{file} is a folder", param_hint=option)

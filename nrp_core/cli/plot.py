@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from nrp_core.cli.failure import complain
 from nrp_core.cli.options import Json, usage_errors
 from nrp_core.cli.output import document
 
@@ -20,11 +21,15 @@ def plot(
         ),
     ] = "run",
     output: Annotated[
-        Path,
+        Path | None,
         typer.Option(
-            "--output", "-o", metavar="FILE", envvar="NRP_OUTPUT", help="A .png, .svg or .pdf file."
+            "--output",
+            "-o",
+            metavar="FILE",
+            envvar="NRP_OUTPUT",
+            help="A .png, .svg or .pdf file; by default a .png named after what it shows, here.",
         ),
-    ] = Path("run.png"),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Draw a figure of a recorded run: the whole story, or a part of it."""
@@ -34,13 +39,16 @@ def plot(
 
     with usage_errors("DIR"):
         source = Recording(recording)
-    with usage_errors("--output"):
-        figure.check_target(output)
     with usage_errors("WHAT"):
         if what not in (known := [one.value for one in figure.What]):
             raise ValueError(f"no figure '{what}'{did_you_mean(what, known)}")
-    figure.plot(source, output, figure.What(what))
+    target = output or Path(f"{what}.png")
+    with usage_errors("--output"):
+        figure.check_target(target)
+    if not source.complete:
+        complain("it was cut or damaged: what is whole is drawn", label="warning", color="yellow")
+    figure.plot(source, target, figure.What(what))
     if json:
-        document({"figure": output, "complete": source.complete})
+        document({"figure": target, "complete": source.complete})
     else:
-        typer.echo(output)
+        typer.echo(target)

@@ -9,13 +9,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from pathlib import Path
+from typing import Any
 
-from nrp_core.errors import ExperimentError
+from pydantic import BaseModel
+
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.varied import Range
 from nrp_core.recording.capsule import named_files
-from nrp_core.registry import Registry, brains, worlds
+from nrp_core.registry import Registry, brains, code_of, worlds
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +76,13 @@ class Grid:
         """Return a grid of so many seeds from the experiment's own on; without names its own backends.
 
         What the experiment itself says is varied is varied as well, unless an override says otherwise.
+
+        Raises:
+            ExperimentError: what is to be varied is of something, such as an event, that there is not.
         """
         own = load_experiment(experiment, overrides)
+        for key in varied or ():
+            _require_there(own, key)
         fixed = {text.partition("=")[0].strip() for text in overrides}
         its_own = {key: values for key, values in own.comparison.vary.items() if key not in fixed}
         return cls(
@@ -106,7 +114,7 @@ class Grid:
         """Return where a run is recorded: its name tells all that it depends on."""
         sides = zip(self._sides(), (cell.brain, cell.world), strict=True)
         providers = [str(registry.provider(name)) for (registry, _), name in sides]
-        told = [self._digest, *providers, *self.settings(cell)]
+        told = [self._digest, *providers, *self.settings(cell), code_of(cell.brain, cell.world)]
         digest = hashlib.blake2b(json.dumps(told).encode(), digest_size=4).hexdigest()
         return results / f"{cell}-{digest}"
 
@@ -125,6 +133,22 @@ class Grid:
 
     def _sides(self) -> list[tuple[Registry[object], tuple[str, ...]]]:
         return [(brains(), self.brains), (worlds(), self.worlds)]  # type: ignore[list-item]
+
+
+def _require_there(experiment: Experiment, key: str) -> None:
+    """Refuse a key below a name that the experiment does not have: it would make something new of it.
+
+    Options may be varied that the experiment leaves at their defaults.
+    """
+    value: Any = experiment
+    for name in key.split("."):
+        if isinstance(value, Mapping):
+            is_of_named = all(isinstance(one, BaseModel) for one in value.values())
+            if is_of_named and name not in value:
+                raise ExperimentError(f"there is no '{name}' to vary '{key}' of{did_you_mean(name, value)}")
+            value = value.get(name)
+        else:
+            value = getattr(value, name, None)
 
 
 def _require_distinct(what: str, names: Sequence[object]) -> None:

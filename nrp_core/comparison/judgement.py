@@ -97,7 +97,9 @@ class Part:
     Args:
         name: of the part.
         margin: below which a difference does not matter, in the metric's unit.
-        sd: spread from seed to seed, in the same unit.
+        in_sd: whether the margin was counted in standard deviations of the spread from seed to seed.
+        resolution: what the metric cannot tell apart, in the same unit.
+        sd: spread from seed to seed, likewise.
         varies: whether runs of one pair of backends differ by more than the metric can tell apart.
         n_seeds: how many seeds have a value on both sides of every contrast; where there are none, some
             backends cannot be compared, and what they have in common decides nothing.
@@ -107,6 +109,8 @@ class Part:
 
     name: str
     margin: float
+    in_sd: bool
+    resolution: float
     sd: float
     varies: bool
     n_seeds: int
@@ -129,6 +133,11 @@ class Part:
         if not self.n_seeds or any(relation is Relation.OPEN for _, relation in relations):
             return Answer.OPEN
         return Answer.SEED if self.varies else Answer.AGREES
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether seeds make no difference that a difference of backends could be held against."""
+        return self.n_seeds > 1 and self.sd <= self.resolution
 
     @property
     def largest(self) -> Contrast | None:

@@ -31,16 +31,22 @@ _FEWEST_SEEDS = 3
 def judge(grid: Grid, runs: Runs, metrics: Sequence[Metric], margins: Margins) -> list[Judgement]:
     """Measure everything and say on what each metric depends.
 
+    A run that failed is part of the finding; how far it came by then is no measure of anything else.
+
     Raises:
         ExperimentError: a margin was set for a part that no run has.
     """
-    judged = [Judgement(metric, tuple(_parts(grid, runs, metric, margins))) for metric in metrics]
+    whole = {cell: run for cell, run in runs.items() if not run.failed}
+    judged = [
+        Judgement(metric, tuple(_parts(grid, runs if metric.is_finding else whole, metric, margins)))
+        for metric in metrics
+    ]
     margins.require_parts(f"{j.metric.name}/{part.name}" for j in judged for part in j.parts)
     return corrected(judged)
 
 
 def _parts(grid: Grid, runs: Runs, metric: Metric, margins: Margins) -> list[Part]:
-    resolution = max(metric.resolution(run) for run in runs.values())
+    resolution = max((metric.resolution(run) for run in runs.values()), default=0.0)
     if isinstance(metric, ScalarMetric):
         return _of_numbers(grid, runs, metric, margins, resolution)
     assert isinstance(metric, DistanceMetric)
@@ -53,7 +59,8 @@ def _parts(grid: Grid, runs: Runs, metric: Metric, margins: Margins) -> list[Par
 def _of_numbers(
     grid: Grid, runs: Runs, metric: ScalarMetric, margins: Margins, resolution: float
 ) -> list[Part]:
-    measured = {cell: metric.values(run) for cell, run in runs.items()}
+    nothing: Mapping[str, float | None] = {}
+    measured = {cell: metric.values(runs[cell]) if cell in runs else nothing for cell in grid.cells}
     tables = {
         name: np.array([
             [[_number(measured[Cell(b, w, s)].get(name)) for s in grid.seeds] for w in grid.worlds]
@@ -84,7 +91,8 @@ def _of_table(
             effect = _ratio(estimate.mean, sd)
             contrasts.append(Contrast(factor, one, other, estimate, effect, estimate.p_different))
     reach, n_seeds = max(margin.within(sd), resolution), min(len(values) for *_, values in differences)
-    return Part(name, reach, sd, _spread(table) > resolution, n_seeds, tuple(contrasts), cells)
+    varies = _spread(table) > resolution
+    return Part(name, reach, margin.in_sd, resolution, sd, varies, n_seeds, tuple(contrasts), cells)
 
 
 def _number(value: float | None) -> float:
@@ -140,7 +148,8 @@ def _differences(grid: Grid, table: FloatArray) -> Iterator[tuple[Factor, str, s
 def _of_distances(
     grid: Grid, runs: Runs, metric: DistanceMetric, margins: Margins, resolution: float
 ) -> list[Part]:
-    features = {cell: metric.features(run) for cell, run in runs.items()}
+    nothing: Mapping[str, Any] = {}
+    features = {cell: metric.features(runs[cell]) if cell in runs else nothing for cell in grid.cells}
     names = list(dict.fromkeys(name for found in features.values() for name in found))
     return [_of_distance(grid, metric, name, features, margins, resolution) for name in names]
 
@@ -151,12 +160,12 @@ def _of_distance(
 ) -> Part:  # fmt: skip
     pairs = [(b, w) for b in grid.brains for w in grid.worlds]
     seeds = [s for s in grid.seeds if all(name in features[Cell(b, w, s)] for b, w in pairs)]
+    margin = margins.of(metric, name)
     if len(seeds) < _FEWEST_SEEDS:
-        return Part(name, resolution, 0.0, False, len(seeds), ())
+        return Part(name, resolution, margin.in_sd, resolution, 0.0, False, len(seeds), ())
     matrix = _Distances(metric, name, features, seeds)
     off = ~np.eye(len(seeds), dtype=bool)
     spread = float(np.mean([matrix.between(pair, pair)[off].mean() for pair in pairs]))
-    margin = margins.of(metric, name)
     reach = excess_of_shift(margin.amount) * spread if margin.in_sd else margin.amount
     contrasts = tuple(
         Contrast(
@@ -165,7 +174,8 @@ def _of_distance(
         for factor, one, other, values in _excesses(grid, matrix)
         for estimate in [Estimate.of(values)]
     )
-    return Part(name, max(reach, resolution), spread, spread > resolution, len(seeds), contrasts)
+    reach, varies = max(reach, resolution), spread > resolution
+    return Part(name, reach, margin.in_sd, resolution, spread, varies, len(seeds), contrasts)
 
 
 class _Distances:

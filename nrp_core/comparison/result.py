@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -95,10 +95,11 @@ class PairDiff:
     """What two recordings have in common and where they part, over the time that both cover.
 
     Args:
-        one, other: the runs.
+        one, other: the runs, as far as both go.
         parting: where they part.
         deviations: by how much the signals differ.
         measured: every part of every metric.
+        reservations: what of the runs is not compared, and why.
     """
 
     one: RunSignals
@@ -106,6 +107,7 @@ class PairDiff:
     parting: Parting
     deviations: Sequence[Deviation]
     measured: Sequence[Measured]
+    reservations: Sequence[str] = ()
 
     @classmethod
     def of(cls, one: Path, other: Path, metrics: Sequence[Metric]) -> PairDiff:
@@ -121,12 +123,24 @@ class PairDiff:
         if not parted.steps:
             raise ExperimentError(f"has no step in common with {other}", path=one)
         measured = [row for metric in metrics for row in _measured(metric, ours, theirs)]
-        return cls(ours, theirs, parted, deviations(ours, theirs), measured)
+        left_out = [*_left_out(one, runs[0], ours), *_left_out(other, runs[1], ours)]
+        return cls(ours, theirs, parted, deviations(ours, theirs), measured, left_out)
 
     @property
     def is_identical(self) -> bool:
         """Whether all steps that both have are the same to the last bit."""
         return self.parting.first is None
+
+
+def _left_out(path: Path, run: RunSignals, compared: RunSignals) -> Iterator[str]:
+    """Say what of a recording is not compared."""
+    if not run.recording.complete:
+        yield f"{path} was cut or damaged: what is whole of it is compared"
+    if (run.begin_s, run.end_s) != (compared.begin_s, compared.end_s):
+        yield (
+            f"compared from {compared.begin_s:g} s to {compared.end_s:g} s; "
+            f"{path} goes from {run.begin_s:g} s to {run.end_s:g} s"
+        )
 
 
 def _measured(metric: Metric, one: RunSignals, other: RunSignals) -> list[Measured]:

@@ -14,7 +14,7 @@ from threading import Thread
 
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.signals import RunSignals
-from nrp_core.errors import ExperimentError, SimulationError
+from nrp_core.errors import ExperimentError, RecordingError, SimulationError
 from nrp_core.experiment.run import Run
 from nrp_core.recording.capsule import Capsule
 from nrp_core.recording.layout import RUN_NAME, Pictures
@@ -65,6 +65,8 @@ def record(grid: Grid, cell: Cell, folder: Path) -> None:
         try:
             run.run()
             state = "finished"
+        except RecordingError:  # which is not the experiment's fault: with room on the disk it may go well
+            raise
         except SimulationError:
             state = "failed"
         finally:

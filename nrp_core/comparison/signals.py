@@ -54,6 +54,11 @@ class RunSignals:
         return str((self.run.get("world") or {}).get("backend", "?"))
 
     @property
+    def failed(self) -> bool:
+        """Whether it ended before its time."""
+        return bool(self.result.get("error"))
+
+    @property
     def result(self) -> Mapping[str, Any]:
         """What came of the run; empty if it was cut."""
         return self.run.get("result") or {}

@@ -14,6 +14,7 @@ from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.report import Report, Result
 from nrp_core.conformance.run import run_tests
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
+from nrp_core.experiment.schema_findings import reason
 from nrp_core.machine import describe
 from nrp_core.plain import plain
 from nrp_core.registry import Registry, brains, worlds
@@ -79,4 +80,4 @@ def _wrong_option(error: ValidationError, model: type[BaseModel]) -> str:
     option = ".".join(map(str, first["loc"]))
     if first["type"] == "extra_forbidden":
         return f"no option '{option}'{did_you_mean(option, model.model_fields)}"
-    return f"option '{option}': {first['msg']}, not {first['input']!r}"
+    return f"option '{option}': {reason(first)}"

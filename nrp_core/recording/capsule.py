@@ -19,7 +19,7 @@ from pydantic import BaseModel
 from nrp_core import machine
 from nrp_core.brain.network import IntArray, Network
 from nrp_core.clock import NS_PER_S
-from nrp_core.errors import CapabilityError, ExperimentError, SimulationError
+from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.run import Run
 from nrp_core.experiment.tree import Tree
@@ -31,6 +31,7 @@ from nrp_core.recording.read import DIGEST, Recording, digest_of
 from nrp_core.recording.recorder import Recorder
 from nrp_core.recording.self_contained import write_experiment
 from nrp_core.recording.used_files import FilesRead
+from nrp_core.registry import code_of
 from nrp_core.world.messages.nrp_msgs import Called
 from nrp_core.world.scene.model import Mesh, Scene
 
@@ -56,7 +57,7 @@ class Capsule:
 
     Raises:
         ExperimentError: the folder holds something, or cannot be made.
-        SimulationError: the disk does not take the experiment.
+        RecordingError: the disk does not take the experiment.
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class Capsule:
             state: how the run ended: ``finished``, ``failed`` or ``interrupted``.
 
         Raises:
-            SimulationError: the disk does not take it.
+            RecordingError: the disk does not take it.
         """
         self._calls.close()
         self._run.on_step.remove(self._after_step)
@@ -122,7 +123,7 @@ class Capsule:
         try:
             yield
         except OSError as error:
-            raise SimulationError(
+            raise RecordingError(
                 f"the recording cannot be {what}: {error.strerror or error}", t_ns=self._run.loop.now_ns
             ) from error
 
@@ -281,6 +282,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
         "settings": experiment,
         "machine": machine.describe(),
         "distributions": machine.distributions(),
+        "code": code_of(experiment.brain.backend, experiment.world.backend),
     }
 
 

@@ -10,7 +10,7 @@ from threading import Lock
 from typing import Any
 
 from nrp_core.brain.interface import Brain
-from nrp_core.errors import SimulationError
+from nrp_core.errors import RecordingError
 from nrp_core.recording import encoding
 from nrp_core.recording.hashes import Chain, Hasher, Step
 from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS, Pictures
@@ -79,7 +79,7 @@ class Recorder:
         """Take in what is new; now and then, hand it to the system.
 
         Raises:
-            SimulationError: the file cannot be written, e.g. because the disk is full.
+            RecordingError: the file cannot be written, e.g. because the disk is full.
         """
         self._report()
         self.steps += 1
@@ -119,7 +119,7 @@ class Recorder:
         """Write whatever can still be had and close the file; calling it again does nothing.
 
         Raises:
-            SimulationError: the file cannot be written.
+            RecordingError: the file cannot be written.
         """
         if self._file.closed:
             return
@@ -166,6 +166,6 @@ class Recorder:
             yield
         except OSError as error:
             self._failed = True
-            raise SimulationError(
+            raise RecordingError(
                 f"the recording cannot be written: {error.strerror or error}", t_ns=self._world.now_ns
             ) from error

@@ -10,6 +10,7 @@ from nrp_core.errors import ExperimentError
 from nrp_core.recording.read import Recording
 from nrp_core.recording.writer import McapFile
 from nrp_core.world.messages.cdr import Codec
+from nrp_core.writing import writing
 
 DAMAGED = "damaged"
 
@@ -48,22 +49,30 @@ def recover(recording: Recording, target: Path | None = None) -> Recovered:
     draft = source.with_suffix(".draft") if target is None else target
     if draft.exists() and target is not None:
         raise ExperimentError("is there already", path=draft)
-    try:
-        messages, until_s = _write(recording, draft)
-        if not messages:
-            draft.unlink()
-            raise ExperimentError("not one whole message of a recording is in it", path=source)
+    with writing(draft):
+        messages, until_s = _written(recording, draft)
         if target is not None:
             return Recovered(target, messages, until_s, source)
         kept = _free(source)
         source.replace(kept)
         draft.replace(source)
-    except OSError as error:
-        raise ExperimentError(f"cannot be written: {error.strerror or error}", path=draft) from error
     return Recovered(source, messages, until_s, kept)
 
 
+def _written(recording: Recording, target: Path) -> tuple[int, float]:
+    """Write a file, or leave nothing; return what :func:`_write` does."""
+    try:
+        messages, until_s = _write(recording, target)
+        if not messages:
+            raise ExperimentError("not one whole message of a recording is in it", path=recording.file)
+    except BaseException:
+        target.unlink(missing_ok=True)
+        raise
+    return messages, until_s
+
+
 def _write(recording: Recording, target: Path) -> tuple[int, float]:
+    """Return the number of messages, and the time of the last one, s."""
     recovered, last_ns = McapFile(target, Codec({})), 0
     try:
         for topic, message in recording.raw():

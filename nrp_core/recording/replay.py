@@ -12,13 +12,13 @@ from typing import Literal
 
 from nrp_core.clock import seconds
 from nrp_core.closing import Closing
-from nrp_core.errors import ExperimentError, SimulationError, SnapshotError, did_you_mean
+from nrp_core.errors import ExperimentError, RecordingError, SimulationError, SnapshotError, did_you_mean
 from nrp_core.experiment.model import Experiment
 from nrp_core.experiment.prepare import Plan, Say, quietly
 from nrp_core.experiment.run import Run
 from nrp_core.recording.calls import LOST, changes_functions, repeat
 from nrp_core.recording.capsule import Capsule, Origin
-from nrp_core.recording.explanations import explanations, other_surroundings
+from nrp_core.recording.explanations import explanations, other_code, other_surroundings
 from nrp_core.recording.hashes import GROUPS, Hasher
 from nrp_core.recording.layout import SNAPSHOTS, Pictures
 from nrp_core.recording.observer import Observer
@@ -93,30 +93,38 @@ class Replay(Closing):
     def __init__(
         self, recording: Recording, request: Request, say: Say = quietly, *, files: FilesRead | None = None
     ) -> None:
-        self._recording, self._request, self._files = recording, request, files
+        self._recording, self._request, self._say, self._files = recording, request, say, files
         if request.from_ns is not None and request.recorded:
             raise ExperimentError("what is recorded of one side alone can only be run from the beginning")
+        since_ns, until_ns = request.from_ns, request.until_ns
+        if since_ns is not None and until_ns is not None and until_ns <= since_ns:
+            raise ExperimentError(f"cannot go on from {seconds(since_ns):g} s until {seconds(until_ns):g} s")
         experiment = recorded_experiment(recording, ["pace=max"])
         edited = _edited(recording, experiment, request.functions)
-        at_once = edited if request.from_ns is None else experiment
-        self._edited = None if at_once is edited else edited
-        with ExitStack() as opened:
-            self._scratch = Path(opened.enter_context(TemporaryDirectory(prefix="nrp-replay-")))
-            self.run: Run = opened.enter_context(Run(at_once, say, revise=self._revised))
-            self._observer = Observer(
-                self.run.brain, self.run.world, period_ns=experiment.timestep, pictures=_pictures(recording)
-            )
-            opened.callback(self._observer.close)
-            self._close = opened.pop_all().close
-        self.run.loop.hooks.from_outside.append(self._observer.note_from_outside)
-        self.run.on_step.append(self._after_step)
+        self._experiment = edited if request.from_ns is None else experiment
+        self._edited = None if self._experiment is edited else edited
         self._awaited: RecordedStep | None = None
-        self._changes: list[Called] = []
-        self._lost: list[str] = []
         groups = [name for name in GROUPS if name not in request.recorded]
         self._comparison, self._hasher = Comparison(groups), Hasher()
         self._chain = ""
         self.warnings = explanations(recording)
+        self._open()
+
+    def _open(self) -> None:
+        """Open the engines, at time 0."""
+        with ExitStack() as opened:
+            self._scratch = Path(opened.enter_context(TemporaryDirectory(prefix="nrp-replay-")))
+            self.run: Run = opened.enter_context(Run(self._experiment, self._say, revise=self._revised))
+            self._observer = Observer(
+                self.run.brain, self.run.world, period_ns=self._experiment.timestep,
+                pictures=_pictures(self._recording),
+            )  # fmt: skip
+            opened.callback(self._observer.close)
+            self._close = opened.pop_all().close
+        self.run.loop.hooks.from_outside.append(self._observer.note_from_outside)
+        self.run.on_step.append(self._after_step)
+        self._changes: list[Called] = []
+        self._lost: list[str] = []
 
     def close(self) -> None:
         """Release the engines."""
@@ -139,8 +147,7 @@ class Replay(Closing):
         )
 
     def _go(self, *, stop_at_difference: bool) -> Outcome:
-        recorded = steps_of(self._recording)
-        begin_ns = self._begin(recorded)
+        recorded, begin_ns = self._begin()
         self._comparison.steps = 0
         error = None
         try:
@@ -150,36 +157,62 @@ class Replay(Closing):
                 self._follow(recorded, self._request.until_ns, stop_at_difference=stop_at_difference)
                 if not (stop_at_difference and self._comparison.difference):
                     self._run_on()
+        except RecordingError:
+            raise
         except SimulationError as raised:
             error = str(raised)
             self._comparison.ended(self._awaited or next(recorded, None), error)
         comparison = self._comparison
         if comparison.difference is not None:
-            self.warnings += other_surroundings(self._recording)
+            self.warnings += other_surroundings(self._recording, self._experiment)
         return Outcome(
             comparison.steps, comparison.difference, begin_ns, self.run.loop.now_ns, error, self.warnings
         )
 
-    def _begin(self, recorded: Iterator[RecordedStep]) -> int:
-        """Bring the run to where the comparison begins, and the recording with it; return the time."""
+    def _begin(self) -> tuple[Iterator[RecordedStep], int]:
+        """Bring the run to where the comparison begins; return what was recorded from there on, and the time.
+
+        A snapshot that does not fit is no obstacle to a recording that begins at 0.
+        """
+        recorded = steps_of(self._recording)
+        first = self._first(recorded)
+        snapshot = self._snapshot(first)
+        try:
+            if snapshot is not None:
+                self._go_to(first, recorded, *snapshot)
+                return recorded, snapshot[0]
+        except SnapshotError as error:
+            if first.t_ns > 0 or self._lost:
+                raise
+            self.warnings.append(f"{error}; the run starts at 0 instead")
+            self._close()
+            self._open()
+            recorded = steps_of(self._recording)
+            first = next(recorded)
+        self._compare(first)
+        return recorded, first.t_ns
+
+    def _first(self, recorded: Iterator[RecordedStep]) -> RecordedStep:
         first = next(recorded, None)
         if first is None:
-            raise ExperimentError("not a single step was recorded", path=self._recording.file)
+            raise ExperimentError(
+                "no recording of a run, or not a single step of it is whole", path=self._recording.file
+            )
         if self._request.from_ns is not None and self._request.from_ns < first.t_ns:
             raise ExperimentError(f"begins at {seconds(first.t_ns):g} s only", path=self._recording.folder)
-        snapshot = self._snapshot(first)
-        if snapshot is None:
-            self._compare(first)
-            return first.t_ns
-        at_ns, data = snapshot
+        return first
+
+    def _go_to(
+        self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int, snapshot: bytes
+    ) -> None:
+        """Bring the run to a snapshot, and the recording with it."""
         passed = self._pass(first, recorded, at_ns)
-        self._restore(data)
+        self._restore(snapshot)
         if passed is first:
             self._compare(first)
-            return at_ns
+            return
         self._chain = passed.hash.chain
         self._observer.step(passed.hash.step)  # what has been compared when it was recorded
-        return at_ns
 
     def _pass(self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int) -> RecordedStep:
         """Pass over the steps up to a time, changing functions as they were changed; return the last one."""
@@ -196,9 +229,15 @@ class Replay(Closing):
         try:
             self.run.restore(snapshot)
         except SnapshotError as error:
-            if self._lost:
-                raise SnapshotError(f"{error}; {'; '.join(self._lost)}") from error
-            raise
+            raise SnapshotError("; ".join([str(error), *self._lost, *self._about_snapshot()])) from error
+
+    def _about_snapshot(self) -> Iterator[str]:
+        """Say what may explain that a snapshot does not fit, and what can be done."""
+        if other := other_code(self._recording, self._experiment):
+            yield f"it was made by {other}"
+        if origin := self._recording.run.get("continues"):
+            place = f"'{origin['recording']}' at {seconds(origin['t_ns']):g} s"
+            yield f"go on anew from {place}, which this one continues"
 
     def _repeat(self, call: Called) -> None:
         """Do again what was done from outside, or say that it cannot be."""
@@ -222,7 +261,18 @@ class Replay(Closing):
                 f"cannot be run again: it begins at {seconds(first.t_ns):g} s, and there is no snapshot",
                 path=self._recording.folder,
             )
-        return found
+        return found if found is None or self._may_fit(first) else None
+
+    def _may_fit(self, first: RecordedStep) -> bool:
+        """Tell whether to go by snapshots: those of other code may mean something else, and nobody would see.
+
+        Where the recording begins with one, there is no other way.
+        """
+        other = other_code(self._recording, self._experiment)
+        if other:
+            instead = "they may not fit" if first.t_ns else "the run starts at 0 instead"
+            self.warnings.append(f"the snapshots were made by {other}; {instead}")
+        return bool(first.t_ns) or not other
 
     def _follow(
         self, recorded: Iterator[RecordedStep], until_ns: int | None, *, stop_at_difference: bool
@@ -255,13 +305,9 @@ class Replay(Closing):
 
     def _change(self, stack: ExitStack) -> None:
         """Take up the edited transfer functions, and begin to record."""
-        wanted_ns, now_ns = self._request.from_ns, self.run.loop.now_ns
-        if wanted_ns is not None and now_ns != wanted_ns:
-            there = "the recording goes to" if now_ns < wanted_ns else "the next is at"
-            raise ExperimentError(
-                f"there is no step at {seconds(wanted_ns):g} s; {there} {seconds(now_ns):g} s",
-                path=self._recording.folder,
-            )
+        now_ns = self.run.loop.now_ns
+        if self._request.from_ns is not None and now_ns != self._request.from_ns:
+            raise self._no_step(self._request.from_ns)
         if self._edited is not None:
             self._take_up(self._edited)
         if self._request.record is not None:
@@ -272,6 +318,13 @@ class Replay(Closing):
             )  # fmt: skip
             stack.callback(lambda: self.warnings.extend(capsule.warnings))
             stack.push(lambda kind, *_: capsule.close("failed" if kind else "finished"))
+
+    def _no_step(self, wanted_ns: int) -> ExperimentError:
+        """Return the error of there being no step at a time that the run has passed, or did not reach."""
+        now_ns = self.run.loop.now_ns
+        there = "the recording goes to" if now_ns < wanted_ns else "the next is at"
+        message = f"there is no step at {seconds(wanted_ns):g} s; {there} {seconds(now_ns):g} s"
+        return ExperimentError(message, path=self._recording.folder)
 
     def _take_up(self, edited: Experiment) -> None:
         """Go on with the functions of the files, those that were edited among them."""
@@ -286,6 +339,8 @@ class Replay(Closing):
     def _run_on(self) -> None:
         """Go on beyond what was recorded where that is wanted, and decide the criteria."""
         until_ns = self._request.until_ns
+        if until_ns is not None and until_ns < self.run.loop.now_ns:
+            raise self._no_step(until_ns)
         self.run.run(seconds(self.run.loop.now_ns if until_ns is None else until_ns))
 
 

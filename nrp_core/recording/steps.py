@@ -16,7 +16,7 @@ from nrp_core.recording.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, 
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
 from nrp_core.recording.read import Recording, Topic
 from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.nrp_msgs import Called, Published, StepHash
+from nrp_core.world.messages.nrp_msgs import Called, Published, Spikes, StepHash
 
 _MOST_VALUES = 3
 _MOST_ITEMS = 1000
@@ -201,14 +201,30 @@ def _first_different(then: Sequence[_Message], now: Sequence[_Message]) -> str |
 
 def _told(then: Sequence[_Message], now: Sequence[_Message], topic: str, codec: Codec) -> tuple[str, str]:
     """Return in what the messages of a topic differ, in a few words: then and now."""
-    both = []
-    for messages in (then, now):
-        own = [codec.decode(data, kind) for name, _, kind, data in messages if name == topic]
-        both.append(dict(_leaves(own[0] if len(own) == 1 else own, "")))
+    decoded = [
+        [codec.decode(data, kind) for name, _, kind, data in messages if name == topic]
+        for messages in (then, now)
+    ]
+    if all(isinstance(one, Spikes) for own in decoded for one in own):
+        trains = [{spike for one in own for spike in _spikes_of(one)} for own in decoded]
+        if trains[0] != trains[1]:
+            return _spike_words(trains[0] - trains[1]), _spike_words(trains[1] - trains[0])
+    both = [dict(_leaves(own[0] if len(own) == 1 else own, "")) for own in decoded]
     if not all(both):  # a message that is there once: the time in its header tells nothing
         return tuple(_words(one, _without_header(one)) for one in both)  # type: ignore[return-value]
     paths = [path for path in {**both[0], **both[1]} if both[0].get(path) != both[1].get(path)]
     return _words(both[0], paths), _words(both[1], paths)
+
+
+def _spikes_of(message: Spikes) -> Iterator[tuple[float, int]]:
+    """Return times, ms, and neurons."""
+    return zip(message.times_ms.tolist(), message.ids.tolist(), strict=True)
+
+
+def _spike_words(spikes: Collection[tuple[float, int]]) -> str:
+    words = [f"neuron {neuron} at {time_ms!r} ms" for time_ms, neuron in sorted(spikes)]
+    more = len(words) - _MOST_VALUES
+    return ", ".join(words[:_MOST_VALUES]) + (f" and {more} more" if more > 0 else "") or "nothing"
 
 
 def _without_header(paths: Iterable[str]) -> list[str]:

@@ -1,6 +1,7 @@
 """Files changed at random, each change by its number, and what became of whoever used them.
 
-``NRP_MUTATIONS=1000`` sets how many there are of each kind of file; by default few.
+``NRP_MUTATIONS=1000`` sets how many there are of each kind of file; by default few. With
+``NRP_MUTATIONS_FROM=1000`` they are others: those that follow the first thousand.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from types import FrameType
 from nrp_core.errors import NrpError
 
 COUNT = int(os.environ.get("NRP_MUTATIONS", "15"))
+FIRST = int(os.environ.get("NRP_MUTATIONS_FROM", "0"))
 PATIENCE_S = 20.0
 """Longer than any sound file takes, by far."""
 ROOM_BYTES = 3 * 2**30
@@ -193,5 +195,5 @@ def numbers_in(data: object) -> list[float]:
 
 def numbered(kind: str, count: int = COUNT) -> Iterator[tuple[int, Random]]:
     """Return the number of each mutation and what draws it: the same for each number, whatever the count."""
-    for number in range(count):
+    for number in range(FIRST, FIRST + count):
         yield number, Random(f"{kind}/{number}")

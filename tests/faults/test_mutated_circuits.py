@@ -2,42 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
+from circuits import write_circuit
 from mutations import Tally, mutated, numbered
 from nrp_brain_event import EventBackend
 
 from nrp_core.brain.sonata import read_sonata
 from nrp_core.errors import ExperimentError, NetworkError, NrpError
 
-TYPES = """node_type_id model_type model_template dynamics_params pop_name
-100 point_neuron nest:iaf_psc_alpha cell.json Exc
-101 point_neuron nest:iaf_cond_exp NULL Slow
-102 virtual NULL NULL NULL
-"""
-EDGE_TYPES = """edge_type_id model_template syn_weight delay
-1 static_synapse 100.0 1.5
-2 static_synapse -250.0 2.0
-"""
-CONFIG = {
-    "manifest": {"$BASE": ".", "$MODELS": "$BASE"},
-    "components": {"point_neuron_models_dir": "$MODELS"},
-    "networks": {
-        "nodes": [{"nodes_file": "$BASE/nodes.h5", "node_types_file": "$BASE/node_types.csv"}],
-        "edges": [{"edges_file": "$BASE/edges.h5", "edge_types_file": "edge_types.csv"}],
-    },
-}
 FILES = (
-    "config.json",
-    "config.json",
-    "node_types.csv",
+    "circuit_config.json",
+    "circuit_config.json",
+    "all_types.csv",
     "edge_types.csv",
-    "cell.json",
+    "models/exc.json",
     "nodes.h5",
     "edges.h5",
 )
@@ -50,26 +32,7 @@ def sound(tmp_path: Path) -> Path:
     """A circuit of six cells and three virtual ones."""
     folder = tmp_path / "sound"
     folder.mkdir()
-    (folder / "config.json").write_text(json.dumps(CONFIG, indent=1))
-    (folder / "node_types.csv").write_text(TYPES)
-    (folder / "edge_types.csv").write_text(EDGE_TYPES)
-    (folder / "cell.json").write_text(json.dumps({"C_m": 200.0, "tau_m": 12.0, "V_th": -52.0}, indent=1))
-    with h5py.File(folder / "nodes.h5", "w") as file:
-        cells = file.create_group("nodes/v1")
-        cells["node_type_id"] = [100, 101, 100, 100, 101, 100]
-        cells["node_group_id"] = np.zeros(6, int)
-        cells["node_group_index"] = np.arange(6)
-        cells["0/x"] = np.arange(6.0)
-        file.create_group("nodes/lgn")["node_type_id"] = [102, 102, 102]
-        file.create_group("nodes/lgn/0")
-    with h5py.File(folder / "edges.h5", "w") as file:
-        edges = file.create_group("edges/lgn_to_v1")
-        edges["source_node_id"], edges["target_node_id"] = [0, 1, 2, 2, 0], [0, 1, 2, 3, 4]
-        edges["source_node_id"].attrs["node_population"] = "lgn"
-        edges["target_node_id"].attrs["node_population"] = "v1"
-        edges["edge_type_id"] = [1, 1, 2, 1, 1]
-        edges["edge_group_id"], edges["edge_group_index"] = np.zeros(5, int), np.arange(5)
-        edges["0/nsyns"] = [5, 4, 3, 2, 1]
+    write_circuit(folder)
     return folder
 
 
@@ -92,7 +55,7 @@ def use(config: Path) -> None:
 
 def test_a_mutated_circuit_is_usable_or_refused_in_clear_words(sound: Path, tmp_path: Path) -> None:
     folder = tmp_path / "mutated"
-    use(sound / "config.json")
+    use(sound / "circuit_config.json")
 
     def is_clear(error: NrpError) -> bool:
         names_file = error.path is not None if isinstance(error, ExperimentError) else bool(str(error))
@@ -104,7 +67,7 @@ def test_a_mutated_circuit_is_usable_or_refused_in_clear_words(sound: Path, tmp_
         shutil.copytree(sound, folder)
         file = folder / random.choice(FILES)
         file.write_bytes(mutated(file.read_bytes(), random, text=file.suffix != ".h5"))
-        tally.take(number, lambda: use(folder / "config.json"))
+        tally.take(number, lambda: use(folder / "circuit_config.json"))
     tally.check()
 
 
@@ -116,4 +79,4 @@ def test_a_heap_in_which_the_library_would_search_for_ever_is_refused(sound: Pat
     data[free : free + 8] = bytes(8)
     path.write_bytes(data)
     with pytest.raises(NetworkError, match=r"edges\.h5: the file is damaged"):
-        read_sonata(sound / "config.json")
+        read_sonata(sound / "circuit_config.json")

@@ -88,7 +88,7 @@ def test_a_snapshot_leads_back() -> None:
 
 
 def test_a_snapshot_of_something_else_is_refused() -> None:
-    with pytest.raises(SnapshotError, match="another backend, model or set of options"):
+    with pytest.raises(SnapshotError, match="taken with two; here it is one"):
         Counter("one").restore(Counter("two").snapshot())
 
 

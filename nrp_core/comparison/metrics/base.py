@@ -44,20 +44,22 @@ class Margin:
         return margin if self.at_most is None else min(margin, self.at_most)
 
     @classmethod
-    def parse(cls, text: str) -> Margin:
-        """Read ``0.5`` or ``2sd``.
+    def parse(cls, text: str, unit: str = "") -> Margin:
+        """Read ``0.5``, with its unit or without, or ``2sd``.
 
         Raises:
             ValueError: it is neither, or not above 0.
         """
-        number = text.strip().lower().removesuffix("sd")
+        number, sd = text.strip(), text.strip().lower().endswith("sd")
+        number = number[: -len("sd")] if sd else number.removesuffix(unit)
         try:
             amount = float(number)
         except ValueError:
             amount = 0.0
         if not 0 < amount < float("inf"):
-            raise ValueError(f"a margin is a number above 0, as 0.5 or 2sd, not '{text}'")
-        return cls(amount, in_sd=number != text.strip().lower())
+            example = f"0.5 {unit}".strip()
+            raise ValueError(f"a margin is a number above 0, as {example} or 2sd, not '{text}'")
+        return cls(amount, in_sd=sd)
 
 
 class Metric(ABC):
@@ -136,21 +138,21 @@ class Margins:
 
     @classmethod
     def parse(cls, texts: Iterable[str], metrics: Iterable[Metric]) -> Margins:
-        """Read ``metric=value`` and ``metric/part=value``.
+        """Read ``metric=value`` and ``metric/part=value``, values as ``0.5``, ``0.5 s`` or ``2sd``.
 
         Raises:
             ValueError: one is written otherwise, or names no metric.
         """
-        names = [metric.name for metric in metrics]
+        units = {metric.name: metric.unit for metric in metrics}
         margins: dict[str, Margin] = {}
         for text in texts:
             key, equals, value = text.rpartition("=")
             if not equals:
                 raise ValueError(f"a margin is written METRIC=VALUE, not '{text}'")
             name = key.partition("/")[0]
-            if name not in names:
-                raise ValueError(f"no metric is called '{name}'{did_you_mean(name, names)}")
-            margins[key] = Margin.parse(value)
+            if name not in units:
+                raise ValueError(f"no metric is called '{name}'{did_you_mean(name, list(units))}")
+            margins[key] = Margin.parse(value, units[name])
         return cls(margins)
 
     def of(self, metric: Metric, part: str) -> Margin:

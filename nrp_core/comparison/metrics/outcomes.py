@@ -16,10 +16,9 @@ class CriteriaMet(ScalarMetric):
     margin = Margin(at_most=0.25)
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
-        failed = bool(run.result.get("error"))
         outcomes = run.result.get("criteria") or {}
         return {
-            name: 0.0 if failed else None if one["passed"] is None else float(one["passed"])
+            name: 0.0 if run.failed else None if one["passed"] is None else float(one["passed"])
             for name, one in outcomes.items()
         }
 
@@ -42,8 +41,9 @@ class TimeToEvent(ScalarMetric):
         ]
         met = {name: outcomes[name] for name in near if outcomes[name]["passed"]}
         decided = {one["decided_s"] for one in met.values()}
+        happened = run.result.get("events") or {}
         waiting = {
-            name: run.result["events"].get(name)
+            name: happened.get(name)
             for name, event in (settings.get("events") or {}).items()
             if event.get("when")
         }

@@ -6,6 +6,7 @@ from typing import Any
 
 from nrp_core.comparison.judgement import Contrast, Judgement, Part
 from nrp_core.comparison.parting import Parting
+from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.recording.steps import Difference
 
@@ -21,6 +22,7 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
         "varied": {key: str(values) for key, values in diff.grid.varied.items()},
         "independent": diff.answer.is_independent,
         "answer": diff.answer,
+        "advice": words.advice(diff),
         "finding": [one.metric.name for one in diff.finding],
         "metrics": {one.metric.name: _judgement(one) for one in diff.judgements},
         "partings": [_parting(one) for one in diff.partings],
@@ -33,6 +35,7 @@ def pair_data(diff: PairDiff) -> dict[str, Any]:
     """Return everything of two recordings."""
     return {
         "identical": diff.is_identical,
+        "reservations": diff.reservations,
         "parting": _parting(diff.parting),
         "signals": diff.deviations,
         "metrics": [
@@ -63,6 +66,7 @@ def _part(part: Part) -> dict[str, Any]:
         "answer": part.answer,
         "margin": part.margin,
         "seed_sd": part.sd,
+        "resolution": part.resolution,
         "seeds": part.n_seeds,
         "contrasts": [_contrast(one, part.margin) for one in part.contrasts],
         "cells": [cell._asdict() for cell in part.cells],

@@ -26,6 +26,8 @@ def tell_grid(diff: GridDiff, console: Console) -> None:
     style = f"bold {_style(diff.answer)}"
     console.print(Text.assemble((words.HEADLINES[diff.answer], style)))
     console.print(Text(f"{diff.name}, {words.subject(diff)}; {words.finding(diff)}", style="dim"))
+    if (advice := words.advice(diff)) is not None:
+        console.print(Text(advice, style="yellow"))
     table = _table("metric", "answer", "largest difference [90 %]")
     for judged in diff.judgements:
         _add(table, judged)
@@ -38,6 +40,8 @@ def tell_grid(diff: GridDiff, console: Console) -> None:
 
 def tell_pair(diff: PairDiff, console: Console) -> None:
     """Write what two recordings have in common and where they part."""
+    for said in diff.reservations:
+        console.print(Text(said, style="yellow"))
     if diff.is_identical:
         console.print(Text(f"identical: {diff.parting.steps} steps", style="bold green"))
         return

@@ -7,6 +7,7 @@ from nrp_core.comparison.metrics.base import DistanceMetric, Metric
 from nrp_core.comparison.result import GridDiff
 
 _MANY = 1000
+_MOST_NAMED = 4
 HEADLINES = {
     Answer.AGREES: "The finding does not depend on the simulator",
     Answer.SEED: "The finding does not depend on the simulator",
@@ -22,8 +23,9 @@ def subject(diff: GridDiff) -> str:
     """Say what was run."""
     grid = diff.grid
     first, last = grid.seeds[0], grid.seeds[-1]
+    failed = f", {len(diff.failures)} of them failed" if diff.failures else ""
     return (
-        f"{len(diff.runs)} runs: {', '.join(grid.brains)} x {', '.join(grid.worlds)}, "
+        f"{len(diff.runs)} runs{failed}: {', '.join(grid.brains)} x {', '.join(grid.worlds)}, "
         + (f"seed {first}" if first == last else f"{len(grid.seeds)} seeds ({first} to {last})")
         + "".join(f", {key}={values}" for key, values in grid.varied.items())
     )
@@ -34,6 +36,27 @@ def finding(diff: GridDiff) -> str:
     return "the finding: " + ", ".join(one.metric.title.lower() for one in diff.finding)
 
 
+def advice(diff: GridDiff) -> str | None:
+    """Say what to do where seeds make no difference that backends could be held against."""
+    without = [judged for judged in diff.judgements if any(map(_lacks_spread, judged.parts))]
+    if not without:
+        return None
+    names = ", ".join(judged.metric.title.lower() for judged in without[:_MOST_NAMED])
+    more = f" and {len(without) - _MOST_NAMED} more" if len(without) > _MOST_NAMED else ""
+    first = without[0].metric
+    unit = f" (in {first.unit})" if first.unit else ""
+    return (
+        f"Seeds make no difference to {names}{more}: there is no spread to hold a difference against, so "
+        "that any counts. Draw a setting anew with each seed, as --vary 'events.NAME.at=LOW..HIGH s', or say "
+        f"how much does not matter, as --margin {first.name}=VALUE{unit}."
+    )
+
+
+def _lacks_spread(part: Part) -> bool:
+    """Whether a part depends on a backend only because any difference is more than that of seeds."""
+    return part.answer.is_dependent and part.in_sd and part.is_flat
+
+
 def number(value: float | None, unit: str = "") -> str:
     """Return a number with its unit."""
     if value is None:
@@ -41,7 +64,7 @@ def number(value: float | None, unit: str = "") -> str:
     return f"{value:.3g} {unit}".strip()
 
 
-def effect(contrast: Contrast, metric: Metric) -> str:
+def _effect(contrast: Contrast, part: Part, metric: Metric) -> str:
     """Say who differs from whom by how much: estimate, interval of 90 %, size in spreads of the seeds."""
     low, high = contrast.estimate.interval
     more = "farther apart than seeds are" if isinstance(metric, DistanceMetric) else ""
@@ -49,10 +72,12 @@ def effect(contrast: Contrast, metric: Metric) -> str:
     who = f"{contrast.one} → {contrast.other}"
     if contrast.factor is Factor.BOTH:
         who = f"{contrast.one} and {contrast.other}, half the difference"
-    return f"{who}: {size}, {_in_sd(contrast)}"
+    return f"{who}: {size}, {_in_sd(contrast, part)}"
 
 
-def _in_sd(contrast: Contrast) -> str:
+def _in_sd(contrast: Contrast, part: Part) -> str:
+    if part.is_flat and contrast.estimate.mean:
+        return "seeds make no difference"
     amount = abs(contrast.effect_sd)
     return f"more than {_MANY} SD of the seeds" if amount > _MANY else f"{amount:.2g} SD of the seeds"
 
@@ -60,4 +85,4 @@ def _in_sd(contrast: Contrast) -> str:
 def largest(part: Part, metric: Metric) -> str:
     """Say what the largest difference in a part is."""
     found = part.largest
-    return "too few seeds have it on all backends" if found is None else effect(found, metric)
+    return "too few seeds have it on all backends" if found is None else _effect(found, part, metric)

@@ -104,6 +104,7 @@ class StateTests(BrainKit):
 
     def test_a_snapshot_keeps_the_refractory_time(self) -> None:
         """Taken after a spike, while the membrane cannot rise."""
+        self.require_snapshot()
         driven = self.cells("n", i_offset=3 * self.sample.current_na)
         heard = record(first := self.open(driven))
         self.run(first, 40)

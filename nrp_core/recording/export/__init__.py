@@ -6,7 +6,9 @@ from enum import StrEnum
 from pathlib import Path
 
 from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.recording.export.release import nothing_left
 from nrp_core.recording.read import Recording
+from nrp_core.writing import writing
 
 
 class Format(StrEnum):
@@ -33,7 +35,7 @@ def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
 
     Raises:
         ExperimentError: there is something already, the folder it shall be in is missing, or it cannot be
-            written.
+            written; then nothing of it is left.
         CapabilityError: the packages that the format needs are not installed.
     """
     if kind is Format.NWB and target.suffix != ".nwb":
@@ -43,20 +45,23 @@ def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
     if not target.absolute().parent.is_dir():
         raise ExperimentError("there is no such folder", path=target.absolute().parent)
     try:
-        if kind is Format.CSV:
-            from nrp_core.recording.export.csv_tables import write_csv
-
-            return write_csv(recording, target)
-        if kind is Format.NWB:
-            from nrp_core.recording.export.nwb import write_nwb
-
-            return write_nwb(recording, target)
-        from nrp_core.recording.export.sonata import write_sonata
-
-        return write_sonata(recording, target)
+        with writing(target), nothing_left(target):
+            return _write(recording, kind, target)
     except ModuleNotFoundError as error:
         raise CapabilityError(
             f"{kind} needs the package {error.name}: pip install 'nrp-core[export]'"
         ) from error
-    except OSError as error:
-        raise ExperimentError(f"cannot be written: {error.strerror or error}", path=target) from error
+
+
+def _write(recording: Recording, kind: Format, target: Path) -> list[Path]:
+    if kind is Format.CSV:
+        from nrp_core.recording.export.csv_tables import write_csv
+
+        return write_csv(recording, target)
+    if kind is Format.NWB:
+        from nrp_core.recording.export.nwb import write_nwb
+
+        return write_nwb(recording, target)
+    from nrp_core.recording.export.sonata import write_sonata
+
+    return write_sonata(recording, target)

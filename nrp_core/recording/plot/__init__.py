@@ -7,6 +7,7 @@ from pathlib import Path
 
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.read import Recording
+from nrp_core.writing import writing
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -51,8 +52,8 @@ def plot(recording: Recording, path: Path, what: What = What.RUN) -> None:
         what: the whole story, or a part of it.
 
     Raises:
-        ExperimentError: the suffix is another, there is no such folder, or the recording has nothing of
-            what shall be shown.
+        ExperimentError: the suffix is another, there is no such folder, the recording has nothing of
+            what shall be shown, or the disk does not take it.
     """
     check_target(path)
     from nrp_core.recording.plot.page import PICTURES, draw_page
@@ -60,10 +61,13 @@ def plot(recording: Recording, path: Path, what: What = What.RUN) -> None:
     from nrp_core.recording.plot.story import Story, moments, pictures
     from nrp_core.recording.plot.style import style
 
+    if not recording.topics:
+        raise ExperimentError("nothing was recorded, or nothing of it is whole", path=recording.file)
     story = Story.of(recording)
     with style():
         if what is What.RUN:
             figure = draw_page(story, pictures(recording, moments(story, PICTURES)))
         else:
             figure = draw_part(what.value, story, recording)
-        figure.savefig(path, metadata=_UNDATED.get(path.suffix.lower()))
+        with writing(path):
+            figure.savefig(path, metadata=_UNDATED.get(path.suffix.lower()))

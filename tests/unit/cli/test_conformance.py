@@ -21,6 +21,16 @@ def test_an_option_without_key_or_value_is_wrong_usage(nrp, option):
     assert "KEY=VALUE" in done.err
 
 
+def test_a_report_that_could_not_be_written_is_refused_before_anything_runs(nrp, tmp_path):
+    for report, told in (
+        (tmp_path / "no" / "report.json", "there is no such folder"),
+        (tmp_path, "is a folder"),
+    ):
+        done = nrp("conformance", "brain", "event", "--report", report)
+        assert done.code == 2
+        assert told in " ".join(done.err.split())
+
+
 @pytest.mark.parametrize("kind", ["body", ""])
 def test_there_are_brains_and_worlds(nrp, kind):
     assert nrp("conformance", kind, "event").code == 2

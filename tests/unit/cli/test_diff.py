@@ -1,11 +1,14 @@
 """Comparing backends and recordings from the command line."""
 
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from nrp_core.fingerprint import fingerprint
 
 FAST = """
 from dataclasses import replace
@@ -82,6 +85,23 @@ def test_what_differs_is_named(nrp: Any, worlds: Path, tmp_path: Path) -> None:
     assert parting["visible"]["signal"].startswith("/gazebo/model_states/husky.")
 
 
+def test_where_seeds_make_no_difference_it_says_what_to_do_about_it(
+    nrp: Any, worlds: Path, tmp_path: Path
+) -> None:
+    page, results = tmp_path / "page.html", tmp_path / "results"
+    asked = ("diff", worlds, "--worlds", "disc,fast", "--seeds", 3, "--jobs", 1, "--results", results)
+    done = nrp(*asked, "--html", page)
+    assert "more than" not in done.out
+    assert "seeds make no difference" in " ".join(done.out.split())
+    for told in (" ".join(done.out.split()), page.read_text()):
+        assert "Seeds make no difference to time to event, " in told
+        assert "--vary" in told
+        assert "--margin time_to_event=VALUE (in s)" in told
+    told = json.loads(nrp(*asked, "--margin", "time_to_event=5 s", "--json").out)
+    assert told["metrics"]["time_to_event"]["answer"] == "agrees across backends"
+    assert "to time to event" not in told["advice"]  # which is not held against the seeds any more
+
+
 def test_what_has_run_is_not_run_again_and_processes_share_the_work(
     nrp: Any, worlds: Path, tmp_path: Path
 ) -> None:
@@ -106,6 +126,20 @@ def test_another_file_is_another_run(nrp: Any, worlds: Path, tmp_path: Path) -> 
     drive.write_text(drive.read_text() + "\n# changed\n")
     nrp(*asked)
     assert len(list(results.iterdir())) == 4
+
+
+def test_a_backend_that_was_worked_on_is_run_again(
+    nrp: Any, worlds: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = tmp_path / "results"
+    asked = ("diff", worlds, "--worlds", "disc,fast", "--seeds", 1, "--jobs", 1, "--results", results)
+    monkeypatch.delitem(sys.modules, "fast", raising=False)  # that of another test
+    nrp(*asked)
+    (code,) = [path for entry in sys.path if (path := Path(entry) / "fast.py").is_file()]
+    code.write_text(FAST + "\n# changed\n")
+    fingerprint.cache_clear()  # another process
+    nrp(*asked)
+    assert sorted(folder.name.split("-")[1] for folder in results.iterdir()) == ["disc", "fast", "fast"]
 
 
 def test_a_setting_can_be_drawn_with_the_seed(nrp: Any, worlds: Path, tmp_path: Path) -> None:
@@ -143,6 +177,8 @@ def test_two_recordings_are_compared_without_running_anything(nrp: Any, worlds: 
         (["--worlds", "disc,disc"], 3, "given twice"),
         (["--worlds", "disc,twin", "--margin", "time=1"], 2, "no metric is called 'time'"),
         (["--worlds", "disc,twin", "--vary", "seed"], 2, "KEY=LOW..HIGH"),
+        (["--worlds", "disc,twin", "--vary", "events.rad.at=1..2 s"], 3, "did you mean 'red'"),
+        (["--worlds", "disc,twin", "--html", "no/page.html"], 2, "there is no such folder"),
     ],
 )
 def test_what_cannot_be_compared_is_refused_before_anything_runs(

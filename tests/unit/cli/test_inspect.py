@@ -28,6 +28,40 @@ def test_warnings_go_to_standard_error(nrp, tmp_path):
     assert "wheels" not in done.out
 
 
+@pytest.mark.parametrize(
+    ("name", "flow", "told"),
+    [
+        ("listing1.py", "Neuron2Robot", "returns to /husky/cmd_vel (geometry_msgs/msg/Twist)"),
+        ("listing2.bibi", "Robot2Neuron", "red_left_eye: poisson on brain.sensors[0, 2]"),
+    ],
+)
+def test_transfer_functions_are_told_with_what_they_read_and_drive(nrp, name, flow, told):
+    done = nrp("inspect", HUSKY.parent / name)
+    assert done.code == 0
+    assert done.out.startswith(f"{flow} ")
+    assert f"  {told}\n" in done.out
+    (function,) = json.loads(nrp("inspect", HUSKY.parent / name, "--json").out)["functions"]
+    assert function["flow"] == flow
+    assert done.out.split()[1].rstrip(",") == function["name"]
+
+
+def test_nothing_of_a_file_of_transfer_functions_is_run(nrp, tmp_path):
+    file = tmp_path / "harm.py"
+    file.write_text("import os\nos.remove(__file__)\n")
+    done = nrp("inspect", file)
+    assert (done.code, done.err) == (3, f"error: {file}: declares no transfer function\n")
+    assert file.is_file()
+
+
+def test_what_is_wrong_with_a_transfer_function_is_told_with_its_line(nrp, tmp_path):
+    file = tmp_path / "wrong.py"
+    file.write_text('@nrp.Neuron2Robot(Topic("/x", geometry_msgs.msg.Twist))\ndef f(t, what):\n    pass\n')
+    done = nrp("inspect", file)
+    assert "Neuron2Robot f, " in done.out
+    assert f"{file}:2" in done.err
+    assert "'what'" in done.err
+
+
 def test_it_tells_the_same_in_json(nrp):
     done = nrp("inspect", HUSKY, "--json")
     data = json.loads(done.out)

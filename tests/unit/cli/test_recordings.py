@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from nrp_core.recording.layout import MCAP_NAME
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
+from nrp_core.recording.read import DIGEST, digest_of
 
 Nrp = Callable[..., Any]
 
@@ -96,6 +97,14 @@ def test_what_is_asked_for_wrongly_is_refused_before_anything_runs(
     assert nrp("replay", recorded, "--record", recorded).code == 2
     assert nrp("replay", recorded, "--verify", "--record", tmp_path / "new").code == 2
     assert nrp("run", recorded, "--snapshots", "0s").code == 2
+    back = nrp("replay", recorded, "--from", "0.5s", "--until", "0.2s")
+    assert (back.code, back.err) == (3, "error: cannot go on from 0.5 s until 0.2 s\n")
+    between = nrp("replay", recorded, "--until", "0.03s")
+    assert (between.code, between.err) == (
+        3,
+        f"error: {recorded}: there is no step at 0.03 s; the next is at 0.04 s\n",
+    )
+    assert "no recording of a run" in nrp("replay", recorded / RUN_NAME).err
     assert "did you mean 'raster'" in nrp("plot", recorded, "rasta").err
     assert "did you mean 'nwb'" in nrp("export", recorded, "-f", "nwbb").err
 
@@ -127,6 +136,35 @@ def test_a_cut_recording_is_told_recovered_and_verified_as_far_as_it_goes(nrp: N
     assert nrp("replay", recorded, "--verify").err.count("warning") == 0
 
 
+def test_without_what_tells_what_ran_it_is_verified_and_that_is_said(nrp: Nrp, recorded: Path) -> None:
+    (recorded / RUN_NAME).unlink()
+    done = nrp("replay", recorded, "--verify")
+    assert done.out == "identical: 0 s to 1 s, 50 steps\n"
+    assert done.err == "warning: there is no run.json: what ran, and with which files, is not known\n"
+
+
+def test_a_run_that_was_killed_is_compared_as_far_as_it_went(
+    nrp: Nrp, experiment: Path, recorded: Path, tmp_path: Path
+) -> None:
+    killed, page = tmp_path / "killed", tmp_path / "page.html"
+    nrp("run", experiment, "--until", "2s", "--record", killed)
+    told = json.loads((killed / RUN_NAME).read_text())
+    told |= {"result": None, "state": "running"}
+    (killed / RUN_NAME).write_text(json.dumps(told | {DIGEST: digest_of(told)}))
+    file = killed / MCAP_NAME
+    file.write_bytes(file.read_bytes()[:-1])
+    done = nrp("diff", killed, recorded, "--html", page)
+    assert done.code == 0
+    assert done.out.splitlines()[-2] == "identical: 51 steps"
+    said = " ".join(done.out.split())
+    assert f"{killed} was cut or damaged: what is whole of it is compared" in said
+    assert f"compared from 0 s to 1 s; {killed} goes from 0 s to 2 s" in said
+    assert "goes from 0 s to 2 s" in page.read_text()
+    other = json.loads(nrp("diff", killed, recorded, "--json").out)
+    assert len(other["reservations"]) == 2
+    assert json.loads(nrp("diff", recorded, recorded, "--json").out)["reservations"] == []
+
+
 def test_a_recording_is_exported(nrp: Nrp, recorded: Path, tmp_path: Path) -> None:
     done = nrp("export", recorded, "-f", "csv", "-o", tmp_path / "tables", "--json")
     assert len(json.loads(done.out)["files"]) == len(list((tmp_path / "tables").iterdir()))
@@ -143,6 +181,29 @@ def test_each_part_of_the_figure_is_drawn_by_itself(
     else:
         assert done.code == 0
         assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_figure_is_named_after_what_it_shows(
+    nrp: Nrp, recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for what in ("run", "raster"):
+        assert nrp("plot", recorded, what).out == f"{what}.png\n"
+        assert (tmp_path / f"{what}.png").is_file()
+
+
+def test_of_a_cut_recording_what_is_whole_is_drawn_and_said(nrp: Nrp, recorded: Path, tmp_path: Path) -> None:
+    file, figure = recorded / MCAP_NAME, tmp_path / "figure.svg"
+    file.write_bytes(file.read_bytes()[:-1])
+    done = nrp("plot", recorded, "-o", figure)
+    assert (done.code, done.out) == (0, f"{figure}\n")
+    assert done.err == "warning: it was cut or damaged: what is whole is drawn\n"
+    figure.unlink()
+    file.write_bytes(b"")
+    nothing = nrp("plot", recorded, "-o", figure)
+    assert nothing.code == 3
+    assert "nothing was recorded, or nothing of it is whole" in nothing.err
+    assert not figure.exists()
 
 
 def test_a_file_that_is_no_recording_is_left_as_it_is(nrp: Nrp, tmp_path: Path) -> None:

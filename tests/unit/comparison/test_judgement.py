@@ -10,7 +10,7 @@ import pytest
 from nrp_core.comparison.grid import Cell
 from nrp_core.comparison.judgement import Answer, Judgement
 from nrp_core.comparison.measuring import judge
-from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, ScalarMetric
+from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
 from nrp_core.errors import ExperimentError
 
 BRAINS, WORLDS = ("exact", "coarse"), ("here", "there")
@@ -20,7 +20,10 @@ class Value(ScalarMetric):
     name, title, unit = "value", "Value", "m"
 
     def values(self, run: Any) -> dict[str, float | None]:
-        return {"it": run}
+        return {"it": run.value}
+
+    def resolution(self, run: Any) -> float:
+        return 100.0 if run.failed else 0.0
 
 
 class Met(Value):
@@ -32,20 +35,27 @@ class Apart(DistanceMetric):
     name, title, unit = "apart", "Apart", "m"
 
     def features(self, run: Any) -> dict[str, float]:
-        return {"it": run}
+        return {"it": run.value}
 
     def distance(self, one: float, other: float) -> float:
         return abs(one - other)
 
 
 def judged(
-    metric: Any, value: Callable[[Cell, float], float | None], seeds: int = 20, margins: Margins | None = None
+    metric: Any,
+    value: Callable[[Cell, float], float | None],
+    seeds: int = 20,
+    margins: Margins | None = None,
+    failed: Callable[[Cell], bool] = lambda cell: False,
 ) -> Judgement:
     """Judge runs that gave ``value(cell, noise)``, the noise being that of each run."""
-    grid = SimpleNamespace(brains=BRAINS, worlds=WORLDS, seeds=tuple(range(seeds)))
-    cells = [Cell(b, w, s) for s in grid.seeds for b in BRAINS for w in WORLDS]
+    cells = [Cell(b, w, s) for s in range(seeds) for b in BRAINS for w in WORLDS]
+    grid = SimpleNamespace(brains=BRAINS, worlds=WORLDS, seeds=tuple(range(seeds)), cells=cells)
     drawn = np.random.Generator(np.random.Philox(5)).normal(size=len(cells))
-    runs = {cell: value(cell, float(x)) for cell, x in zip(cells, drawn, strict=True)}
+    runs = {
+        cell: SimpleNamespace(value=value(cell, float(x)), failed=failed(cell))
+        for cell, x in zip(cells, drawn, strict=True)
+    }
     (found,) = judge(grid, runs, [metric()], margins or Margins())  # type: ignore[arg-type]
     return found
 
@@ -96,7 +106,8 @@ def test_seeds_that_share_their_noise_are_compared_one_by_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("margin", "expected"), [("0.5", Answer.BRAIN), ("5", Answer.SEED), ("6sd", Answer.SEED)]
+    ("margin", "expected"),
+    [("0.5", Answer.BRAIN), ("5", Answer.SEED), ("5 m", Answer.SEED), ("6sd", Answer.SEED)],
 )
 def test_a_margin_says_what_matters(margin: str, expected: Answer) -> None:
     for key in ("value", "value/it"):
@@ -109,6 +120,7 @@ def test_a_margin_for_nothing_is_refused() -> None:
         ("valeu=1", "did you mean 'value'"),
         ("value", "METRIC=VALUE"),
         ("value=-1", "above 0"),
+        ("value=1 s", r"as 0\.5 m or 2sd, not '1 s'"),
     ):
         with pytest.raises(ValueError, match=what):
             Margins.parse([text], [Value()])
@@ -141,3 +153,17 @@ def test_chance_is_seldom_taken_for_a_difference() -> None:
         found = judged(Value, lambda cell, x, rng=rng: float(rng.normal()), seeds=8)  # type: ignore[misc]
         wrong += found.answer.is_dependent
     assert wrong <= 16  # 10 of 200 would be the 5 % of the tests
+
+
+@pytest.mark.parametrize("metric", [Value, Apart])
+def test_a_run_that_failed_measures_nothing_but_that(metric: type[Metric]) -> None:
+    def fails(cell: Cell) -> bool:
+        return cell.seed == 5 and cell.brain == "exact"
+
+    def value(cell: Cell, x: float) -> float:
+        return x + 3.0 * (cell.brain == "coarse") + 1000.0 * fails(cell)
+
+    (part,) = judged(metric, value, failed=fails).parts
+    assert (part.answer, part.n_seeds, part.resolution) == (Answer.BRAIN, 19, 0.0)
+    assert judged(Met, lambda cell, x: 1.0, failed=lambda cell: cell.seed == 5).parts[0].n_seeds == 20
+    assert judged(metric, value, failed=lambda cell: True).answer is Answer.NONE

@@ -1,0 +1,150 @@
+"""Going on from within a recording whose snapshots fit no longer."""
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from nrp_world_mujoco.world import MujocoWorld
+
+from nrp_core.errors import SnapshotError
+from nrp_core.experiment.find import load_experiment
+from nrp_core.experiment.run import Run
+from nrp_core.recording.capsule import Capsule
+from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS
+from nrp_core.recording.read import DIGEST, Recording, digest_of
+from nrp_core.recording.replay import Outcome, Replay, Request
+from nrp_core.recording.used_files import FilesRead
+
+MS = 10**6
+FROM_NS = 500 * MS
+SETTINGS = ("world.options.image_scale=0.05", "duration=0.6 s", "criteria=null")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording with snapshots every 0.2 s."""
+    folder = tmp_path_factory.mktemp("made") / "recording"
+    with FilesRead() as files, Run(load_experiment("braitenberg_husky", SETTINGS)) as run:
+        capsule = Capsule(run, folder, files=files, snapshots_ns=200 * MS)
+        run.run()
+        capsule.close("finished")
+    return folder
+
+
+@pytest.fixture
+def recording(made: Path, tmp_path: Path) -> Path:
+    return shutil.copytree(made, tmp_path / "recording")
+
+
+@pytest.fixture
+def continued(made: Path, tmp_path: Path) -> Path:
+    """A recording that begins within another, with a snapshot."""
+    replayed(made, Request(from_ns=FROM_NS, record=tmp_path / "continued"))
+    return tmp_path / "continued"
+
+
+def replayed(folder: Path, request: Request) -> Outcome:
+    with FilesRead() as files, Replay(Recording(folder), request, files=files) as again:
+        return again.go()
+
+
+def changed(folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
+    """Change what ``run.json`` says, as if it had always said so."""
+    told = json.loads((folder / RUN_NAME).read_text())
+    change(told)
+    (folder / RUN_NAME).write_text(json.dumps(told | {DIGEST: digest_of(told)}))
+    return folder
+
+
+def of_other_code(told: dict[str, Any]) -> None:
+    told["code"]["nrp_brain_event"] = "0" * 16
+
+
+@pytest.fixture
+def made_of_two_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A world whose state is made of other things than it was."""
+
+    def restore(world: MujocoWorld, saved: Any) -> None:
+        _one, _other = saved, *saved
+
+    monkeypatch.setattr(MujocoWorld, "_do_restore", restore)
+
+
+def test_a_recording_tells_whose_code_made_it(recording: Path) -> None:
+    code = Recording(recording).run["code"]
+    assert sorted(code) == ["nrp_brain_event", "nrp_core", "nrp_world_mujoco"]
+    assert all(len(digest) == 16 for digest in code.values())
+
+
+def test_snapshots_that_fit_are_used_and_nothing_is_said(recording: Path) -> None:
+    outcome = replayed(recording, Request(from_ns=FROM_NS))
+    assert (outcome.identical, outcome.from_ns, outcome.warnings) == (True, 400 * MS, [])
+
+
+@pytest.mark.parametrize(
+    ("change", "whose"),
+    [
+        (of_other_code, "other code of nrp_brain_event"),
+        (lambda told: told.pop("code"), "code of which nothing is known"),
+    ],
+)
+def test_snapshots_of_other_code_are_left_alone(
+    recording: Path, change: Callable[..., object], whose: str
+) -> None:
+    outcome = replayed(changed(recording, change), Request(from_ns=FROM_NS))
+    assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
+    assert outcome.warnings == [f"the snapshots were made by {whose}; the run starts at 0 instead"]
+
+
+@pytest.mark.usefixtures("made_of_two_numbers")
+def test_a_snapshot_that_an_engine_makes_nothing_of_is_no_obstacle(recording: Path) -> None:
+    outcome = replayed(recording, Request(from_ns=FROM_NS))
+    assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
+    (warning,) = outcome.warnings
+    assert warning.startswith("MujocoWorld failed to restore at 0 s: ")
+    assert warning.endswith("; the run starts at 0 instead")
+
+
+def test_a_snapshot_of_another_scene_is_none_of_this_one(recording: Path) -> None:
+    (room,) = recording.rglob("room.sdf")
+    room.write_text(room.read_text().replace("</world>", '<light name="more" type="point"/></world>'))
+    outcome = replayed(recording, Request(from_ns=FROM_NS))
+    assert outcome.from_ns == 0
+    assert outcome.warnings[0] == "room.sdf is not what was recorded"
+    assert "the snapshot was taken with scene " in outcome.warnings[1]
+
+
+def test_where_a_recording_begins_with_a_snapshot_that_one_is_used_and_it_is_said(continued: Path) -> None:
+    assert replayed(continued, Request()).warnings == []
+    outcome = replayed(changed(continued, of_other_code), Request())
+    assert (outcome.identical, outcome.from_ns) == (True, FROM_NS)
+    assert outcome.warnings == ["the snapshots were made by other code of nrp_brain_event; they may not fit"]
+
+
+@pytest.mark.usefixtures("made_of_two_numbers")
+def test_where_it_does_not_fit_the_error_says_why_and_what_can_be_done(continued: Path) -> None:
+    with pytest.raises(SnapshotError) as refused:
+        replayed(changed(continued, of_other_code), Request())
+    message = str(refused.value)
+    assert message.startswith("MujocoWorld failed to restore at 0 s: ")
+    assert "it was made by other code of nrp_brain_event" in message
+    assert message.endswith("go on anew from 'recording' at 0.5 s, which this one continues")
+
+
+@pytest.mark.parametrize(
+    "saved", [b"", b"no pickle", b"\x80\x05N.", b"cnrp_core.no_such\nThing\n.", b"\x80\x05]."]
+)
+def test_bytes_that_are_no_snapshot_are_refused_in_one_sentence(recording: Path, saved: bytes) -> None:
+    with Run(load_experiment(recording)) as run, pytest.raises(SnapshotError, match="cannot be read: "):
+        run.restore(saved)
+
+
+def test_a_cut_snapshot_is_refused(recording: Path) -> None:
+    taken = bytes(next(Recording(recording).messages({SNAPSHOTS})).message.data)
+    with Run(load_experiment(recording)) as run:
+        for length in (10, len(taken) // 2, len(taken) - 1):
+            with pytest.raises(SnapshotError, match="cannot be read: "):
+                run.restore(taken[:length])
