@@ -108,11 +108,13 @@ class CurrentPort(SourcePort):
         return [name for name in dir(cls) if isinstance(getattr(cls, name), _Tunable)]
 
     def current_na(self, now_ms: float) -> FloatArray:
+        """Return the current into each neuron from ``now_ms`` on."""
         value = self._value(now_ms)
         on = self.active and self._spec.start <= now_ms < self._spec.stop
         return value if on else np.zeros(len(self.neurons))
 
     def next_change_ms(self, now_ms: float) -> float:
+        """Return when, after ``now_ms``, the current changes by itself."""
         return min((border for border in (self._spec.start, self._spec.stop) if border > now_ms), default=inf)
 
     def reset(self, seeds: Seeds) -> None:

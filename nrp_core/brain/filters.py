@@ -81,7 +81,8 @@ class LeakyMembrane:
     """
 
     def __init__(self, kernel: Kernel) -> None:
-        self._kernel = kernel
+        self._alpha, self._cm_nf, self._settled_mv = kernel.alpha, kernel.cm_nf, kernel.settled_mv
+        self._tau_m_ms, self._tau_syn_ms = kernel.tau_m_ms, kernel.tau_syn_ms
         self._gap = 1.0 / kernel.tau_syn_ms - 1.0 / kernel.tau_m_ms
         self._at_ms = 0.0
         self._current = 0.0
@@ -102,24 +103,24 @@ class LeakyMembrane:
         while self._pending and self._pending[0][0] <= t_ms:
             arrival_ms, weight = heapq.heappop(self._pending)
             self._move_to(arrival_ms)
-            if self._kernel.alpha:
-                self._slope += weight * e / self._kernel.tau_syn_ms
+            if self._alpha:
+                self._slope += weight * e / self._tau_syn_ms
             else:
                 self._current += weight
         dt_ms = t_ms - self._at_ms
-        voltage = self._kernel.settled_mv + self._above_at(dt_ms, exp(-dt_ms / self._kernel.tau_syn_ms))
+        voltage = self._settled_mv + self._above_at(dt_ms, exp(-dt_ms / self._tau_syn_ms))
         self._last_read = t_ms, voltage
         return voltage
 
     def _above_at(self, dt_ms: float, fade: float) -> float:
         """Voltage above its settled value after ``dt_ms``, when ``fade`` is left of the current."""
-        leak = exp(-dt_ms / self._kernel.tau_m_ms)
+        leak = exp(-dt_ms / self._tau_m_ms)
         charge = driven(dt_ms, leak, fade, self._gap, self._current, self._slope)
-        return self._above * leak + charge / self._kernel.cm_nf
+        return self._above * leak + charge / self._cm_nf
 
     def _move_to(self, t_ms: float) -> None:
         dt_ms = t_ms - self._at_ms
-        fade = exp(-dt_ms / self._kernel.tau_syn_ms)
+        fade = exp(-dt_ms / self._tau_syn_ms)
         self._above = self._above_at(dt_ms, fade)
         self._current = (self._current + self._slope * dt_ms) * fade
         self._slope *= fade

@@ -52,14 +52,6 @@ class SourcePort(ABC):
         """Return what was emitted with ``since_ms < t <= until_ms``, by time of arrival."""
         return NO_EVENTS
 
-    def current_na(self, now_ms: float) -> FloatArray | None:
-        """Return the current into each neuron from ``now_ms`` on, or None where there is none."""
-        return None
-
-    def next_change_ms(self, now_ms: float) -> float:
-        """Return when, after ``now_ms``, the current changes by itself."""
-        return inf
-
     @abstractmethod
     def reset(self, seeds: Seeds) -> None:
         """Start anew at time 0 with new streams; settings go back to the specification."""

@@ -54,9 +54,10 @@ class SinkPort(ABC):
 
     def receive(self, spikes: Spikes, until_ms: float) -> None:
         """Take the spikes of all neurons in the window that ends at ``until_ms``."""
-        if not (self.active and self._hears_all):
-            chosen = self._heard[spikes.neurons] if self.active else slice(0)
-            spikes = Spikes(spikes.neurons[chosen], spikes.times_ms[chosen])
+        if not self.active:
+            spikes = Spikes()
+        elif not self._hears_all:
+            spikes = spikes.among(self._heard)
         self._absorb(spikes, until_ms)
 
     @abstractmethod
@@ -192,9 +193,9 @@ class _FilterPort(SinkPort):
         self, kernel: Kernel, weight: float, delay_ms: float, neurons: IntArray, n_neurons: int, name: str
     ) -> None:
         super().__init__(neurons, n_neurons, name)
-        self._kernel, self._weight, self._delay_ms = kernel, weight, delay_ms
+        self._kernel, self._delay_ms = kernel, delay_ms
         # A neuron that is chosen twice counts twice, as two synapses would.
-        self._counts = np.bincount(neurons, minlength=n_neurons)
+        self._weights = weight * np.bincount(neurons, minlength=n_neurons)
         self._synapses: ShortTermSynapses | None = None
         self.reset()
 
@@ -214,7 +215,7 @@ class _FilterPort(SinkPort):
         self._now_ms = until_ms
         if not len(spikes):
             return
-        weights = self._weight * self._counts[spikes.neurons]
+        weights = self._weights[spikes.neurons]
         if self._synapses is not None:
             weights = weights * self._synapses.released(spikes.neurons, spikes.times_ms)
         for time_ms, weight in zip(spikes.times_ms.tolist(), weights.tolist(), strict=True):

@@ -1,10 +1,15 @@
-"""Spikes and synaptic events as flat arrays."""
+"""Spikes and synaptic events as flat arrays.
+
+Nobody changes them; they are not frozen because some are made in every step, and that would take four times
+as long.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from nrp_core.brain.network import FloatArray, IntArray
 
@@ -17,7 +22,7 @@ def _no_times() -> FloatArray:
     return np.empty(0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Spikes:
     """Spikes of neurons, ascending in time.
 
@@ -38,15 +43,23 @@ class Spikes:
         parts = [part for part in parts if len(part)]
         if not parts:
             return cls()
-        neurons, times = parts[0].neurons, parts[0].times_ms
+        whole = parts[0]
         if len(parts) > 1:
             neurons = np.concatenate([part.neurons for part in parts])
-            times = np.concatenate([part.times_ms for part in parts])
+            whole = cls(neurons, np.concatenate([part.times_ms for part in parts]))
+        neurons, times = whole.neurons, whole.times_ms
         later = times[1:] > times[:-1]
-        if later.all() or (later | ((times[1:] == times[:-1]) & (neurons[1:] >= neurons[:-1]))).all():
-            return cls(neurons, times)
+        if np.count_nonzero(later) == len(later):
+            return whole
+        if (later | ((times[1:] == times[:-1]) & (neurons[1:] >= neurons[:-1]))).all():
+            return whole
         order = np.lexsort((neurons, times))
         return cls(neurons[order], times[order])
+
+    def among(self, chosen: npt.NDArray[np.bool_]) -> Spikes:
+        """Return the spikes of chosen neurons, a mask over global ids."""
+        (places,) = chosen[self.neurons].nonzero()
+        return Spikes(self.neurons[places], self.times_ms[places])
 
     def within(self, since_ms: float, until_ms: float) -> Spikes:
         """Return the spikes with ``since_ms < t <= until_ms``."""
@@ -54,7 +67,7 @@ class Spikes:
         return Spikes(self.neurons[first:last], self.times_ms[first:last])
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class SynapticEvents:
     """Events that arrive at synapses of neurons, from outside the network.
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from math import inf
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from nrp_core.seeds import Seeds
 
 if TYPE_CHECKING:
     from nrp_core.brain.short_term import ShortTermSynapses
+
+Time = TypeVar("Time", float, FloatArray)
 
 _BLOCK: Final = 256
 """Arrivals drawn at a time."""
@@ -86,7 +88,7 @@ class TrainPort(SourcePort):
     def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
         super().__init__(neurons, name)
         self._spec = spec
-        self._stop_ms = spec.start + spec.duration
+        self._borders_ms = spec.start, spec.start + spec.duration
         self._rates = Setting("rate", len(neurons), least=0.0, most=MAX_RATE_HZ / spec.n)
         self._weights = np.full(_BLOCK, spec.weight)
         self._synapses: ShortTermSynapses | None = None
@@ -121,13 +123,7 @@ class TrainPort(SourcePort):
         self._rates_changed()
 
     def events(self, since_ms: float, until_ms: float) -> SynapticEvents:
-        borders = (self._spec.start, self._stop_ms)
-        cuts = [since_ms, *(border for border in borders if since_ms < border < until_ms), until_ms]
-        parts = [self._segment(a, b) for a, b in pairwise(cuts)]
-        times, neurons = parts[0]
-        if len(parts) > 1:
-            times = np.concatenate([part[0] for part in parts])
-            neurons = np.concatenate([part[1] for part in parts])
+        times, neurons = self._between(since_ms, until_ms)
         n = len(times)
         if n == 0:
             return NO_EVENTS
@@ -138,9 +134,19 @@ class TrainPort(SourcePort):
             weights = weights * self._synapses.released(self._places[neurons], times)
         return SynapticEvents(neurons, times + self._spec.delay, weights, self._spec.receptor_type)
 
+    def _between(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
+        """Return times and neurons of a window."""
+        cuts = [border for border in self._borders_ms if since_ms < border < until_ms]
+        if not cuts:
+            return self._segment(since_ms, until_ms)
+        parts = [self._segment(a, b) for a, b in pairwise([since_ms, *cuts, until_ms])]
+        times, neurons = zip(*parts, strict=True)
+        return np.concatenate(times), np.concatenate(neurons)
+
     def _segment(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of a stretch of time without a border in it."""
-        on = self.active and self._spec.start <= since_ms < self._stop_ms
+        start_ms, stop_ms = self._borders_ms
+        on = self.active and start_ms <= since_ms < stop_ms
         rate = self._operational_rate if on else 0.0
         if rate != self._anchored_rate:
             self._anchor_u += self._anchored_rate * (since_ms - self._anchor_ms) * 1e-3
@@ -153,7 +159,7 @@ class TrainPort(SourcePort):
         """Operational time, to rounding, of a real time at the rate in force."""
         return self._anchor_u + (t_ms - self._anchor_ms) * self._anchored_rate * 1e-3
 
-    def _real_ms(self, u: FloatArray) -> FloatArray:
+    def _real_ms(self, u: Time) -> Time:
         """Real time of operational times at the rate in force."""
         return self._anchor_ms + (u - self._anchor_u) * (1e3 / self._anchored_rate)
 
@@ -191,22 +197,31 @@ class TrainPort(SourcePort):
 class PoissonPort(TrainPort):
     """Poisson trains: one superposition of all, each arrival given to a neuron by an independent draw."""
 
+    _chosen: IntArray | None
+    """To whom the arrivals drawn so far go, as long as the rates keep their ratio."""
+
     def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
-        self._equal_shares = np.arange(1, len(neurons) + 1) / max(1, len(neurons))
+        self._equal_shares = self._shares = np.arange(1, len(neurons) + 1) / max(1, len(neurons))
         super().__init__(spec, neurons, seeds, name)
 
     def _rates_changed(self) -> None:
         if self._rates.common is not None:
             total = self._rates.common * len(self.neurons)
-            self._shares = self._equal_shares
+            self._share_out(self._equal_shares)
         else:
             total = float(self._rates.each.sum())
-            self._shares = np.cumsum(self._rates.each) / total
+            self._share_out(np.cumsum(self._rates.each) / total)
         self._operational_rate = total * self._spec.n
+
+    def _share_out(self, shares: FloatArray) -> None:
+        """Give each arrival to a neuron; the shares of the neurons are summed up."""
+        if shares is not self._shares:
+            self._shares, self._chosen = shares, None
 
     def _reset_train(self, seeds: Seeds) -> None:
         self._rng = seeds.stream(self.name)
         self._u, self._v = np.empty(0), np.empty(0)
+        self._chosen = None
         self._next = 0
         self._last_u = 0.0
 
@@ -215,17 +230,15 @@ class PoissonPort(TrainPort):
         if self._last_u <= guess + 1.0:
             self._draw_beyond(guess + 1.0)  # so that the last arrival is surely not due
         first, last = self._next, int(self._u.searchsorted(guess, "right"))
-        while True:  # the guess is off by rounding, the times decide
-            times = self._real_ms(self._u[first : last + 1])
-            n = int(times.searchsorted(until_ms, "right"))
-            if n < len(times):
-                break
+        while self._real_ms(self._u.item(last)) <= until_ms:  # the guess is off by rounding, the times decide
             last += 1
-        self._next = first + n
-        if len(self.neurons) == 1:
-            return times[:n], self.neurons.repeat(n)
-        share = self._shares.searchsorted(self._v[first : self._next], "right")
-        return times[:n], self.neurons.take(share, mode="clip")
+        while last > first and self._real_ms(self._u.item(last - 1)) > until_ms:
+            last -= 1
+        if self._chosen is None:
+            shares = self._shares.searchsorted(self._v, "right")
+            self._chosen = self.neurons.take(shares, mode="clip")
+        self._next = last
+        return self._real_ms(self._u[first:last]), self._chosen[first:last]
 
     def _draw_beyond(self, u: float) -> None:
         times, shares = [self._u[self._next :]], [self._v[self._next :]]
@@ -234,6 +247,7 @@ class PoissonPort(TrainPort):
             shares.append(self._rng.random(_BLOCK))
             self._last_u = float(times[-1][-1])
         self._u, self._v = np.concatenate(times), np.concatenate(shares)
+        self._chosen = None
         self._next = 0
 
     def _save_train(self) -> object:
@@ -242,6 +256,7 @@ class PoissonPort(TrainPort):
 
     def _restore_train(self, saved: Any) -> None:
         self._rng.bit_generator.state, self._u, self._v, self._last_u = saved
+        self._chosen = None
         self._next = 0
 
 

@@ -1,12 +1,14 @@
 """Compiled kernels: borrowed memory, and a cache that knows its sources."""
 
 from pathlib import Path
+from time import perf_counter_ns
 
 import numpy as np
 import pytest
 
 from nrp_core import jit
 from nrp_core.jit import borrowed
+from nrp_core.stopwatch import Stopwatch, work
 
 
 @jit.jit
@@ -14,6 +16,24 @@ def _write_borrowed(array: np.ndarray) -> float:
     view = borrowed(array)
     view[0] = 7.0
     return float(view.sum())
+
+
+def _let_time_pass() -> None:
+    begun = perf_counter_ns()
+    while perf_counter_ns() == begun:
+        pass
+
+
+def test_a_clock_that_several_have_stopped_goes_on_when_all_are_done() -> None:
+    clock = Stopwatch()
+    clock.stop()
+    still = clock.now_ns()
+    clock.stop()
+    clock.go_on()
+    assert clock.now_ns() == still
+    clock.go_on()
+    _let_time_pass()
+    assert clock.now_ns() > still
 
 
 def test_a_borrowed_array_is_the_same_memory() -> None:
@@ -36,6 +56,16 @@ def test_code_compiled_from_other_sources_is_kept_apart(folder: str, tmp_path: P
     assert first == directory()
     (tmp_path / "package" / "two.py").write_text("B = 2\n")
     assert directory() != first
+
+
+def test_the_clock_of_the_work_stands_still_while_something_is_compiled() -> None:
+    event = pytest.importorskip("numba.core.event")
+    with event.trigger_event("numba:compile"):
+        still = work.now_ns()
+        _let_time_pass()
+        assert work.now_ns() == still
+    _let_time_pass()
+    assert work.now_ns() > still
 
 
 def test_the_users_choice_of_a_cache_is_left_alone() -> None:

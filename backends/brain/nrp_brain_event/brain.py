@@ -12,6 +12,7 @@ from nrp_brain_event.backend import EventOptions
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import places_of
 from nrp_brain_event.engine import build_engine, changing, enlarged
+from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import change_parameters, change_weights, weights_now
 from nrp_brain_event.records import DIVERGED, FULL, Engine
@@ -33,14 +34,18 @@ class EventBrain(Brain):
         identity = f"event:{options.model_dump_json()}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._initial = build_engine(network, options.tolerance)
-        self._engine = self._fresh()
+        self._take(self._fresh())
+
+    def _take(self, engine: Engine) -> None:
+        """Go on with an engine."""
+        self._engine, self._places = handle(engine)
 
     def _do_run_until(self, t_ns: int) -> None:
         until_ms, stop_ms = milliseconds(t_ns), float(self._engine.clock["now"][0])
         while stop_ms < until_ms:  # compiled code cannot be interrupted, so it comes back now and then
             stop_ms = min(stop_ms + _PATIENCE_MS, until_ms)
-            while (status := run(self._engine, stop_ms, nextafter(stop_ms, inf))) == FULL:
-                self._engine = enlarged(self._engine)
+            while (status := run(self._places, stop_ms, nextafter(stop_ms, inf))) == FULL:
+                self._take(enlarged(self._engine))
             if status == DIVERGED:
                 raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
 
@@ -52,52 +57,52 @@ class EventBrain(Brain):
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         done = 0
-        while (done := emit(self._engine, neurons, times_ms, done)) < len(neurons):
-            self._engine = enlarged(self._engine)
+        while (done := emit(self._places, neurons, times_ms, done)) < len(neurons):
+            self._take(enlarged(self._engine))
 
     def _do_inject(self, events: SynapticEvents) -> None:
         neurons, times_ms, weights = events.neurons, events.times_ms, events.weights
         inhibitory, done = int(events.receptor == "inhibitory"), 0
-        while (done := inject(self._engine, neurons, times_ms, weights, inhibitory, done)) < len(events):
-            self._engine = enlarged(self._engine)
+        while (done := inject(self._places, neurons, times_ms, weights, inhibitory, done)) < len(neurons):
+            self._take(enlarged(self._engine))
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
-        set_currents(self._engine, currents_na)
+        set_currents(self._places, currents_na)
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         require_variable(self.network, variable, neurons)
         values = np.empty(len(neurons))
-        read(self._engine, neurons, READABLE.index(variable), values)
+        read(self._places, neurons, READABLE.index(variable), values)
         return values
 
     def _do_set_parameters(self, change: ParameterChange) -> None:
         change_parameters(self._engine, self.network, change)
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
-        return weights_now(self._engine, projection, self._places[projection.label])
+        return weights_now(self._engine, projection, self._rows_of[projection.label])
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         if self._engine.weight is self._initial.weight:
-            self._engine = self._engine._replace(weight=self._engine.weight.copy())
-        while not spread(self._engine):
-            self._engine = enlarged(self._engine)
-        change_weights(self._engine, projection, self._places[projection.label], weights)
+            self._take(self._engine._replace(weight=self._engine.weight.copy()))
+        while not spread(self._places):
+            self._take(enlarged(self._engine))
+        change_weights(self._engine, projection, self._rows_of[projection.label], weights)
 
     @cached_property
-    def _places(self) -> dict[str, IntArray]:
+    def _rows_of(self) -> dict[str, IntArray]:
         return places_of(self.network, self._initial.row_of)
 
     def _do_reset(self, seed: int) -> None:
-        self._engine = self._fresh()
+        self._take(self._fresh())
 
     def _do_save(self) -> object:
         return changing(self._engine, self._initial)
 
     def _do_restore(self, saved: Any) -> None:
-        self._engine = self._initial._replace(**saved)
+        self._take(self._initial._replace(**saved))
 
     def _do_close(self) -> None:
-        del self._engine, self._initial
+        del self._engine, self._places, self._initial
 
     def _fresh(self) -> Engine:
         return self._initial._replace(**changing(self._initial))

@@ -1,4 +1,7 @@
-"""The compiled functions that the brain calls: run, let spikes in, change currents, read."""
+"""The compiled functions that the brain calls: run, let spikes in, change currents, read.
+
+Those that are called in every step get the ``places`` of a :class:`~nrp_brain_event.handles.Handle`.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from math import inf, nextafter
 from typing import Final
 
 from nrp_brain_event.agenda import gather, next_round, post, release, reschedule, schedule
+from nrp_brain_event.handles import opened
 from nrp_brain_event.linear import is_linear, search
 from nrp_brain_event.neuron import fire, move, plan, receive, voltage_at
 from nrp_brain_event.records import (
@@ -27,7 +31,7 @@ from nrp_brain_event.runge_kutta import state_at
 from nrp_brain_event.short_term import released_share
 from nrp_brain_event.spike_timing import remember, transmit
 from nrp_brain_event.synapses import remaining_at
-from nrp_core.jit import CACHE_LINE, borrowed, inlined, jit, prefetch
+from nrp_core.jit import CACHE_LINE, inlined, jit, prefetch
 
 READABLE = ("v", "u", "w", "gsyn_exc", "gsyn_inh")
 """State variables by number, see :func:`read`."""
@@ -37,14 +41,14 @@ _AHEAD: Final = 8
 
 
 @jit
-def run(engine: Engine, until: float, end: float) -> int:
+def run(places: Array, until: float, end: float) -> int:
     """Simulate everything up to and including ``until``; ``end`` is the next number after it.
 
     Returns:
         ``DONE``; ``FULL`` where events or spikes need more room (give it and call again);
         ``DIVERGED`` where a neuron cannot be integrated.
     """
-    engine = borrowed(engine)
+    engine = opened(Engine, places)
     clock, cells, events = engine.clock[0], engine.cells, engine.events
     event_slots, cell_slots, links = engine.event_slots, engine.cell_slots, engine.links
     last = len(event_slots) - 2
@@ -142,7 +146,7 @@ def _pass(engine: Engine, row: int, end: float) -> int:
                 onto = plastic[first_plastic[row] : first_plastic[row + 1]]
                 remember(cell, onto, engine.rules, clock, engine.events)
             fire(cell)
-        else:
+        elif cell.wake > cell.t:  # one that starts now stands there already
             move(cell, cell.wake)
         if not plan(cell, work):
             clock.failed = cell.id
@@ -173,13 +177,13 @@ def _send(engine: Engine, neuron: int, time: float) -> None:
 
 
 @jit
-def emit(engine: Engine, neurons: Array, times: Array, begin: int) -> int:
+def emit(places: Array, neurons: Array, times: Array, begin: int) -> int:
     """Put spikes of source cells on their way, from number ``begin`` on.
 
     Returns:
         How many of all are done; less than all where events need more room.
     """
-    engine = borrowed(engine)
+    engine = opened(Engine, places)
     clock = engine.clock[0]
     for k in range(begin, len(neurons)):
         if clock.n_free < engine.first[neurons[k] + 1] - engine.first[neurons[k]]:
@@ -189,9 +193,9 @@ def emit(engine: Engine, neurons: Array, times: Array, begin: int) -> int:
 
 
 @jit
-def inject(engine: Engine, neurons: Array, times: Array, weights: Array, inhibitory: int, begin: int) -> int:
+def inject(places: Array, neurons: Array, times: Array, weights: Array, inhibitory: int, begin: int) -> int:
     """Let events arrive at neurons (global ids), from number ``begin`` on; returns as :func:`emit`."""
-    engine = borrowed(engine)
+    engine = opened(Engine, places)
     clock, slots, events, row_of = engine.clock[0], engine.event_slots, engine.events, engine.row_of
     for k in range(begin, len(neurons)):
         if clock.n_free == 0:
@@ -201,9 +205,9 @@ def inject(engine: Engine, neurons: Array, times: Array, weights: Array, inhibit
 
 
 @jit
-def spread(engine: Engine) -> bool:
+def spread(places: Array) -> bool:
     """Let all spikes on their way keep the weights they have now; false where there is no room."""
-    engine = borrowed(engine)
+    engine = opened(Engine, places)
     clock, slots, events = engine.clock[0], engine.event_slots, engine.events
     for index in range(len(events)):
         event = events[index]
@@ -218,8 +222,9 @@ def spread(engine: Engine) -> bool:
 
 
 @jit
-def set_currents(engine: Engine, currents: Array) -> None:
+def set_currents(places: Array, currents: Array) -> None:
     """Hold these currents (nA, by global id) from now on; neurons whose current stays are not touched."""
+    engine = opened(Engine, places)
     cells = engine.cells
     for row in range(len(cells)):
         cell = cells[row]
@@ -236,8 +241,9 @@ def begin_anew(engine: Engine, rows: Array) -> None:
 
 
 @jit
-def read(engine: Engine, neurons: Array, variable: int, out: Array) -> None:
+def read(places: Array, neurons: Array, variable: int, out: Array) -> None:
     """Store a state variable of neurons (global ids): its number in ``READABLE``."""
+    engine = opened(Engine, places)
     now = engine.clock[0].now
     for k in range(len(neurons)):
         cell = engine.cells[engine.row_of[neurons[k]]]

@@ -288,26 +288,26 @@ class Engine(NamedTuple):
         work: ``Work``, shape ``(1,)``.
     """
 
-    cells: Array
-    row_of: Array
-    first: Array
-    target: Array
-    weight: Array
-    delay: Array
-    dynamics: Array
-    bundle: Array
-    short_term: Array
-    plastic: Array
-    first_plastic: Array
-    rules: Array
-    clock: Array
-    events: Array
-    event_slots: Array
-    cell_slots: Array
-    links: Array
-    sorting: Array
-    spikes: Array
-    work: Array
+    cells: Annotated[Array, Cell]
+    row_of: Annotated[Array, np.int64]
+    first: Annotated[Array, np.int64]
+    target: Annotated[Array, np.int32]
+    weight: Annotated[Array, np.float64]
+    delay: Annotated[Array, np.float64]
+    dynamics: Annotated[Array, np.int32]
+    bundle: Annotated[Array, np.int32]
+    short_term: Annotated[Array, ShortTerm]
+    plastic: Annotated[Array, Plastic]
+    first_plastic: Annotated[Array, np.int64]
+    rules: Annotated[Array, Rule]
+    clock: Annotated[Array, Clock]
+    events: Annotated[Array, Event]
+    event_slots: Annotated[Array, np.int64]
+    cell_slots: Annotated[Array, np.int64]
+    links: Annotated[Array, Link]
+    sorting: Annotated[Array, np.int64]
+    spikes: Annotated[Array, Spike]
+    work: Annotated[Array, Work]
 
 
 CONSTANT: Final = frozenset(

@@ -16,19 +16,20 @@ from nrp_brain_event.grid.delivery import deliver, keep_in_mind, send, send_all,
 from nrp_brain_event.grid.noise import add_noise, hear_noise
 from nrp_brain_event.grid.records import CURVED, JUMP, Grid, GridClock, Run, X
 from nrp_brain_event.grid.spiking import update_run
+from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array, constant
-from nrp_core.jit import borrowed, inlined, jit
+from nrp_core.jit import inlined, jit
 
 _EARLY: Final = constant(0)
 _LATE: Final = constant(1)
 
 
 @jit
-def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) -> int:
+def run(places: Array, sources: Array, inputs: Array, weights: Array, until: int) -> int:
     """Advance to a step.
 
     Args:
-        whole: the grid, or a part of it.
+        places: of the arrays of the grid, or of a part of it.
         sources: steps and global ids of the spikes of source cells, ascending, shape ``(2, n)``.
         inputs: steps and flat indices into the state of what arrives apart from the calendar, ascending, and
             the plastic synapse that decides its weight, or -1; shape ``(3, n)``.
@@ -39,7 +40,7 @@ def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) 
         ``DONE``; ``FULL`` where spikes or entries need more room (give it and call again);
         ``DIVERGED`` where a neuron cannot be integrated.
     """
-    grid = borrowed(whole)
+    grid = opened(Grid, places)
     clock, lines = grid.clock[0], grid.state.reshape(-1)
     while clock.step < until:
         step = clock.step + 1
@@ -72,9 +73,9 @@ def run(whole: Grid, sources: Array, inputs: Array, weights: Array, until: int) 
 
 
 @jit
-def set_currents(whole: Grid, currents: Array) -> bool:
+def set_currents(places: Array, currents: Array) -> bool:
     """Hold these currents (nA, by row) from now on; false where a neuron cannot be integrated under it."""
-    grid = borrowed(whole)
+    grid = opened(Grid, places)
     clock = grid.clock[0]
     for row in range(len(currents)):
         index = grid.cell_rows[row]

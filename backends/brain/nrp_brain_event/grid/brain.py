@@ -10,15 +10,17 @@ import numpy as np
 from nrp_brain_event.backend import EventOptions
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
 from nrp_brain_event.grid.advance import set_currents
-from nrp_brain_event.grid.flight import Arrivals, hear_all, plastic_now, unfolded
+from nrp_brain_event.grid.arrivals import Arrivals
+from nrp_brain_event.grid.flight import hear_all, plastic_now, unfolded
 from nrp_brain_event.grid.live import change_cells, offsets_of
 from nrp_brain_event.grid.loader import build_grid, changing, labels_from
-from nrp_brain_event.grid.parts import Threads, advance
+from nrp_brain_event.grid.parts import Held, Threads, advance
 from nrp_brain_event.grid.poisson import drawable
-from nrp_brain_event.grid.readout import lost_row, read
+from nrp_brain_event.grid.readout import is_lost, lost_row, read
 from nrp_brain_event.grid.records import Grid
 from nrp_brain_event.grid.runs import input_lines
 from nrp_brain_event.grid.tables import load_tables, places_of_plastic
+from nrp_brain_event.handles import handle
 from nrp_brain_event.records import DIVERGED, Array
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.grid import Grid as TimeGrid
@@ -38,6 +40,8 @@ class GridBrain(Brain):
     """See :class:`~nrp_core.brain.interface.Brain`."""
 
     _grid: Grid
+    _held: Held
+    """The same."""
     _fired: IntArray
     """Steps and global ids of source spikes to come, shape ``(2, n)``."""
     _arrivals: Arrivals
@@ -64,7 +68,8 @@ class GridBrain(Brain):
         self._initial, self._initial_cells, self._row_of = build_grid(
             network, options.tolerance, self._times, self._drawn
         )
-        self._lines = input_lines(self._initial.runs, self._initial.state)
+        lines = input_lines(self._initial.runs, self._initial.state)
+        self._lines = lines.take(self._row_of, axis=1) if lines.size else lines
         self._warn_of_rounding()
         self._threads = self._as_many(options.threads)
         self._start()
@@ -77,13 +82,17 @@ class GridBrain(Brain):
         while stop < until:  # compiled code cannot be interrupted, so it comes back now and then
             stop = min(stop + patience, until)
             move = self._threads.advance if self._threads else advance
-            self._grid, status = move(self._grid, self._fired, self._arrivals, stop)
+            held, status = move(self._held, self._fired, self._arrivals, stop)
+            self._take(held)
             if status == DIVERGED:
                 raise diverged(self.network, int(self._grid.clock["failed"][0]), t_ns)
         self._drop_used()
-        lost = lost_row(self._grid)
-        if lost >= 0:
-            raise diverged(self.network, int(self._grid.ids[lost]), t_ns)
+        if is_lost(self._held.places):
+            raise diverged(self.network, int(self._grid.ids[lost_row(self._grid)]), t_ns)
+
+    def _take(self, held: Held) -> None:
+        """Go on with a grid."""
+        self._held, self._grid = held, held.arrays
 
     def _do_take_spikes(self) -> Spikes:
         clock = self._grid.clock
@@ -105,15 +114,14 @@ class GridBrain(Brain):
         sent, self._sent = self._sent, []
         steps = self._times.first_at(np.concatenate([events.times_ms for events in sent]))
         inputs = np.full((3, len(steps)), -1)
-        inputs[0] = np.maximum(steps, self._grid.clock["step"] + 1)
-        lines = (self._lines[int(events.receptor == "inhibitory")] for events in sent)
-        rows = (self._row_of.take(events.neurons) for events in sent)
-        np.concatenate([of.take(those) for of, those in zip(lines, rows, strict=True)], out=inputs[1])
+        np.maximum(steps, int(self._grid.clock["step"][0]) + 1, out=inputs[0])
+        lines = [self._lines[int(events.receptor == "inhibitory")].take(events.neurons) for events in sent]
+        np.concatenate(lines, out=inputs[1])
         self._arrivals = self._arrivals.joined(inputs, np.concatenate([events.weights for events in sent]))
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
         total = offsets_of(self._grid, self._cells) + currents_na[self._grid.ids]
-        if not set_currents(self._grid, total):
+        if not set_currents(self._held.places, total):
             raise diverged(self.network, int(self._grid.clock["failed"][0]), self.now_ns)
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
@@ -126,7 +134,8 @@ class GridBrain(Brain):
                 f"population '{change.label}' is drawn by the grid in counts and cannot change; leave out "
                 "`poisson: grid`"
             )
-        self._grid, self._cells = change_cells(self._grid, self._cells, self.network, change, self._row_of)
+        grid, self._cells = change_cells(self._grid, self._cells, self.network, change, self._row_of)
+        self._take(handle(grid))
         if change.values.keys() & TIME_CONSTANTS.keys() and len(self._grid.short_term):
             self._grid.short_term["tau_psc"] = self._tables()["short_term"]["tau_psc"]
         self._do_set_current(self._currents)
@@ -139,7 +148,8 @@ class GridBrain(Brain):
         return weights
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
-        self._grid, self._arrivals = unfolded(self._grid, self._arrivals)
+        grid, self._arrivals = unfolded(self._grid, self._arrivals)
+        self._take(handle(grid))
         if projection.synapse_type == STDP:
             hear_all(self._grid)
             rows = self._plastic_places[projection.label]
@@ -157,7 +167,7 @@ class GridBrain(Brain):
         self._given = weights
         tables = self._tables()
         del tables["short_term"]  # its rows stay where they are
-        self._grid = self._grid._replace(**tables)
+        self._take(handle(self._grid._replace(**tables)))
 
     def _tables(self) -> dict[str, Array]:
         noisy = labels_from(self.network, self._drawn)
@@ -167,7 +177,7 @@ class GridBrain(Brain):
         self._start()
 
     def _start(self) -> None:
-        self._grid = self._initial._replace(**changing(self._initial))
+        self._take(handle(self._initial._replace(**changing(self._initial))))
         self._cells, self._given = self._initial_cells, {}
         self._fired = np.empty((2, 0), np.int64)
         self._arrivals, self._sent = Arrivals.none(), []
@@ -188,12 +198,12 @@ class GridBrain(Brain):
         if given:
             self._give(given)
         self._given = given
-        self._grid = self._grid._replace(**arrays)
+        self._take(handle(self._grid._replace(**arrays)))
 
     def _do_close(self) -> None:
         if self._threads:
             self._threads.close()
-        del self._grid, self._initial, self._cells, self._initial_cells
+        del self._grid, self._held, self._initial, self._cells, self._initial_cells
 
     def _emits(self, population: Population) -> bool:
         return population.label in self._drawn

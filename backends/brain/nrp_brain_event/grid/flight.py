@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
+from nrp_brain_event.grid.arrivals import Arrivals
 from nrp_brain_event.grid.delivery import send_all, transmitted
 from nrp_brain_event.grid.loader import changing, enlarged
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid
@@ -14,34 +13,6 @@ from nrp_brain_event.short_term import released_share
 from nrp_brain_event.spike_timing import SIMULTANEOUS, bring_up_to
 from nrp_core.brain.network import FloatArray, IntArray
 from nrp_core.jit import jit
-
-
-class Arrivals(NamedTuple):
-    """What arrives apart from the calendar.
-
-    Args:
-        inputs: steps, flat indices into the state, rows of plastic synapses that decide the weight, or -1;
-            ascending, shape ``(3, n)``.
-        weights: of these, where a plastic synapse does not decide them; shape ``(n,)``.
-    """
-
-    inputs: IntArray
-    weights: FloatArray
-
-    @classmethod
-    def none(cls) -> Arrivals:
-        """Return an empty list."""
-        return cls(np.empty((3, 0), np.int64), np.empty(0))
-
-    def joined(self, inputs: IntArray, weights: FloatArray) -> Arrivals:
-        """Return these and others, in an order that does not depend on how they came."""
-        every, each = np.concatenate([self.inputs, inputs], axis=1), np.concatenate([self.weights, weights])
-        order = np.lexsort((each, *every[::-1]))
-        return Arrivals(every.take(order, axis=1), each[order])
-
-    def after(self, n: int) -> Arrivals:
-        """Return all but the first n."""
-        return Arrivals(self.inputs[:, n:].copy(), self.weights[n:].copy()) if n else self
 
 
 def unfolded(grid: Grid, arrivals: Arrivals) -> tuple[Grid, Arrivals]:

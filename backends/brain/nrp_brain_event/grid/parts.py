@@ -13,21 +13,26 @@ from typing import NamedTuple
 import numpy as np
 
 from nrp_brain_event.grid.advance import run
-from nrp_brain_event.grid.flight import Arrivals
+from nrp_brain_event.grid.arrivals import Arrivals
 from nrp_brain_event.grid.live import with_runs
 from nrp_brain_event.grid.loader import enlarged
 from nrp_brain_event.grid.records import Grid
+from nrp_brain_event.handles import Handle, handle
 from nrp_brain_event.records import DONE, FULL, Array
 from nrp_core.brain.network import IntArray
-from nrp_core.jit import jit
+from nrp_core.jit import COMPILED, jit
+
+Held = Handle[Grid]
+_run = run
+if not COMPILED:  # NumPy would warn of hashes, and of the voltage of refractory cells
+    _run = np.errstate(over="ignore", invalid="ignore")(run)
 
 
-def advance(grid: Grid, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Grid, int]:
+def advance(held: Held, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Held, int]:
     """Advance a grid, or a part of one, to a step; return it, and ``DONE`` or ``DIVERGED``."""
-    with np.errstate(over="ignore", invalid="ignore"):  # of hashes; of the voltage of refractory cells
-        while (status := run(grid, fired, *arrivals, until)) == FULL:
-            grid = enlarged(grid)
-    return grid, status
+    while (status := _run(held.places, fired, *arrivals, until)) == FULL:
+        held = handle(enlarged(held.arrays))
+    return held, status
 
 
 class Share(NamedTuple):
@@ -56,13 +61,13 @@ class Threads:
         self._targets: Array | None = None
         """Of the tables that are shared."""
 
-    def advance(self, grid: Grid, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Grid, int]:
+    def advance(self, held: Held, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Held, int]:
         """Advance a grid to a step; return it, and ``DONE`` or ``DIVERGED``."""
-        grid = _with_cuts(grid, self._bounds[:-1])
+        grid = _with_cuts(held.arrays, self._bounds[:-1])
         if self._targets is not grid.targets:
             self._shares = [_share(grid, *rows) for rows in zip(self._bounds, self._bounds[1:], strict=False)]
             self._targets = grid.targets
-        parts, status = [_part(grid, share) for share in self._shares], DONE
+        parts, status = [handle(_part(grid, share)) for share in self._shares], DONE
         window, step = int(grid.clock["window"][0]), int(grid.clock["step"][0])
         while step < until and status == DONE:
             if step % window == 0:
@@ -71,7 +76,7 @@ class Threads:
             others = [self._pool.submit(advance, part, fired, arrivals, step) for part in parts[1:]]
             done = [advance(parts[0], fired, arrivals, step), *(other.result() for other in others)]
             parts, status = [part for part, _ in done], max(status for _, status in done)
-        return _joined(grid, parts), status
+        return handle(_joined(grid, [part.arrays for part in parts])), status
 
     def close(self) -> None:
         """Let the threads go."""
@@ -141,10 +146,11 @@ def _part(grid: Grid, share: Share) -> Grid:
     )  # fmt: skip
 
 
-def _exchanged(parts: list[Grid]) -> list[Grid]:
+def _exchanged(parts: list[Held]) -> list[Held]:
     """Return the parts, all with the spikes of all to send."""
-    waiting = _waiting(parts)
-    return [_with_waiting(part, waiting) for part in parts]
+    waiting = _waiting([part.arrays for part in parts])
+    exchanged = [(part, _with_waiting(part.arrays, waiting)) for part in parts]
+    return [part if arrays is part.arrays else handle(arrays) for part, arrays in exchanged]
 
 
 def _waiting(parts: list[Grid]) -> IntArray:

@@ -7,6 +7,7 @@ from math import isfinite
 import numpy as np
 
 from nrp_brain_event.grid.records import Grid, V, X
+from nrp_brain_event.handles import opened
 from nrp_brain_event.kernels import READABLE
 from nrp_brain_event.neuron import voltage_at
 from nrp_brain_event.records import Array
@@ -30,9 +31,7 @@ def read(grid: Grid, rows: IntArray, variable: str) -> FloatArray:
 
 
 def lost_row(grid: Grid) -> int:
-    """Return a row whose voltage is no number any more, or -1; refractory ones have none by design."""
-    if _n_without_number(grid.state[V], grid.runs) == 0:
-        return -1
+    """Return a row whose voltage is no number any more; there must be one, see :func:`is_lost`."""
     lost = ~np.isfinite(grid.state[V])
     for run in grid.runs[grid.runs["n_waiting"] > 0]:
         places = (run["head"] + np.arange(run["n_waiting"])) % (run["last"] - run["first"])
@@ -41,14 +40,15 @@ def lost_row(grid: Grid) -> int:
 
 
 @jit
-def _n_without_number(voltages: Array, runs: Array) -> int:
-    """Return how many voltages are no numbers, but for those of refractory rows."""
+def is_lost(places: Array) -> bool:
+    """Return whether a voltage is no number any more; those of refractory rows are none by design."""
+    grid = opened(Grid, places)
     n = 0
-    for row in range(len(voltages)):
-        n += not isfinite(voltages[row])
-    for k in range(len(runs)):
-        n -= runs[k].n_waiting
-    return n
+    for row in range(len(grid.drive)):
+        n += not isfinite(grid.state[V, row])
+    for k in range(len(grid.runs)):
+        n -= grid.runs[k].n_waiting
+    return n > 0
 
 
 @jit

@@ -8,7 +8,18 @@ from __future__ import annotations
 
 from typing import Annotated, Final, NamedTuple
 
-from nrp_brain_event.records import Array, Record
+import numpy as np
+
+from nrp_brain_event.records import (
+    Array,
+    Cell,
+    Event,
+    Plastic,
+    Record,
+    Rule,
+    ShortTerm,
+    Work,
+)
 
 # Rows of the state.
 V: Final = 0
@@ -180,45 +191,45 @@ class Grid(NamedTuple):
         noise_guides, noise_bounds: see :mod:`nrp_brain_event.grid.noise`.
     """
 
-    clock: Array
-    runs: Array
-    state: Array
-    drive: Array
-    ids: Array
-    queue: Array
-    release: Array
-    cells: Array
-    cell_rows: Array
-    work: Array
-    scratch: Array
-    fired: Array
-    row_first: Array
-    segment_start: Array
-    segment_length: Array
-    segment_gap: Array
-    segment_table: Array
-    segment_last: Array
-    tables: Array
-    targets: Array
-    weights: Array
-    short_term: Array
-    plastic: Array
-    first_plastic: Array
-    rules: Array
-    plastic_rows: Array
-    memories: Array
-    remembered: Array
-    pool: Array
-    slots: Array
-    entry_segment: Array
-    entry_after: Array
-    outbox: Array
-    spikes: Array
-    noise: Array
-    noise_lines: Array
-    noise_ids: Array
-    noise_guides: Array
-    noise_bounds: Array
+    clock: Annotated[Array, GridClock]
+    runs: Annotated[Array, Run]
+    state: Annotated[Array, np.float64, 2]
+    drive: Annotated[Array, np.float64]
+    ids: Annotated[Array, np.int64]
+    queue: Annotated[Array, np.int32]
+    release: Annotated[Array, np.int64]
+    cells: Annotated[Array, Cell]
+    cell_rows: Annotated[Array, np.int64]
+    work: Annotated[Array, Work]
+    scratch: Annotated[Array, np.float64, 2]
+    fired: Annotated[Array, np.int32]
+    row_first: Annotated[Array, np.int64]
+    segment_start: Annotated[Array, np.int64]
+    segment_length: Annotated[Array, np.int32]
+    segment_gap: Annotated[Array, np.int32]
+    segment_table: Annotated[Array, np.int16]
+    segment_last: Annotated[Array, np.bool_]
+    tables: Annotated[Array, Table]
+    targets: Annotated[Array, np.uint16]
+    weights: Annotated[Array, np.float32]
+    short_term: Annotated[Array, ShortTerm]
+    plastic: Annotated[Array, Plastic]
+    first_plastic: Annotated[Array, np.int64]
+    rules: Annotated[Array, Rule]
+    plastic_rows: Annotated[Array, np.int32]
+    memories: Annotated[Array, Memory]
+    remembered: Annotated[Array, Event]
+    pool: Annotated[Array, Pool]
+    slots: Annotated[Array, np.int32]
+    entry_segment: Annotated[Array, np.int32]
+    entry_after: Annotated[Array, np.int32]
+    outbox: Annotated[Array, np.int64, 2]
+    spikes: Annotated[Array, np.int64, 2]
+    noise: Annotated[Array, Noise]
+    noise_lines: Annotated[Array, np.uint32]
+    noise_ids: Annotated[Array, np.int32]
+    noise_guides: Annotated[Array, np.int32, 2]
+    noise_bounds: Annotated[Array, np.uint64, 2]
 
 
 CHANGING: Final = (

@@ -1,0 +1,104 @@
+"""Tuples of arrays that compiled code gets as one argument.
+
+For each argument Numba looks at its type, and into a tuple at all arrays in it: for the few dozen of an
+engine that takes longer than many a run. A handle is made once, as long as the arrays stay the same.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, Final, Generic, NamedTuple, TypeVar, get_type_hints
+
+import numpy as np
+
+from nrp_brain_event.records import Array, Record
+from nrp_core.jit import COMPILED
+
+T = TypeVar("T", bound=tuple[Array, ...])
+
+_MOST_DIMENSIONS: Final = 2
+
+
+class Handle(NamedTuple, Generic[T]):
+    """Arrays in memory.
+
+    Args:
+        arrays: a named tuple; its fields are annotated with the type of the elements, a :class:`Record` or
+            one of NumPy's, and the number of dimensions if it is not 1.
+        places: what compiled code gets, see :func:`opened`: address and shape of each array.
+    """
+
+    arrays: T
+    places: Any
+
+
+def handle(arrays: T) -> Handle[T]:
+    """Return the handle of arrays that are kept as long as it is.
+
+    Raises:
+        TypeError: an array is not of the type that is declared, or has gaps.
+    """
+    declared = _declared(type(arrays))
+    places = np.zeros((len(arrays), 1 + _MOST_DIMENSIONS), np.int64)
+    for place, array, (name, (dtype, ndim)) in zip(places, arrays, declared.items(), strict=True):
+        if (array.dtype, array.ndim) != (dtype, ndim) or not array.flags.c_contiguous:
+            raise TypeError(
+                f"{type(arrays).__name__}.{name} is an array of {array.dtype} with {array.ndim} dimensions "
+                f"and strides {array.strides}; it must be one of {dtype} with {ndim}, without gaps"
+            )
+        place[0], place[1 : 1 + ndim] = array.ctypes.data, array.shape
+    return Handle(arrays, places if COMPILED else arrays)
+
+
+@cache
+def _declared(kind: type[tuple[Array, ...]]) -> dict[str, tuple[np.dtype[Any], int]]:
+    """Return the type of the elements, and the number of dimensions, of each array of a named tuple."""
+    found = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        element, *ndim = hint.__metadata__
+        dtype = element.dtype() if issubclass(element, Record) else np.dtype(element)
+        found[name] = dtype, ndim[0] if ndim else 1
+    return found
+
+
+if COMPILED:
+    import numba
+    from numba.core import types
+    from numba.extending import intrinsic
+    from numba.np.arrayobj import make_array, populate_array
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def opened(_typing: Any, kind: Any, places: Any) -> Any:
+        """Return the arrays of a handle, a named tuple of a kind, from its ``places``."""
+        declared = list(_declared(kind.instance_class).values())
+        members = [types.Array(numba.from_dtype(dtype), ndim, "C") for dtype, ndim in declared]
+        opened_type = types.NamedTuple(members, kind.instance_class)  # type: ignore[attr-defined]
+
+        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            table = make_array(places)(context, builder, arguments[1]).data
+
+            def number(row: int, column: int) -> Any:
+                place = context.get_constant(types.intp, row * (1 + _MOST_DIMENSIONS) + column)
+                return builder.load(builder.gep(table, [place]))
+
+            def array(row: int, member: Any) -> Any:
+                view = make_array(member)(context, builder)
+                shape = [number(row, 1 + k) for k in range(member.ndim)]
+                itemsize = context.get_constant(types.intp, declared[row][0].itemsize)
+                strides = [itemsize]
+                for length in shape[:0:-1]:
+                    strides.insert(0, builder.mul(strides[0], length))
+                data = builder.inttoptr(number(row, 0), view.data.type)
+                populate_array(view, data, shape, strides, itemsize, meminfo=None)
+                return view._getvalue()
+
+            values = [array(row, member) for row, member in enumerate(members)]
+            return context.make_tuple(builder, opened_type, values)
+
+        return opened_type(kind, places), generate
+
+else:
+
+    def opened(_kind: type[T], places: T) -> T:
+        """Return the arrays."""
+        return places
