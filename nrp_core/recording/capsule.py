@@ -110,6 +110,9 @@ class Capsule:
         self._run.loop.hooks.from_outside.remove(self._recorder.observer.note_from_outside)
         try:
             self._recorder.close()
+        except BaseException:
+            state = "interrupted"  # however the run ended, its recording is not whole
+            raise
         finally:
             self._finish(state)
 

@@ -55,12 +55,15 @@ def save_network(network: Network, path: Path | str) -> None:
     Raises:
         NetworkError: it cannot be written.
     """
-    path, h5 = Path(path), library()
+    path = Path(path)
+    library()
+    from nrp_core.hdf5 import new_file
+
     try:
         with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}-", delete=False) as kept:
             unfinished = Path(kept.name)
         try:
-            with h5.File(unfinished, "w", libver=_LAYOUT) as file:
+            with new_file(unfinished, libver=_LAYOUT) as file:
                 _write(file, network)
             unfinished.replace(path)
         finally:

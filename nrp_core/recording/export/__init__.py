@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 
 from nrp_core.errors import CapabilityError, ExperimentError
-from nrp_core.recording.export.release import nothing_left
 from nrp_core.recording.read import Recording
 from nrp_core.writing import writing
 
@@ -45,12 +47,24 @@ def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
     if not target.absolute().parent.is_dir():
         raise ExperimentError("there is no such folder", path=target.absolute().parent)
     try:
-        with writing(target), nothing_left(target):
+        with writing(target), _nothing_left(target):
             return _write(recording, kind, target)
     except ModuleNotFoundError as error:
         raise CapabilityError(
             f"{kind} needs the package {error.name}: pip install 'nrp-core[export]'"
         ) from error
+
+
+@contextmanager
+def _nothing_left(target: Path) -> Iterator[None]:
+    """Let a block write a new file or folder; where the disk fails, remove it."""
+    try:
+        yield
+    except OSError:
+        if target.is_dir():
+            shutil.rmtree(target, ignore_errors=True)
+        target.unlink(missing_ok=True)
+        raise
 
 
 def _write(recording: Recording, kind: Format, target: Path) -> list[Path]:

@@ -16,6 +16,7 @@ from pynwb.behavior import Position, SpatialSeries
 from pynwb.image import ImageSeries
 
 from nrp_core.clock import seconds
+from nrp_core.hdf5 import new_file
 from nrp_core.recording.export.numbers import Numbers, Series, file_name, groups_of
 from nrp_core.recording.layout import STEPS, Role
 from nrp_core.recording.pictures import values_of
@@ -42,7 +43,7 @@ def write_nwb(recording: Recording, path: Path) -> list[Path]:
     _add_motion(file, numbers.with_role(Role.MODELS))
     for topic in recording.with_role(Role.CAMERA):
         _add_pictures(file, recording, topic.name)
-    with NWBHDF5IO(path, "w") as writer:
+    with new_file(path) as root, NWBHDF5IO(file=root, mode="w") as writer:
         writer.write(file)
     return [path]
 

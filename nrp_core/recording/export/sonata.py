@@ -11,6 +11,7 @@ import numpy as np
 
 from nrp_core.brain.network import FloatArray
 from nrp_core.clock import seconds
+from nrp_core.hdf5 import new_file
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
 from nrp_core.recording.layout import Role
 from nrp_core.recording.read import Recording
@@ -37,7 +38,7 @@ def write_sonata(recording: Recording, folder: Path) -> list[Path]:
 
 
 def _write_spikes(numbers: Numbers, path: Path) -> Path:
-    with h5py.File(path, "w") as file:
+    with new_file(path) as file:
         _mark(file)
         for label, (ids, times_ms) in numbers.spikes.items():
             group = file.create_group(f"spikes/{label}")
@@ -69,7 +70,7 @@ def _write_report(numbers: Numbers, devices: list[Series], path: Path) -> Path:
     step_ms = seconds(int(dict(numbers.run.get("settings") or {}).get("timestep") or 20_000_000)) * 1e3
     count = round(numbers.end_s * 1e3 / step_ms) + 1
     times_ms: FloatArray = np.arange(count, dtype=float) * step_ms
-    with h5py.File(path, "w") as file:
+    with new_file(path) as file:
         _mark(file)
         group = file.create_group(f"report/{DEVICES}")
         values = np.column_stack([_held(series, times_ms) for series in devices])
