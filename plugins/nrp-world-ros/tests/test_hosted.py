@@ -276,6 +276,19 @@ def test_a_body_ends_with_the_process_that_needs_it() -> None:
     Programs.until(lambda: not _runs(body), timeout_s=10)
 
 
+@needs_ros2
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are told otherwise")
+def test_a_body_that_hangs_is_given_up() -> None:
+    options = RosOptions(body="mujoco", domain=DOMAIN, patience="2 s")
+    with RosBackend().open(SCENE, seed=1, options=options) as world:
+        body = process_of(world)
+        go(world, 1)
+        os.kill(body, signal.SIGSTOP)
+        with pytest.raises(SimulationError, match="hangs: it has not answered for 2 s"):
+            go(world, 1)
+    Programs.until(lambda: not _runs(body), timeout_s=10)
+
+
 def _runs(process: int) -> bool:
     try:
         os.kill(process, 0)

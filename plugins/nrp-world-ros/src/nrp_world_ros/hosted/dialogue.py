@@ -1,10 +1,11 @@
-"""Lockstep with a body that has no other loop: it can be asked, and is waited for as long as it lives."""
+"""Lockstep with a body that has no other loop: it can be asked."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from math import inf
 from typing import Any
+
+from nrp_core.errors import SimulationError
 
 from nrp_world_ros.hosted.notes import Answer, Notes, Question
 from nrp_world_ros.lockstep import Sent, Turn
@@ -17,6 +18,7 @@ class Dialogue(Lockstep):
 
     Args:
         node: of this process; its check tells when the body's process has ended.
+        patience_s: how long it may take to answer.
         notes: of the two.
         warnings: gets what the body notices.
 
@@ -26,8 +28,8 @@ class Dialogue(Lockstep):
 
     _origin_ns = 0
 
-    def __init__(self, node: Node, notes: Notes, warnings: list[str]) -> None:
-        super().__init__(node, inf)
+    def __init__(self, node: Node, patience_s: float, notes: Notes, warnings: list[str]) -> None:
+        super().__init__(node, patience_s)
         self._notes, self._warnings = notes, warnings
         self.broken = False
 
@@ -50,7 +52,7 @@ class Dialogue(Lockstep):
             what it answers.
 
         Raises:
-            SimulationError: its process has ended.
+            SimulationError: its process has ended, or hangs.
             Exception: what was raised there.
         """
         answer = self._answer_in(self._exchange(0, sent, self._notes.write(question), ()))
@@ -60,8 +62,12 @@ class Dialogue(Lockstep):
     def _exchange(self, t_ns: int, sent: Sent, note: bytes, heard: Collection[str]) -> Turn:
         self.broken = True
         self._turns.end(t_ns, sent, note)
-        turn = self._turns.wait(inf, heard=heard, meanwhile=self._node.check)
-        assert turn is not None
+        turn = self._turns.wait(self._patience_s, heard=heard, meanwhile=self._node.check)
+        if turn is None:
+            raise SimulationError(
+                f"the process that simulates the body hangs: it has not answered for {self._patience_s:g} s; "
+                "the option patience sets how long it may take"
+            )
         self.broken = False
         return turn
 

@@ -66,7 +66,8 @@ class HostedWorld(RosWorld):
         self._knows_motions = False
         self._told_pause = False
         self._left = self._told_left = frozenset[str]()
-        self._dialogue = Dialogue(self._host.node, self._host.notes, self.warnings)
+        patience_s = seconds(options.patience)
+        self._dialogue = Dialogue(self._host.node, patience_s, self._host.notes, self.warnings)
         return self._host.node, self._dialogue
 
     def _find_models(self) -> None:
