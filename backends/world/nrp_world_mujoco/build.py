@@ -11,10 +11,10 @@ from typing import Any
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.world.parts.base import BodyPath
-from nrp_core.world.physics.bodies import Body, bodies_of
+from nrp_core.world.physics.bodies import Body
 from nrp_core.world.physics.joint_servo import servoed_joints
-from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
-from nrp_core.world.physics.springs import with_steady_springs
+from nrp_core.world.physics.servo import PlanarServo, servo_of
+from nrp_core.world.physics.simulated import simulated_bodies
 from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.scene.model import Camera, Joint, Link, Model, Scene
 from nrp_core.world.scene.pose import Pose
@@ -131,9 +131,7 @@ class _Builder:
         )
 
     def _add_model(self, model: Model) -> None:
-        bodies = with_steady_springs(
-            without_wheel_friction(model, bodies_of(model), self._physical), self._spec.option.timestep
-        )
+        bodies = simulated_bodies(model, self._spec.option.timestep, self._physical)
         elements: list[Any] = []
         joints: dict[str, Any] = {}
         for index, body in enumerate(bodies):

@@ -10,9 +10,9 @@ from math import isfinite
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.world.parts.base import BodyPath
-from nrp_core.world.physics.bodies import Body, bodies_of, tree_of
-from nrp_core.world.physics.servo import PlanarServo, servo_of, without_wheel_friction
-from nrp_core.world.physics.springs import with_steady_springs
+from nrp_core.world.physics.bodies import Body, tree_of
+from nrp_core.world.physics.servo import PlanarServo, servo_of
+from nrp_core.world.physics.simulated import simulated_bodies
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
 from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import ForceTorque
@@ -129,9 +129,7 @@ class _Builder:
         return Built(self._bodies, self._joints, self._drives, self._visuals, self._owners)
 
     def _add_model(self, model: Model) -> None:
-        bodies = with_steady_springs(
-            without_wheel_friction(model, bodies_of(model), self._physical), self._step_s
-        )
+        bodies = simulated_bodies(model, self._step_s, self._physical)
         places: dict[int, Place] = {}
         for root, body in enumerate(bodies):
             if body.parent is None:

@@ -283,3 +283,19 @@ def driver() -> type[Driver]:
 @pytest.fixture(scope="session")
 def advance() -> Callable[[World, float], None]:
     return run
+
+
+@pytest.fixture(scope="session")
+def require_to_go_on() -> Callable[[World, World, float, Callable[[World], object]], None]:
+    """Require that a world, and a fresh one, go on from a snapshot of now as if nothing had been."""
+
+    def require(world: World, fresh: World, duration_s: float, look: Callable[[World], object]) -> None:
+        snapshot = world.snapshot()
+        run(world, duration_s)
+        expected = look(world)
+        for again in (world, fresh):
+            again.restore(snapshot)
+            run(again, duration_s)
+            assert look(again) == expected
+
+    return require

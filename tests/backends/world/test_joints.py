@@ -132,7 +132,9 @@ def test_a_joint_is_free_until_its_first_command_unless_it_is_told_where_to_begi
 
 
 @pytest.mark.parametrize("kind", ["position", "velocity", "effort"])
-def test_a_controlled_joint_goes_on_from_a_snapshot_as_if_nothing_had_been(open_world, advance, kind):
+def test_a_controlled_joint_goes_on_from_a_snapshot_as_if_nothing_had_been(
+    open_world, advance, require_to_go_on, kind
+):
     def open_arm():
         return open_world(arm(controller(kind, 30.0, 20.0, 2.0), axis=(0.0, 1.0, 0.0)))
 
@@ -140,13 +142,7 @@ def test_a_controlled_joint_goes_on_from_a_snapshot_as_if_nothing_had_been(open_
     advance(world, 0.1)
     command(world, kind, 0.7)
     advance(world, 0.3)
-    snapshot = world.snapshot()
-    advance(world, 0.5)
-    expected = turned(world)
-    for again in (world, fresh):
-        again.restore(snapshot)
-        advance(again, 0.5)
-        assert turned(again) == expected
+    require_to_go_on(world, fresh, 0.5, turned)
 
 
 def test_both_engines_turn_a_chain_alike(engines, advance):
@@ -258,20 +254,14 @@ def test_efforts_on_any_joint_add_up_and_end(open_world, advance):
     assert turned(world)[1] == pytest.approx(0.75 * 0.4 / INERTIA, rel=1e-3)
 
 
-def test_a_push_goes_on_after_a_snapshot(open_world, parts, advance):
+def test_a_push_goes_on_after_a_snapshot(open_world, parts, advance, require_to_go_on):
     def open_ball():
         return open_world(free(ball(parts)))
 
     world, fresh = open_ball(), open_ball()
     world.call("/gazebo/apply_body_wrench", "ball::link", wrench=Wrench(Vector3(1.0)), duration=Duration(1))
     advance(world, 0.3)
-    snapshot = world.snapshot()
-    advance(world, 1.5)
-    expected = world.model_motion("ball")
-    for again in (world, fresh):
-        again.restore(snapshot)
-        advance(again, 1.5)
-        assert again.model_motion("ball") == expected
+    require_to_go_on(world, fresh, 1.5, lambda each: each.model_motion("ball"))
 
 
 def test_a_reset_ends_all_pushes(open_world, parts, advance):
