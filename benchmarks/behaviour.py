@@ -46,8 +46,8 @@ class Row(NamedTuple):
 
 def run(case: Case) -> Row:
     """Run one case, twice where determinism is asked for."""
-    from nrp_core.experiment.find import load_experiment
-    from nrp_core.experiment.run import Run
+    from nrp_core.experiment.reading.find import load_experiment
+    from nrp_core.experiment.running.run import Run
 
     settings = [
         f"brain.backend={case.brain}", f"world.backend={case.world}", f"seed={case.seed}",

@@ -23,10 +23,10 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network import Network
-from nrp_core.brain.script import load_network
-from nrp_core.brain.sinks import LeakyIntegratorAlpha, SpikeRecorder
-from nrp_core.brain.sources import PoissonSource
+from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
+from nrp_core.brain.devices.sources import PoissonSource
+from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.data import Network
 from nrp_core.clock import NS_PER_MS
 from nrp_core.registry import brains
 

@@ -18,9 +18,9 @@ import numpy as np
 
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS, seconds
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.loader import load_transfer_functions
-from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.world.interface import ImageArray
 from nrp_core.world.scene.model import Camera, Link, Model, Scene, WheelDrive
 

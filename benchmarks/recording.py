@@ -18,9 +18,9 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.capsule import Capsule
 from nrp_core.recording.layout import MCAP_NAME, Pictures
 
 EXPERIMENT = "braitenberg_husky"

@@ -16,11 +16,11 @@ import nrp_experiments.braitenberg_husky as experiment
 import numpy as np
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
+from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
+from nrp_core.brain.devices.sources import PoissonSource
+from nrp_core.brain.files.script import load_network
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Network, Population, Projection
-from nrp_core.brain.script import load_network
-from nrp_core.brain.sinks import LeakyIntegratorAlpha
-from nrp_core.brain.sources import PoissonSource
+from nrp_core.brain.network.data import Network, Population, Projection
 
 MS = 1_000_000
 UPDATES_AT_LEAST, EVENTS_AT_LEAST, STEP_AT_MOST_US = 20e6, 100e6, 150.0

@@ -17,6 +17,7 @@ from typing import Any, ClassVar, Generic, TypeVar, cast
 from stevedore.driver import DriverManager
 from stevedore.exception import NoMatches
 
+from nrp_core._support.fingerprint import fingerprint
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.errors import (
     BackendLoadError,
@@ -25,7 +26,6 @@ from nrp_core.errors import (
     UnknownBackendError,
     did_you_mean,
 )
-from nrp_core.fingerprint import fingerprint
 from nrp_core.simulation import INTERFACE_VERSION
 from nrp_core.world.interface import WorldBackend
 

@@ -17,8 +17,8 @@ from enum import Enum
 from types import TracebackType
 from typing import Any, final
 
+from nrp_core._support.closing import Closing
 from nrp_core.clock import seconds
-from nrp_core.closing import Closing
 from nrp_core.errors import (
     CapabilityError,
     ExperimentError,

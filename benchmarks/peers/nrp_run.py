@@ -9,9 +9,9 @@ import measure
 import numpy as np
 from graphs import Graph, Values
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Network, Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.clock import from_milliseconds
 from nrp_core.registry import brains
 

@@ -11,8 +11,8 @@ import measure
 import numpy as np
 from nrp_run import network_of
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.sinks import SpikeRecorder
 from nrp_core.clock import from_milliseconds
 from nrp_core.registry import brains
 

@@ -7,9 +7,9 @@ from types import ModuleType
 
 from nrp_bibi.generate.transformation import transformed
 from nrp_bibi.reader import read_bibi
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.listing import Listing
-from nrp_core.dsl.loader import load_transfer_functions
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.loading.listing import Listing
+from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.errors import TransferFunctionError
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.dsl import brain as any_brain
-from nrp_core.dsl.selectors import Selector
+from nrp_core.dsl.selection.selectors import Selector
 from nrp_legacy.live.built import built_of
 from nrp_legacy.live.cells import Cells
 

@@ -12,13 +12,13 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from nrp_core._support.xml import Element
 from nrp_core.analysis.evaluation import UnreadableError
-from nrp_core.brain.network import IntArray, Network
-from nrp_core.brain.picking import CIRCUIT, Selection, with_views
-from nrp_core.brain.script import load_network
-from nrp_core.dsl.selectors import Selector
+from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.data import IntArray, Network
+from nrp_core.brain.network.picking import CIRCUIT, Selection, with_views
+from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import ExperimentError, NetworkError
-from nrp_core.xml_tree import Element
 from nrp_legacy.code import Source, as_of_old, compiled_file
 from nrp_legacy.convert.python import defined
 from nrp_legacy.elements import attribute, children, local, number

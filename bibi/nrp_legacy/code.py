@@ -13,7 +13,7 @@ from types import CodeType
 
 from nrp_bibi.model.values import dedented
 
-from nrp_core.xml_tree import Element
+from nrp_core._support.xml import Element
 from nrp_legacy.python2 import Converted, converted, executable, refusal
 
 Notes = Callable[[str], None]

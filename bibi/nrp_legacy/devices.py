@@ -12,7 +12,7 @@ from weakref import WeakSet
 import numpy as np
 
 from nrp_core import dsl
-from nrp_core.dsl.devices import (
+from nrp_core.dsl.devices.devices import (
     CurrentGenerator,
     Device,
     NoiseCurrentGenerator,
@@ -20,7 +20,7 @@ from nrp_core.dsl.devices import (
     SineCurrentGenerator,
     SpikeGenerator,
 )
-from nrp_core.dsl.kinds import DeviceKind
+from nrp_core.dsl.devices.kinds import DeviceKind
 from nrp_legacy.shims.graph import log
 
 _KILO = 1e-3

@@ -6,8 +6,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError
-from nrp_core.xml_tree import Element
 from nrp_legacy.elements import (
     attribute,
     child,

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.messages import message_type
-from nrp_core.dsl.topics import Topic
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.dsl.parameters.topics import Topic
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Direction, Stamped

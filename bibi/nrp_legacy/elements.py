@@ -6,8 +6,8 @@ import re
 from math import isfinite, nan
 from pathlib import Path
 
+from nrp_core._support.xml import Element, parse_xml
 from nrp_core.errors import ExperimentError
-from nrp_core.xml_tree import Element, parse_xml
 
 _DURATION = re.compile(
     r"P(?:(?P<days>\d+)D)?(?:T(?:(?P<hours>\d+)H)?(?:(?P<minutes>\d+)M)?(?:(?P<seconds>\d+(?:\.\d*)?)S)?)?"

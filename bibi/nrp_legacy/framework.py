@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from nrp_core import dsl
-from nrp_core.dsl.binding import Binding
-from nrp_core.dsl.kinds import DeviceKind
-from nrp_core.dsl.selectors import evaluate
-from nrp_core.dsl.variables import Variable
+from nrp_core.dsl.devices.kinds import DeviceKind
+from nrp_core.dsl.functions.variables import Variable
+from nrp_core.dsl.parameters.binding import Binding
+from nrp_core.dsl.selection.selectors import evaluate
 from nrp_legacy.brain_root import Brain
 from nrp_legacy.devices import device_kinds, in_our_units
 from nrp_legacy.shims.graph import absolute, log
@@ -24,7 +24,7 @@ from nrp_legacy.shims.modules import module
 from nrp_legacy.shims.tuples import as_in_ros1
 
 __extends_dsl__ = True
-"""What goes wrong here is the fault of whoever calls; see :mod:`nrp_core.dsl.place`."""
+"""What goes wrong here is the fault of whoever calls; see :mod:`nrp_core.dsl.parameters.place`."""
 
 SPELLINGS = {
     "std": "stdev", "weights": "weight", "delays": "delay", "target": "receptor_type", "initial_rate": "rate",

@@ -10,11 +10,11 @@ from nrp_bibi.generate.part import Part
 from nrp_bibi.generate.transformation import transformed
 from nrp_bibi.reader import model_of
 
-from nrp_core.dsl import listing
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.loader import load_transfer_functions
+from nrp_core._support.xml import Element
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.loading import listing
+from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.errors import TransferFunctionError
-from nrp_core.xml_tree import Element
 from nrp_legacy.code import Source
 from nrp_legacy.documents import is_active, priority_of
 from nrp_legacy.elements import attribute, children, local, text

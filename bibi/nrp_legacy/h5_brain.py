@@ -14,7 +14,7 @@ import numpy as np
 from pyNN.standardmodels.cells import EIF_cond_alpha_isfa_ista
 
 from nrp_core.brain.files.hdf5 import array, reading
-from nrp_core.brain.network import TSODYKS_MARKRAM, FloatArray, Network, Population, Projection
+from nrp_core.brain.network.data import TSODYKS_MARKRAM, FloatArray, Network, Population, Projection
 from nrp_legacy.nest.models import CELLS
 
 CELL = "aeif_cond_alpha"

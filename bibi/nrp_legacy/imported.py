@@ -9,16 +9,16 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from nrp_core.brain.network import Network
-from nrp_core.dsl import listing
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.listing import Listing
-from nrp_core.dsl.loader import load_transfer_functions
-from nrp_core.experiment.collector import Collector
-from nrp_core.experiment.making import Build, build_here
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.platforms import Platform
-from nrp_core.experiment.section import Section
+from nrp_core.brain.network.data import Network
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.loading import listing
+from nrp_core.dsl.loading.listing import Listing
+from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.making.maker import Build, build_here
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.section import Section
+from nrp_core.experiment.reading.platforms import Platform
 from nrp_core.findings import Code, Level
 from nrp_core.paths import ExistingFile
 from nrp_legacy.brains import load_script

@@ -8,7 +8,7 @@ from typing import Any
 
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.running.run import Run
 from nrp_legacy.code import Source
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.steps import Task

@@ -9,15 +9,15 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from nrp_core.brain.network import Network
-from nrp_core.dsl.function import Flow, TransferFunction
-from nrp_core.dsl.listing import Listing, Source
-from nrp_core.dsl.messages import message_type
+from nrp_core.brain.network.data import Network
+from nrp_core.dsl.functions.function import Flow, TransferFunction
+from nrp_core.dsl.loading.listing import Listing, Source
+from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.errors import NrpError
-from nrp_core.experiment.collector import Collector
-from nrp_core.experiment.making import Build, Maker, build_here
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.making.maker import Build, Maker, build_here
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene

@@ -9,9 +9,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from nrp_core.brain.network import Network
-from nrp_core.dsl.imports import file_scope
-from nrp_core.dsl.loader import file_names
+from nrp_core.brain.network.data import Network
+from nrp_core.dsl.loading.imports import file_scope
+from nrp_core.dsl.loading.loader import file_names
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
 from nrp_core.world.messages.std_msgs import Float32, Int32, String
 from nrp_legacy import python2

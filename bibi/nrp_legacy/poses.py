@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import sqrt
 
+from nrp_core._support.xml import Element
 from nrp_core.world.scene.pose import Pose
-from nrp_core.xml_tree import Element
 from nrp_legacy.elements import number
 
 PoseNumbers = tuple[float, float, float, float, float, float]

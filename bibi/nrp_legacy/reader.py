@@ -9,14 +9,14 @@ from math import ceil
 from pathlib import Path
 from typing import Any, TypeVar
 
+from nrp_core._support.xml import Element
 from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.reader import experiment_of, overridden
-from nrp_core.experiment.tree import Place, Tree
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.tree import Place, Tree
+from nrp_core.experiment.reading.reader import experiment_of, overridden
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.paths import MissingFileError, existing_folder
-from nrp_core.xml_tree import Element
 from nrp_legacy import documents
 from nrp_legacy.elements import local, seconds_of
 from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, models_of_installation

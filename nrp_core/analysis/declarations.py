@@ -16,14 +16,14 @@ from nrp_core.analysis.events import Call, Event, Index, Read, missing_name
 from nrp_core.analysis.imports import Imports
 from nrp_core.analysis.shapes import UNKNOWN, Known, Names, Shape
 from nrp_core.analysis.statements import Statements, Written, changed_in
-from nrp_core.dsl.binding import Mapping
-from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
-from nrp_core.dsl.function import TIME, TransferFunction
-from nrp_core.dsl.kinds import DeviceKind
-from nrp_core.dsl.listing import Listing, Source
-from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, MapVariable
-from nrp_core.dsl.selectors import Selector
-from nrp_core.dsl.topics import PreprocessedTopic
+from nrp_core.dsl.devices.kinds import DeviceKind
+from nrp_core.dsl.functions.decorators import Neuron2Robot, Robot2Neuron
+from nrp_core.dsl.functions.function import TIME, TransferFunction
+from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource, MapVariable
+from nrp_core.dsl.loading.listing import Listing, Source
+from nrp_core.dsl.parameters.binding import Mapping
+from nrp_core.dsl.parameters.topics import PreprocessedTopic
+from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import CapabilityError, ExperimentError, TopicError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 

@@ -9,10 +9,10 @@ from typing import Any
 
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Shape
-from nrp_core.dsl.binding import Adapter, Binding, Mapping
-from nrp_core.dsl.decorators import Robot2Neuron
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.listing import Source
+from nrp_core.dsl.functions.decorators import Robot2Neuron
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.loading.listing import Source
+from nrp_core.dsl.parameters.binding import Adapter, Binding, Mapping
 from nrp_core.findings import Code, Finding, Level
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef

@@ -13,8 +13,8 @@ from types import ModuleType
 
 from nrp_core.analysis.neighbours import Neighbours
 from nrp_core.analysis.shapes import MODULES, UNKNOWN, Known, Names, Shape, attribute
-from nrp_core.dsl.listing import Listing
-from nrp_core.dsl.messages import message_packages
+from nrp_core.dsl.loading.listing import Listing
+from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.errors import did_you_mean
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from nrp_core.analysis.shapes import UNKNOWN, Names
 from nrp_core.analysis.statements import Statements, changed_in
-from nrp_core.dsl.listing import Source, python_listing
+from nrp_core.dsl.loading.listing import Source, python_listing
 from nrp_core.errors import ExperimentError, TransferFunctionError
 
 if TYPE_CHECKING:

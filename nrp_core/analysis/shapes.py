@@ -11,12 +11,12 @@ from typing import Any, TypeAlias, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from nrp_core.dsl.binding import Adapter
-from nrp_core.dsl.devices import Device, Reading, Setting
-from nrp_core.dsl.groups import DeviceGroup
-from nrp_core.dsl.selection import BrainRoot, Selection
-from nrp_core.dsl.selectors import Selector
-from nrp_core.dsl.topics import SubscribedTopic
+from nrp_core.dsl.devices.devices import Device, Reading, Setting
+from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.topics import SubscribedTopic
+from nrp_core.dsl.selection.selection import BrainRoot, Selection
+from nrp_core.dsl.selection.selectors import Selector
 
 
 @dataclass(frozen=True, slots=True)

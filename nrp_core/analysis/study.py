@@ -16,17 +16,17 @@ from nrp_core.analysis.events import Event
 from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
 from nrp_core.brain.interface import Brain, BrainBackend
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.cle.wiring import declare_topics
-from nrp_core.dsl import binding
-from nrp_core.dsl.binding import Adapter, Binding
-from nrp_core.dsl.function import TIME, TransferFunction
-from nrp_core.dsl.listing import Listing, Source
-from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.mocks import MockBrain
-from nrp_core.dsl.selection import BrainRoot, Selection
-from nrp_core.dsl.selectors import Selector, evaluate
-from nrp_core.dsl.topics import PreprocessedTopic, Topic
+from nrp_core.dsl.functions.function import TIME, TransferFunction
+from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.loading.listing import Listing, Source
+from nrp_core.dsl.parameters import binding
+from nrp_core.dsl.parameters.binding import Adapter, Binding
+from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
+from nrp_core.dsl.selection.selection import BrainRoot, Selection
+from nrp_core.dsl.selection.selectors import Selector, evaluate
+from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.errors import (
     BackendError,
     CapabilityError,
@@ -36,11 +36,11 @@ from nrp_core.errors import (
     TopicError,
 )
 from nrp_core.experiment.backends import load_backend
-from nrp_core.experiment.collector import Collector
-from nrp_core.experiment.making import Maker
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.prepare import Examination, Say
-from nrp_core.experiment.watch import furnish
+from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.making.maker import Maker
+from nrp_core.experiment.making.prepare import Examination, Say
+from nrp_core.experiment.making.watch import furnish
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level, has_errors
 from nrp_core.registry import brains
 from nrp_core.world.interface import World

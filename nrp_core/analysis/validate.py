@@ -9,9 +9,9 @@ from nrp_core.analysis import checks as checks  # registers them
 from nrp_core.analysis.registry import CHECKS
 from nrp_core.analysis.study import Study, at_most
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.prepare import Say, quietly
+from nrp_core.experiment.making.prepare import Say, quietly
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError, nearest
 from nrp_core.simulation import Determinism
 

@@ -16,20 +16,20 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
+from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
-from nrp_core.brain.currents import CurrentPort
-from nrp_core.brain.grid import Grid
-from nrp_core.brain.network import STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.devices.currents import CurrentPort
+from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
+from nrp_core.brain.devices.source_cells import PopulationTrains
+from nrp_core.brain.devices.sources import SourcePort, SourceSpec
+from nrp_core.brain.devices.state_recorder import StateRecorderPort
+from nrp_core.brain.network.data import STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.report import Report
-from nrp_core.brain.sinks import SinkPort, SinkSpec
-from nrp_core.brain.source_cells import PopulationTrains
-from nrp_core.brain.sources import SourcePort, SourceSpec
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.brain.state_recorder import StateRecorderPort
 from nrp_core.clock import NS_PER_MS, milliseconds
-from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError, SnapshotError
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation
@@ -79,7 +79,7 @@ class Brain(Simulation):
         """Let a source act on neurons from now on.
 
         Args:
-            spec: the source, e.g. :class:`~nrp_core.brain.sources.PoissonSource`.
+            spec: the source, e.g. :class:`~nrp_core.brain.devices.sources.PoissonSource`.
             neurons: global ids.
             name: names its random stream; equal names, equal trains.
 

@@ -10,6 +10,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Literal, TypeVar
 
+from nrp_core._support.closing import Closing
+from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.account import TimeAccount
 from nrp_core.cle.failures import Failure
@@ -22,10 +24,8 @@ from nrp_core.cle.sides import Sides
 from nrp_core.cle.time_limit import DEFAULT_S, TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
-from nrp_core.closing import Closing
-from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import LifecycleError, SimulationError, TimestepError
-from nrp_core.stopwatch import work
 from nrp_core.world.interface import World
 from nrp_core.world.topics import Publication, check_message
 

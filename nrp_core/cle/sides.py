@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 
+from nrp_core._support.machine import cores
+from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.account import TimeAccount
-from nrp_core.machine import cores
-from nrp_core.stopwatch import work
 from nrp_core.world.interface import World
 
 WORTH_A_THREAD_NS = 500_000

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any
 
+from nrp_core.brain.devices.ports import SourcePort
+from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.ports import SourcePort
-from nrp_core.brain.sinks import SinkPort
-from nrp_core.dsl.collector import require_new_name
-from nrp_core.dsl.function import TransferFunction
+from nrp_core.dsl.functions.collector import require_new_name
+from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.world.interface import World
 

@@ -8,26 +8,26 @@ from typing import Annotated, cast
 
 import typer
 
-from nrp_core.cli.backends import backends
-from nrp_core.cli.conformance import conformance
-from nrp_core.cli.diff import diff
-from nrp_core.cli.doctor import doctor
-from nrp_core.cli.explain import explain
-from nrp_core.cli.export import export
+from nrp_core.cli.commands.backends import backends
+from nrp_core.cli.commands.conformance import conformance
+from nrp_core.cli.commands.diff import diff
+from nrp_core.cli.commands.doctor import doctor
+from nrp_core.cli.commands.explain import explain
+from nrp_core.cli.commands.export import export
+from nrp_core.cli.commands.functions import functions
+from nrp_core.cli.commands.inspect import inspect
+from nrp_core.cli.commands.map import map as map_
+from nrp_core.cli.commands.new import new
+from nrp_core.cli.commands.plot import plot
+from nrp_core.cli.commands.publish import publish
+from nrp_core.cli.commands.recover import recover
+from nrp_core.cli.commands.replay import replay
+from nrp_core.cli.commands.run import run
+from nrp_core.cli.commands.schema import schema
+from nrp_core.cli.commands.validate import validate
 from nrp_core.cli.extensions import CommandGroup
 from nrp_core.cli.failure import report, report_interrupt, report_usage
-from nrp_core.cli.functions import functions
-from nrp_core.cli.inspect import inspect
-from nrp_core.cli.map import map as map_
-from nrp_core.cli.new import new
 from nrp_core.cli.output import reserve_stdout
-from nrp_core.cli.plot import plot
-from nrp_core.cli.publish import publish
-from nrp_core.cli.recover import recover
-from nrp_core.cli.replay import replay
-from nrp_core.cli.run import run
-from nrp_core.cli.schema import schema
-from nrp_core.cli.validate import validate
 
 COMMANDS = (
     run,

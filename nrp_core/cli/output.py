@@ -24,7 +24,7 @@ def reserve_stdout() -> None:
 
 def document(data: Any) -> None:
     """Write the one JSON document of a command."""
-    from nrp_core.plain import plain
+    from nrp_core._support.jsonable import plain
 
     stream = _document_stream or sys.stdout
     json.dump(plain(data), stream, indent=2, allow_nan=False, ensure_ascii=False)

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.running.run import Run
 
 PATIENCE_S = 2.0
 HINT = "the first time on a machine this takes longer, because code is compiled"

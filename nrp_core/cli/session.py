@@ -16,18 +16,18 @@ from nrp_core.cli.progress import Display, display
 from nrp_core.cli.summary import summary
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.errors import NrpError
-from nrp_core.experiment.commands import commands_of
-from nrp_core.experiment.control import ControlServer
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.result import Result
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.commands import commands_of
+from nrp_core.experiment.running.control import ControlServer
+from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.running.run import Run
 from nrp_core.quantities import time_ns
 from nrp_core.recording.layout import Pictures, check_folder
 
 if TYPE_CHECKING:
-    from nrp_core.recording.capsule import Capsule
-    from nrp_core.recording.used_files import FilesRead
+    from nrp_core.recording.folder.capsule import Capsule
+    from nrp_core.recording.folder.used_files import FilesRead
 
 OFF = "off"
 
@@ -95,7 +95,7 @@ class Session:
                 if time_ns(request.snapshots) <= 0:
                     raise ValueError(f"a time above 0, or '{OFF}', not {request.snapshots}")
         if request.plot is not None:
-            from nrp_core.recording.plot import check_target
+            from nrp_core.recording.figures import check_target
 
             with usage_errors("--plot"):
                 check_target(request.plot)
@@ -131,7 +131,7 @@ class Session:
         with ExitStack() as stack:
             files = None
             if folder is not None:
-                from nrp_core.recording.used_files import FilesRead
+                from nrp_core.recording.folder.used_files import FilesRead
 
                 files = stack.enter_context(FilesRead())
             experiment = load_experiment(self._request.experiment, self._request.overrides)
@@ -153,7 +153,7 @@ class Session:
         if folder is None:
             self._run_guarded(simulation, until_s)
             return []
-        from nrp_core.recording.capsule import Capsule
+        from nrp_core.recording.folder.capsule import Capsule
 
         request = self._request
         snapshots_ns = None if request.snapshots == OFF else time_ns(request.snapshots)
@@ -200,8 +200,8 @@ class Session:
     # -- after
 
     def _draw(self, folder: Path, target: Path) -> None:
-        from nrp_core.recording import plot
-        from nrp_core.recording.read import Recording
+        from nrp_core.recording import figures as plot
+        from nrp_core.recording.reading.recording import Recording
 
         plot.plot(Recording(folder), target)
 

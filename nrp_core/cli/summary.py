@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 
 from nrp_core.cli.progress import shares_text
-from nrp_core.experiment.result import Result
+from nrp_core.experiment.running.result import Result
 
 _MARKS = {True: ("✓", "green"), False: ("✗", "red"), None: ("?", "yellow")}
 

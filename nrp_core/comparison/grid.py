@@ -14,10 +14,10 @@ from typing import Any
 from pydantic import BaseModel
 
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.varied import Range
-from nrp_core.recording.capsule import named_files
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.ranges import Range
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.recording.folder.capsule import named_files
 from nrp_core.registry import Registry, brains, code_of, worlds
 
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from nrp_core.comparison.divergence import Deviation, Parting, deviations, parting
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.judgement import Answer, Judgement, combined
 from nrp_core.comparison.measuring import judge
 from nrp_core.comparison.metrics.base import DistanceMetric, Margins, Metric, ScalarMetric
-from nrp_core.comparison.parting import Deviation, Parting, deviations, parting
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import ExperimentError
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from threading import Thread
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError
-from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.capsule import Capsule
 from nrp_core.recording.layout import RUN_NAME, Pictures
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
 
 Progress = Callable[[int, int, str], None]
 """Told how many runs are done, of how many, and which was the last."""

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
 from nrp_core.recording.layout import Role
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
 from nrp_core.world.parts.model_states import MODEL_STATES
 
 

@@ -9,14 +9,14 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from nrp_core._support.jsonable import plain
+from nrp_core._support.machine import describe
 from nrp_core.conformance import SUITES
 from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.report import Report, Result
 from nrp_core.conformance.run import run_tests
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
-from nrp_core.experiment.schema_findings import reason
-from nrp_core.machine import describe
-from nrp_core.plain import plain
+from nrp_core.experiment.model.schema_findings import reason
 from nrp_core.registry import Registry, brains, worlds
 
 

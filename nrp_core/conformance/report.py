@@ -83,7 +83,7 @@ class Report:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, with counts."""
-        from nrp_core.plain import plain
+        from nrp_core._support.jsonable import plain
 
         counts = Counter(str(result.outcome) for result in self.results)
         data = plain({**asdict(self), "conforms": self.conforms, "counts": dict(counts)})

@@ -11,10 +11,8 @@
 from __future__ import annotations
 
 from nrp_core.dsl import tf_lib
-from nrp_core.dsl.custom import CustomDevice
-from nrp_core.dsl.decorators import Neuron2Robot, Robot2Neuron
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.kinds import (
+from nrp_core.dsl.devices.custom import CustomDevice
+from nrp_core.dsl.devices.kinds import (
     ac_source,
     conductance_recorder,
     dc_source,
@@ -28,7 +26,9 @@ from nrp_core.dsl.kinds import (
     spike_recorder,
     voltage_recorder,
 )
-from nrp_core.dsl.mappings import (
+from nrp_core.dsl.functions.decorators import Neuron2Robot, Robot2Neuron
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.functions.mappings import (
     MapCSVRecorder,
     MapRobotPublisher,
     MapRobotSubscriber,
@@ -36,11 +36,11 @@ from nrp_core.dsl.mappings import (
     MapSpikeSource,
     MapVariable,
 )
-from nrp_core.dsl.monitors import NeuronMonitor
-from nrp_core.dsl.regions import Box, Sphere
-from nrp_core.dsl.selectors import brain, chain_neurons, map_neurons, nrange, resolve
-from nrp_core.dsl.topics import PreprocessedTopic, Topic
-from nrp_core.dsl.variables import GLOBAL, TRANSFER_FUNCTION_LOCAL
+from nrp_core.dsl.functions.monitors import NeuronMonitor
+from nrp_core.dsl.functions.variables import GLOBAL, TRANSFER_FUNCTION_LOCAL
+from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
+from nrp_core.dsl.selection.regions import Box, Sphere
+from nrp_core.dsl.selection.selectors import brain, chain_neurons, map_neurons, nrange, resolve
 
 __all__ = [
     "GLOBAL",

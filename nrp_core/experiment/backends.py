@@ -10,8 +10,8 @@ from pydantic import ValidationError
 
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.errors import BackendError, BackendLoadError, NrpError
-from nrp_core.experiment.schema_findings import schema_findings
-from nrp_core.experiment.tree import Tree
+from nrp_core.experiment.model.schema_findings import schema_findings
+from nrp_core.experiment.model.tree import Tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.registry import Registry, brains, worlds
 from nrp_core.world.interface import WorldBackend

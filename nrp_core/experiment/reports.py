@@ -8,9 +8,9 @@ from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.report import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named
-from nrp_core.experiment.collector import Collector
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.prepare import Say, network_of, quietly, side_of
+from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.making.prepare import Say, network_of, quietly, side_of
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code
 from nrp_core.registry import brains
 

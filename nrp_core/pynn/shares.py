@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network import IntArray, Network
+from nrp_core.brain.network.data import IntArray, Network
 from nrp_core.brain.pynn.populations import ids_of, parts_of
 from nrp_core.brain.pynn.simulator import State
 

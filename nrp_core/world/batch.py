@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.closing import Closing
+from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.simulation import State
 from nrp_core.world.interface import World

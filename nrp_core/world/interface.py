@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
 
+from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.clock import milliseconds
-from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError, DivergedError, SceneError, TimestepError, did_you_mean
 from nrp_core.simulation import Simulation
 from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities

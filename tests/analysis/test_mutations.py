@@ -10,7 +10,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from nrp_core.analysis.validate import validate_file
-from nrp_core.experiment.find import shipped
+from nrp_core.experiment.reading.find import shipped
 from nrp_core.findings import Finding, Level
 
 MUTATIONS: list[dict[str, Any]] = YAML(typ="safe").load(Path(__file__).with_name("mutations.yaml"))

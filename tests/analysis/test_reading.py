@@ -17,8 +17,8 @@ from nrp_core.analysis import network as analysis_network
 from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.skeleton import described, skeleton_of
 from nrp_core.analysis.validate import validate, validate_file
-from nrp_core.brain.script import load_network
-from nrp_core.experiment.find import load_experiment
+from nrp_core.brain.files.script import load_network
+from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Finding, Level
 from nrp_core.world.capabilities import WorldCapabilities
 
@@ -357,7 +357,7 @@ def test_a_skeleton_has_the_neurons_of_its_network(husky: Path) -> None:
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What a child process was asked about, kept answers aside."""
-    from nrp_core import probe
+    from nrp_core._support import probe
 
     asked: list[str] = []
     run = probe._run
@@ -388,7 +388,8 @@ def test_a_network_is_built_once_until_its_script_or_what_it_imports_changes(
 
 def test_what_was_found_out_is_known_to_the_next_process(husky: Path) -> None:
     program = (
-        "import sys\nfrom nrp_core import probe\nfrom nrp_core.analysis.validate import validate_file\n"
+        "import sys\nfrom nrp_core._support import probe\n"
+        "from nrp_core.analysis.validate import validate_file\n"
         "if sys.argv[2] == 'again':\n    probe._run = None\n"
         "validate_file(sys.argv[1], ['brain.backend=spinnaker'])\n"
     )

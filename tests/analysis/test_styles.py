@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from nrp_core.analysis.validate import validate_file
-from nrp_core.brain.script import load_network
-from nrp_core.dsl.loader import load_transfer_functions
-from nrp_core.dsl.mocks import MockBrain
-from nrp_core.dsl.rig import Rig
+from nrp_core.brain.files.script import load_network
+from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl.testing.mocks import MockBrain
+from nrp_core.dsl.testing.rig import Rig
 from nrp_core.findings import Level
 
 TOPICS = {
@@ -301,7 +301,7 @@ def f(t, a, mode, old):
     return Twist(Vector3(GAIN.linear * sum(old.value) * mode.value))
 """,
     "custom device": """\
-from nrp_core.brain.sinks import PopulationRate
+from nrp_core.brain.devices.sinks import PopulationRate
 class Envelope(nrp.CustomDevice):
     def apply(self, neurons, brain, tau=20.0):
         self._sink = brain.add_sink(PopulationRate(tau_fall=tau), neurons.ids, name="envelope")

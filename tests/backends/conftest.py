@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pyNN.standardmodels import cells as standard_cells
 
-from nrp_core.brain.network import STATIC, Population, Projection
+from nrp_core.brain.network.data import STATIC, Population, Projection
 
 
 @pytest.fixture

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from nrp_brain_event import EventBackend
 from nrp_brain_spinnaker import SpinnakerBackend
 
-from nrp_core.brain.network import Network, Population, Projection
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sources import DCSource, PoissonSource
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
 from nrp_core.brain.remote.columns import SharedColumns
 from nrp_core.brain.remote.liveness import Watch
-from nrp_core.brain.sinks import SpikeRecorder
-from nrp_core.brain.sources import DCSource, PoissonSource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError, NetworkError, SimulationError
 

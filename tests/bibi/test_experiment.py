@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from nrp_core.analysis.validate import validate_file
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.result import Result
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.running.run import Run
 
 NAME = "braitenberg_husky"
 PAIR = ["brain.backend=spinnaker", "world.backend=mujoco", "world.options.image_scale=0.2"]

@@ -18,18 +18,18 @@ import pytest
 from mutations import numbers_in
 from nrp_brain_event import EventBackend
 
-from nrp_core.brain.currents import ACSource, DCSource, NoisyCurrentSource
+from nrp_core.brain.devices.currents import ACSource, DCSource, NoisyCurrentSource
+from nrp_core.brain.devices.trains import FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.remote import RemoteBrain
-from nrp_core.brain.trains import FixedFrequencySource, PoissonSource
 from nrp_core.errors import SimulationError, TopicError, TransferFunctionRaisedError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.prepare import Plan, Side
-from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule
-from nrp_core.recording.read import Recording
-from nrp_core.recording.recover import recover
+from nrp_core.experiment.making.prepare import Plan, Side
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recover import recover
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.topics import Direction
 

@@ -15,10 +15,10 @@ import pytest
 
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.errors import ExperimentError, TransferFunctionRaisedError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule
-from nrp_core.recording.read import Recording
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.reading.recording import Recording
 
 QUICK = "function_time_limit=1 s"
 WAYS = {

@@ -16,8 +16,8 @@ import pytest
 from mutations import limits
 
 from nrp_core.errors import NrpError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.prepare import prepare
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.reading.find import load_experiment
 
 SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
 CORPUS = Path(__file__).parents[1] / "legacy" / "corpus"
@@ -122,7 +122,7 @@ def test_an_archive_that_reaches_outside_or_explodes_is_refused(folder: Path, na
 LISTENERS = """
 import json, os, sys
 from pathlib import Path
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.running.run import Run
 
 bound = []
 sys.addaudithook(lambda event, args: bound.append(args[1]) if event == "socket.bind" else None)

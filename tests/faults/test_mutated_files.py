@@ -13,10 +13,10 @@ import pytest
 from mutations import Tally, mutated, numbered, numbers_in
 
 from nrp_core.brain.files import read_network, save_network
-from nrp_core.brain.script import load_network
+from nrp_core.brain.files.script import load_network
 from nrp_core.errors import ExperimentError, NrpError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
 
 SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
 CORPUS = Path(__file__).parents[1] / "legacy" / "corpus"

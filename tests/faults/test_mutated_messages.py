@@ -14,10 +14,10 @@ import pytest
 from mutations import Tally, mutated, numbered, numbers_in
 
 from nrp_core.errors import DivergedError, TopicError
-from nrp_core.experiment.commands import commands_of
-from nrp_core.experiment.control import ControlServer
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.commands import commands_of
+from nrp_core.experiment.running.control import ControlServer
+from nrp_core.experiment.running.run import Run
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.gazebo_msgs import ModelStates

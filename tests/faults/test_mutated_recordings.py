@@ -9,15 +9,15 @@ import pytest
 from mutations import Tally, mutated, numbered
 
 from nrp_core.errors import ExperimentError, NrpError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-from nrp_core.recording import writer
-from nrp_core.recording.capsule import Capsule
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
 from nrp_core.recording.export import Format, export
+from nrp_core.recording.folder.capsule import Capsule
 from nrp_core.recording.layout import FILES_FOLDER, MCAP_NAME, RUN_NAME
-from nrp_core.recording.read import Recording
-from nrp_core.recording.recover import recover
-from nrp_core.recording.replay import Replay, Request
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recover import recover
+from nrp_core.recording.replay.replay import Replay, Request
+from nrp_core.recording.writing import writer
 
 FILES = (MCAP_NAME, MCAP_NAME, MCAP_NAME, RUN_NAME, "experiment.yaml", f"{FILES_FOLDER}/husky.sdf")
 REPLAYED = 10

@@ -12,8 +12,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from nrp_core.recording.layout import MCAP_NAME
-from nrp_core.recording.read import Recording
-from nrp_core.recording.steps import steps_of
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.steps import steps_of
 
 LOST_S = 0.1
 PERIOD_S = 0.02
@@ -22,9 +22,9 @@ PATIENCE_S = 60.0
 PROGRAM = """
 import os, sys, time
 from pathlib import Path
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.capsule import Capsule
 
 folder, hangs_at_ns = Path(sys.argv[1]), int(sys.argv[2])
 

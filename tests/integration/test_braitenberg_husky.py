@@ -3,10 +3,10 @@
 import pytest
 
 from nrp_core.analysis.validate import validate_file
-from nrp_core.experiment.find import load_experiment, shipped
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.result import Result
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.reading.find import load_experiment, shipped
+from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Level
 
 NAME = "braitenberg_husky"

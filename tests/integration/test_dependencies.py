@@ -20,7 +20,12 @@ def modules_after(statement: str) -> set[str]:
 
 @pytest.mark.parametrize(
     "statement",
-    ["import nrp_core.cle", "import nrp_core.dsl", "import nrp_core.experiment.run", "import nrp_core.cli"],
+    [
+        "import nrp_core.cle",
+        "import nrp_core.dsl",
+        "import nrp_core.experiment.running.run",
+        "import nrp_core.cli",
+    ],
 )
 def test_nothing_in_the_middle_loads_a_simulator_or_a_backend(statement: str) -> None:
     assert not modules_after(statement) & (SIMULATORS | BACKENDS)

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core.comparison.divergence import Parting, parting
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.judgement import Answer, Factor, Part, Relation
 from nrp_core.comparison.metrics.base import Margins, all_metrics
-from nrp_core.comparison.parting import Parting, parting
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.comparison.running import run_grid
-from nrp_core.experiment.varied import Range
+from nrp_core.experiment.model.ranges import Range
 
 pytestmark = pytest.mark.slow
 

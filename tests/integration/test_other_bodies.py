@@ -7,8 +7,8 @@ import importlib.util
 import numpy as np
 import pytest
 
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
 
 PAIRS = [(brain, world) for brain in ("event", "spinnaker") for world in ("mujoco", "pybullet")]
 SHORT = {

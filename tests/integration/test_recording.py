@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.figures import plot
+from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, Pictures, Role
-from nrp_core.recording.pictures import pixels_of
-from nrp_core.recording.plot import plot
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
 
 SETTINGS = ("world.options.image_scale=0.2", "events.left_red.at=0.1 s", "duration=0.4 s")
 CAMERA = "/husky/camera"

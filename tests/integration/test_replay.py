@@ -16,20 +16,20 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from nrp_core.brain.sinks import LeakyIntegratorAlpha
+from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
 from nrp_core.comparison.metrics.base import all_metrics
 from nrp_core.comparison.result import PairDiff
 from nrp_core.dsl import Neuron2Robot, Topic
 from nrp_core.errors import ExperimentError, SnapshotError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
-from nrp_core.recording.read import DIGEST, Recording, digest_of
-from nrp_core.recording.recover import recover
-from nrp_core.recording.replay import Outcome, Replay, Request
-from nrp_core.recording.steps import steps_of
-from nrp_core.recording.used_files import FilesRead
+from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
+from nrp_core.recording.reading.recover import recover
+from nrp_core.recording.reading.steps import steps_of
+from nrp_core.recording.replay.replay import Outcome, Replay, Request
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.parts.base import ModelMotion
 from nrp_core.world.parts.model_states import MODEL_STATES

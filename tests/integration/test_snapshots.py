@@ -10,13 +10,13 @@ import pytest
 from nrp_world_mujoco.world import MujocoWorld
 
 from nrp_core.errors import SnapshotError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-from nrp_core.recording.capsule import Capsule
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS
-from nrp_core.recording.read import DIGEST, Recording, digest_of
-from nrp_core.recording.replay import Outcome, Replay, Request
-from nrp_core.recording.used_files import FilesRead
+from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
+from nrp_core.recording.replay.replay import Outcome, Replay, Request
 
 MS = 10**6
 FROM_NS = 500 * MS

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from nrp_legacy.reader import read_exc
 
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.running.run import Run
 
 CORPUS = Path(__file__).with_name("corpus")
 

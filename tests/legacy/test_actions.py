@@ -9,8 +9,8 @@ import pytest
 from nrp_legacy.convert.folder import write_folder
 from nrp_legacy.reader import read_exc
 
-from nrp_core.experiment.reader import read_yaml
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.reading.reader import read_yaml
+from nrp_core.experiment.running.run import Run
 
 Opened = Callable[..., Run]
 

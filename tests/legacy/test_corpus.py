@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.running.run import Run
 from nrp_core.world.scene.model import Box
 
 Opened = Callable[..., Run]

@@ -12,7 +12,7 @@ import pytest
 from nrp_legacy.reader import read_exc
 
 from nrp_core.analysis.validate import validate_file
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 
 Played = Callable[..., Run]

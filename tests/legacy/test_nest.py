@@ -11,10 +11,10 @@ from nrp_brain_event import EventBackend
 from nrp_legacy.brains import NotedNetwork, load_brain
 from nrp_legacy.injections import let_flow
 
-from nrp_core.brain.injector import SpikeInjector, SpikeInjectorPort
+from nrp_core.brain.devices.injector import SpikeInjector, SpikeInjectorPort
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Network
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
 
 SENSOR = {"E_L": -60.5, "V_th": -60.0, "V_reset": -60.5, "t_ref": 10.0, "g_L": 2.5, "C_m": 25.0,

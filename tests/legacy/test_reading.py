@@ -12,8 +12,8 @@ from nrp_legacy.files import Library
 from nrp_legacy.poses import pose_of
 from nrp_legacy.reader import read_exc
 
+from nrp_core._support.xml import parse_xml
 from nrp_core.errors import ExperimentError
-from nrp_core.xml_tree import parse_xml
 
 
 def element(text: str) -> object:

@@ -14,9 +14,9 @@ from nrp_legacy.convert.folder import write_folder
 from nrp_legacy.joint_topics import with_commanded_joints
 from nrp_legacy.reader import read_exc
 
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.reader import read_yaml
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.reading.reader import read_yaml
+from nrp_core.experiment.running.run import Run
 from nrp_core.world.scene.model import Joint, Model
 
 Made = Callable[..., Experiment]

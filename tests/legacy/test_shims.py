@@ -20,8 +20,8 @@ from nrp_legacy.shims.smach import CBState, InvalidTransitionError, Sequence, St
 from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Duration, Time
 
-from nrp_core.dsl.loader import load_transfer_functions
-from nrp_core.experiment.run import Run
+from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.experiment.running.run import Run
 
 ANGLES = st.floats(-1.5, 1.5)
 

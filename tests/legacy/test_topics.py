@@ -12,8 +12,8 @@ from nrp_legacy.aliases import find_alias
 from nrp_legacy.framework import topic
 from nrp_legacy.shims.tuples import as_in_ros1
 
-from nrp_core.dsl.mocks import MockWorld
-from nrp_core.experiment.run import Run
+from nrp_core.dsl.testing.mocks import MockWorld
+from nrp_core.experiment.running.run import Run
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image, LaserScan
 

@@ -6,9 +6,9 @@ from time import perf_counter_ns
 import numpy as np
 import pytest
 
-from nrp_core import jit
-from nrp_core.jit import borrowed
-from nrp_core.stopwatch import Stopwatch, work
+from nrp_core._support import jit
+from nrp_core._support.jit import borrowed
+from nrp_core._support.stopwatch import Stopwatch, work
 
 
 @jit.jit

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from nrp_core import machine
-from nrp_core.diagnosis import Diagnosis
+from nrp_core._support import machine
+from nrp_core._support.diagnosis import Diagnosis
 
 
 def test_a_machine_is_described_by_what_results_depend_on() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.probe import Answer, ask, inquire
+from nrp_core._support.probe import Answer, ask, inquire
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core import probe
+from nrp_core._support import probe
+from nrp_core.cli.survey import Surveyed, look_at, survey
 from nrp_core.registry import brains
-from nrp_core.survey import Surveyed, look_at, survey
 
 GOOD = """
 from nrp_core.brain.interface import BrainBackend, BrainCapabilities
-from nrp_core.diagnosis import Diagnosis
+from nrp_core._support.diagnosis import Diagnosis
 
 class Backend(BrainBackend):
     def capabilities(self, options):

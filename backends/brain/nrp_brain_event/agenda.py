@@ -11,7 +11,7 @@ from math import inf
 from typing import Final
 
 from nrp_brain_event.records import Array, Cell, Clock, Event, Link
-from nrp_core.jit import inlined, jit
+from nrp_core._support.jit import inlined, jit
 
 _BEYOND: Final = 1 << 61
 _NEVER: Final = 1 << 62

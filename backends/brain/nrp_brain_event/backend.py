@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network
 from nrp_core.clock import NS_PER_MS
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism

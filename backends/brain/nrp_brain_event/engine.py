@@ -10,7 +10,7 @@ import numpy as np
 from nrp_brain_event.cells import load_cells
 from nrp_brain_event.connections import delay_range, load_connections
 from nrp_brain_event.records import CONSTANT, Array, Clock, Engine, Event, Link, Spike, Work
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 
 _ROOM: Final = 1024
 """Events and spikes for which there is room at first."""

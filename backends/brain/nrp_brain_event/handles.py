@@ -12,7 +12,7 @@ from typing import Any, Final, Generic, NamedTuple, TypeVar, get_type_hints
 import numpy as np
 
 from nrp_brain_event.records import Array, Record
-from nrp_core.jit import COMPILED
+from nrp_core._support.jit import COMPILED
 
 T = TypeVar("T", bound=tuple[Array, ...])
 

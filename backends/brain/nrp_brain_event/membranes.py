@@ -11,7 +11,7 @@ from math import exp, expm1
 from typing import Final
 
 from nrp_brain_event.records import ADAPTIVE_EXPONENTIAL, CONDUCTANCE, HODGKIN_HUXLEY, Cell, Work
-from nrp_core.jit import inlined, jit
+from nrp_core._support.jit import inlined, jit
 
 _PER_NA: Final = 1000.0
 """PyNN's factor between nA and the unit of current of Izhikevich's model."""

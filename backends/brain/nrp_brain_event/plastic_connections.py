@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nrp_brain_event.records import Array, Plastic, Rule
-from nrp_core.brain.network import STDP, FloatArray, IntArray, Projection
+from nrp_core.brain.network.data import STDP, FloatArray, IntArray, Projection
 from nrp_core.errors import CapabilityError, NetworkError
 
 _TIMING: Final = "SpikePairRule"

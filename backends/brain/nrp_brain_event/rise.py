@@ -20,7 +20,7 @@ from typing import Final
 
 from nrp_brain_event.records import Work, constant
 from nrp_brain_event.synapses import driven
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 RESPONSE: Final = constant(0)
 POLYNOMIAL: Final = constant(1)

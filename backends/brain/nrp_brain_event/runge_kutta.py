@@ -17,7 +17,7 @@ from nrp_brain_event.membranes import slopes
 from nrp_brain_event.records import CONDUCTANCE, STEP, Cell, Work, constant
 from nrp_brain_event.rise import POLYNOMIAL, first_rise
 from nrp_brain_event.synapses import remaining_at, silent
-from nrp_core.jit import inlined, jit
+from nrp_core._support.jit import inlined, jit
 
 _STAGES: Final = 7
 _START: Final = constant(0)

@@ -19,7 +19,7 @@ from math import exp
 from typing import Final
 
 from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 SIMULTANEOUS: Final = 1e-9
 """ms by which times that are equal on paper may differ in floating point."""

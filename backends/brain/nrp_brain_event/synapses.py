@@ -10,8 +10,8 @@ from math import e, exp
 from typing import Final
 
 from nrp_brain_event.records import ALPHA, EXPONENTIAL, Cell
-from nrp_core.brain import filters
-from nrp_core.jit import inlined
+from nrp_core._support.jit import inlined
+from nrp_core.brain.network import filters
 
 _NEGLIGIBLE: Final = 1e-20
 """uS or nA below which a synapse counts as silent."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from nrp_core.diagnosis import Diagnosis
+from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError
 from nrp_core.world.interface import World, WorldOptions
 from nrp_core.world.physics.backend import PhysicsBackend

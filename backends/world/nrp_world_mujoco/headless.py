@@ -7,7 +7,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 
-from nrp_core.probe import ask
+from nrp_core._support.probe import ask
 
 LIBRARIES = ("egl", "osmesa")
 _OFF = ("disable", "disabled", "off", "false", "0")

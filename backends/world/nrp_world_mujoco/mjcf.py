@@ -16,7 +16,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from nrp_core.cache import kept_folder
+from nrp_core._support.disk_cache import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.render.optics import looking
 from nrp_core.world.scene.meshes.stl import write_stl

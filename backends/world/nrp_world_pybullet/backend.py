@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from nrp_core.diagnosis import Diagnosis
+from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.world.physics.backend import PhysicsBackend
 from nrp_core.world.physics.options import PhysicsOptions
 

@@ -11,9 +11,9 @@ from nrp_bibi.generate.part import Part
 from nrp_bibi.model.functions import PythonTransferFunction
 from nrp_core.analysis.declarations import Declarations
 from nrp_core.analysis.declared import Declared
-from nrp_core.dsl.listing import Listing, Source
-from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.monitors import MonitoringFunction
+from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.functions.monitors import MonitoringFunction
+from nrp_core.dsl.loading.listing import Listing, Source
 from nrp_core.errors import TransferFunctionError
 from nrp_core.world.messages.base import type_name
 

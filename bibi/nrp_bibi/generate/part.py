@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType
 
-from nrp_core.dsl.listing import Source
+from nrp_core.dsl.loading.listing import Source
 from nrp_core.errors import TransferFunctionError
 
 

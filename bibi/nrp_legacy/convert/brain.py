@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from nrp_core.brain.files import save_network
-from nrp_core.brain.network import IntArray, Network
-from nrp_core.brain.picking import CIRCUIT
+from nrp_core.brain.network.data import IntArray, Network
+from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.errors import NrpError
-from nrp_core.experiment.networks import network_from
+from nrp_core.experiment.making.networks import network_from
 from nrp_legacy.brains import NotedNetwork, load_script
 from nrp_legacy.code import Source, as_of_old
 from nrp_legacy.convert.edits import Edits

@@ -12,12 +12,12 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from nrp_core.clock import milliseconds
-from nrp_core.dsl.mocks import MockWorld
+from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.making import Maker
-from nrp_core.experiment.model import BackendSection, Experiment
-from nrp_core.experiment.prepare import Examination, quietly
-from nrp_core.experiment.reader import read_yaml
+from nrp_core.experiment.making.maker import Maker
+from nrp_core.experiment.making.prepare import Examination, quietly
+from nrp_core.experiment.model.experiment import BackendSection, Experiment
+from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.world.scene.model import Scene
 from nrp_legacy.code import Source
 from nrp_legacy.convert.brain import write_brain

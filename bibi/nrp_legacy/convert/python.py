@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from nrp_core import dsl
-from nrp_core.dsl.kinds import DeviceKind
-from nrp_core.dsl.loader import file_names
+from nrp_core.dsl.devices.kinds import DeviceKind
+from nrp_core.dsl.loading.loader import file_names
 from nrp_legacy.code import Source, as_of_old
 from nrp_legacy.convert.edits import Edits
 from nrp_legacy.convert.reliance import reliance

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network import FloatArray, IntArray
-from nrp_core.dsl.selection import Selection
-from nrp_core.dsl.selectors import Selector
+from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core.dsl.selection.selection import Selection
+from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_legacy.live.built import Built
 

@@ -11,14 +11,14 @@ import numpy as np
 from pyNN.common import Assembly, BasePopulation, IDMixin
 from pyNN.common import Projection as AnyProjection
 
-from nrp_core.brain.network import IntArray
+from nrp_core.brain.network.data import IntArray
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_legacy.live.built import Built
 from nrp_legacy.live.cells import Cells
 from nrp_legacy.live.synapses import Synapses
 
 _OF_FILES = "@"
-"""In the names of modules that are files of users, see :mod:`nrp_core.scoped_import`."""
+"""In the names of modules that are files of users, see :mod:`nrp_core._support.scoped_import`."""
 
 IdsOf = Callable[[Any], IntArray | None]
 """Returns the global ids of what is a collection of nodes of NEST, None for what is none."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network import IntArray, Projection
+from nrp_core.brain.network.data import IntArray, Projection
 from nrp_core.errors import CapabilityError
 from nrp_legacy.live.built import Built
 

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
-from nrp_core.brain.sonata.models import LEAK_NS, NEST_CELLS, Model, Parameter
+from nrp_core.brain.files.sonata.models import LEAK_NS, NEST_CELLS, Model, Parameter
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM
 
 PARROT: Final = "parrot_neuron"
 POISSON: Final = "poisson_generator"

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from pyNN.standardmodels import cells as standard
 
-from nrp_core.brain.network import (
+from nrp_core.brain.files.sonata.models import LEAK_NS, Parameter
+from nrp_core.brain.network.data import (
     STATIC,
     STDP,
     TSODYKS_MARKRAM,
@@ -19,9 +20,8 @@ from nrp_core.brain.network import (
     Population,
     Projection,
 )
-from nrp_core.brain.picking import CIRCUIT
+from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.brain.pynn.export import unique
-from nrp_core.brain.sonata.models import LEAK_NS, Parameter
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv
 

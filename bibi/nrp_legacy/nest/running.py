@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network
-from nrp_core.brain.sonata.models import LEAK_NS
+from nrp_core.brain.files.sonata.models import LEAK_NS
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network
 from nrp_core.errors import NetworkError
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.running.run import Run
 from nrp_legacy.live.built import Built
 from nrp_legacy.nest.kernel import Block, Group, Kernel
 from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, SPIKES, SynapseModel

@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
-from nrp_core.dsl.messages import message_type
-from nrp_core.experiment.run import Run
+from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.experiment.running.run import Run
 from nrp_core.world.interface import World
 from nrp_core.world.topics import Stamped, Subscription, check_message
 from nrp_legacy.shims.tuples import as_in_ros1

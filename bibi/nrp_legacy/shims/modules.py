@@ -8,7 +8,7 @@ from functools import partial
 from types import MappingProxyType, ModuleType
 from typing import Any
 
-from nrp_core.dsl.messages import message_packages
+from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.world.messages import gazebo_srvs, std_srvs
 from nrp_core.world.messages.gazebo_msgs import ModelState as KnownModelState
 from nrp_core.world.messages.geometry_msgs import Pose, Vector3

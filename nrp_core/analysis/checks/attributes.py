@@ -10,12 +10,12 @@ from nrp_core.analysis.events import Read, Write, missing_name
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import Instance, Known, Names, Number, Row, can_set, names_of
 from nrp_core.analysis.study import Examined
-from nrp_core.dsl.binding import Adapter
-from nrp_core.dsl.devices import Device, meant
-from nrp_core.dsl.groups import DeviceGroup
-from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.topics import PublishedTopic, SubscribedTopic
-from nrp_core.dsl.variables import Variable
+from nrp_core.dsl.devices.devices import Device, meant
+from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.functions.variables import Variable
+from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name

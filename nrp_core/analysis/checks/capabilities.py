@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
-from nrp_core.dsl.topics import SubscribedTopic
+from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.capabilities import needs_of
 from nrp_core.world.interface import WorldCapabilities

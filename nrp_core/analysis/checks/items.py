@@ -10,10 +10,10 @@ from nrp_core.analysis.events import Call, Index, Read, Rename, Write
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import Instance, Known, Number, Row, Shape, can_set, names_of
 from nrp_core.analysis.study import Examined
-from nrp_core.dsl.binding import Adapter
-from nrp_core.dsl.csv_recorder import CSVRecorder
-from nrp_core.dsl.groups import DeviceGroup
-from nrp_core.dsl.mappings import MapCSVRecorder
+from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.functions.csv_recorder import CSVRecorder
+from nrp_core.dsl.functions.mappings import MapCSVRecorder
+from nrp_core.dsl.parameters.binding import Adapter
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 

@@ -13,7 +13,7 @@ from nrp_core.analysis.events import Call, Return, Write
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import Instance, Items, Known, Number, Row, Shape, hints
 from nrp_core.analysis.study import Examined
-from nrp_core.dsl.topics import PublishedTopic
+from nrp_core.dsl.parameters.topics import PublishedTopic
 from nrp_core.errors import TopicError
 from nrp_core.findings import Code, Finding
 from nrp_core.world.messages.base import type_name

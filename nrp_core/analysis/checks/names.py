@@ -11,7 +11,7 @@ from pyflakes.checker import Checker
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
-from nrp_core.dsl.listing import Source
+from nrp_core.dsl.loading.listing import Source
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
 

@@ -11,7 +11,7 @@ from nrp_core.analysis.scopes import SCOPES
 from nrp_core.analysis.shapes import Known, Number
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.clock import seconds
-from nrp_core.experiment.happenings import Event
+from nrp_core.experiment.model.event_schema import Event
 from nrp_core.findings import Code, Finding, Level
 
 _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)

@@ -9,8 +9,8 @@ from nrp_core.analysis.events import Add, Divide, Write
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.shapes import UNITS, Known, Number, Shape, item_of
 from nrp_core.analysis.study import Examined, Study
-from nrp_core.dsl.devices import Device
-from nrp_core.dsl.groups import DeviceGroup
+from nrp_core.dsl.devices.devices import Device
+from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.findings import Code, Finding, Level
 
 

@@ -11,9 +11,9 @@ from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance
 from nrp_core.analysis.study import Examined
-from nrp_core.dsl.mappings import MapSpikeSource
-from nrp_core.dsl.messages import message_packages
-from nrp_core.dsl.monitors import MonitoringFunction
+from nrp_core.dsl.functions.mappings import MapSpikeSource
+from nrp_core.dsl.functions.monitors import MonitoringFunction
+from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.findings import Code, Finding, Level
 
 

@@ -12,9 +12,9 @@ from nrp_core.analysis.events import Add, Call, Compute, Divide, Multiply, Retur
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import UNITS, Instance, Items, Known, Number, Row, Shape, names_of
 from nrp_core.analysis.study import Examined
-from nrp_core.dsl.binding import Adapter
-from nrp_core.dsl.devices import Device
-from nrp_core.dsl.groups import DeviceGroup
+from nrp_core.dsl.devices.devices import Device
+from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.parameters.binding import Adapter
 from nrp_core.findings import Code, Finding
 from nrp_core.world.messages.base import type_name
 
@@ -81,7 +81,7 @@ def _takes_values(callee: Any) -> bool:
     if not isinstance(callee, (FunctionType, MethodType)) and not type(callee).__module__.startswith("numpy"):
         return False
     module = str(getattr(callee, "__module__", ""))
-    return module.startswith(("nrp_core.dsl.tf_lib", "nrp_core.dsl.topics", "numpy"))
+    return module.startswith(("nrp_core.dsl.tf_lib", "nrp_core.dsl.parameters.topics", "numpy"))
 
 
 def _text_and_number(node: ast.BinOp, left: Shape, right: Shape) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from nrp_core.analysis.events import Compute
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.study import Examined
-from nrp_core.dsl.mappings import MapVariable
+from nrp_core.dsl.functions.mappings import MapVariable
 from nrp_core.findings import Code, Finding, Level
 
 _PLAIN = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return)

@@ -10,11 +10,11 @@ import numpy as np
 from nrp_core.analysis.declared import Declared
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.study import Examined, Study
-from nrp_core.dsl.binding import Adapter
-from nrp_core.dsl.devices import Device
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.groups import DeviceGroup
-from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.devices.devices import Device
+from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.parameters.binding import Adapter
 from nrp_core.findings import Code, Finding, Level
 
 

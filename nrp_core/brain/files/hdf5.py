@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nrp_core.brain.files.heaps import has_damaged_heap
-from nrp_core.brain.memory import require_memory
+from nrp_core.brain.network.memory import require_memory
 from nrp_core.errors import ExperimentError, NetworkError, NrpError, did_you_mean
 
 if TYPE_CHECKING:

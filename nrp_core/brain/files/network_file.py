@@ -26,9 +26,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
-from nrp_core.brain.limits import distinct
-from nrp_core.brain.network import FloatArray, Network, Origin, Population, Projection
-from nrp_core.brain.picking import Selection, with_views
+from nrp_core.brain.network.data import FloatArray, Network, Origin, Population, Projection
+from nrp_core.brain.network.limits import distinct
+from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import NetworkError
 
 SUFFIX = ".nrpnet"
@@ -57,7 +57,7 @@ def save_network(network: Network, path: Path | str) -> None:
     """
     path = Path(path)
     library()
-    from nrp_core.hdf5 import new_file
+    from nrp_core._support.hdf5 import new_file
 
     try:
         with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}-", delete=False) as kept:

@@ -1,7 +1,7 @@
 """PyNN as the language of networks: scripts written for any PyNN simulator build a network as data.
 
 Nothing is simulated here. :func:`builder` returns what a script sees as its simulator; it fills a
-:class:`~nrp_core.brain.network.Network` with PyNN's own units and meanings.
+:class:`~nrp_core.brain.network.data.Network` with PyNN's own units and meanings.
 """
 
 from __future__ import annotations

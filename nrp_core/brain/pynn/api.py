@@ -42,7 +42,7 @@ _SYNAPSES = ("StaticSynapse", "TsodyksMarkramSynapse", "STDPMechanism")
 def programming_interface(simulator: Simulator, recorder: type = Recorder) -> ModuleType:
     """Return a module with every name that a PyNN simulator has.
 
-    Beyond PyNN, ``network()`` returns what was built as a :class:`~nrp_core.brain.network.Network`.
+    Beyond PyNN, ``network()`` returns what was built as a :class:`~nrp_core.brain.network.data.Network`.
 
     Args:
         simulator: whose it is.

@@ -11,8 +11,8 @@ import numpy as np
 from pyNN import connectors
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.indices import index_type
-from nrp_core.brain.memory import free_bytes, require_memory
+from nrp_core.brain.network.indices import index_type
+from nrp_core.brain.network.memory import free_bytes, require_memory
 
 _COLUMNS: Final = 20
 """Postsynaptic cells whose synapses are counted on, where a probability differs from pair to pair."""

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from pyNN.random import RandomDistribution
 
-from nrp_core.brain import network as data
-from nrp_core.brain.indices import indices_of
-from nrp_core.brain.network import FloatArray, IntArray, Network, Origin
+from nrp_core.brain.network import data as data
+from nrp_core.brain.network.data import FloatArray, IntArray, Network, Origin
+from nrp_core.brain.network.indices import indices_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
 from nrp_core.brain.pynn.simulator import State

@@ -15,9 +15,9 @@ from pyNN.parameters import ParameterSpace
 from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
-from nrp_core.brain.indices import IndexArray, ends_of, folded, indices_of
-from nrp_core.brain.limits import check_synapses
-from nrp_core.brain.network import FloatArray
+from nrp_core.brain.network.data import FloatArray
+from nrp_core.brain.network.indices import IndexArray, ends_of, folded, indices_of
+from nrp_core.brain.network.limits import check_synapses
 from nrp_core.brain.pynn.arguments import require_kind, require_names
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
 from nrp_core.brain.pynn.populations import require_existing

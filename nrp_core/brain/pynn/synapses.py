@@ -15,7 +15,7 @@ from pyNN.standardmodels import (
     synapses,
 )
 
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.brain.pynn.arguments import require_arguments, require_kind, require_names
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import untranslated

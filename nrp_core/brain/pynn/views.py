@@ -9,8 +9,8 @@ from typing import Any
 
 from pyNN.common import Assembly, BasePopulation
 
-from nrp_core.brain.network import IntArray
-from nrp_core.brain.picking import CIRCUIT, Selection, picked
+from nrp_core.brain.network.data import IntArray
+from nrp_core.brain.network.picking import CIRCUIT, Selection, picked
 from nrp_core.brain.pynn.populations import ids_of, require_existing
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.errors import NetworkError

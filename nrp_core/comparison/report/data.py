@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from nrp_core.comparison.divergence import Parting
 from nrp_core.comparison.judgement import Contrast, Judgement, Part
-from nrp_core.comparison.parting import Parting
 from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, PairDiff
-from nrp_core.recording.steps import Difference
+from nrp_core.recording.reading.steps import Difference
 
 
 def grid_data(diff: GridDiff) -> dict[str, Any]:

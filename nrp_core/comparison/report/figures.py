@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from nrp_core.brain.network import FloatArray
+from nrp_core.brain.network.data import FloatArray
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.judgement import Answer, Contrast, Factor, Judgement, Part, Relation
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.comparison.signals import RunSignals
-from nrp_core.recording.plot.style import BAD, FAINT, GOOD, INK, colour, style
+from nrp_core.recording.figures.style import BAD, FAINT, GOOD, INK, colour, style
 
 _WIDE = 11.0
 _MARKERS = "osD^vP*X"

@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from nrp_core.comparison.divergence import Parting
 from nrp_core.comparison.judgement import Answer, Judgement, Part
-from nrp_core.comparison.parting import Parting
 from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, Measured, PairDiff
 

@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Projection
-from nrp_core.brain.sinks import LeakyIntegratorAlpha, LeakyIntegratorExp, PopulationRate
-from nrp_core.brain.sources import FixedFrequencySource
+from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, LeakyIntegratorExp, PopulationRate
+from nrp_core.brain.devices.sources import FixedFrequencySource
+from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Projection
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.capability import RULE
 from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record, times

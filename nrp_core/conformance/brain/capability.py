@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Population
-from nrp_core.brain.sources import PoissonSource
+from nrp_core.brain.devices.sources import PoissonSource
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Population
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.kit import BrainKit, record, train
 from nrp_core.conformance.brain.parts import cells, connect, spikes

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource, SpikeInjector
+from nrp_core.brain.devices.state_recorder import VoltageRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource, SpikeInjector
-from nrp_core.brain.state_recorder import VoltageRecorder
 from nrp_core.clock import NS_PER_MS
 from nrp_core.conformance.brain.kit import BrainKit, Train, record, times, train
 from nrp_core.errors import CapabilityError

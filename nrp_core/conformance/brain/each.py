@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from nrp_core.brain.network import Population
-from nrp_core.brain.sinks import SpikeRecorderPort
+from nrp_core.brain.devices.sinks import SpikeRecorderPort
+from nrp_core.brain.network.data import Population
 from nrp_core.conformance.brain.kit import BrainKit, record, times, train
 from nrp_core.conformance.brain.parts import connect, spikes
 

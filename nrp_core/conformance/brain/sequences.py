@@ -8,8 +8,8 @@ from typing import Any
 from hypothesis import strategies as st
 from hypothesis.stateful import rule
 
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.conformance.brain.kit import BrainKit, record, train
 from nrp_core.conformance.brain.parts import network

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
+from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, PopulationRate, SpikeRecorderPort
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.sinks import LeakyIntegratorAlpha, PopulationRate, SpikeRecorderPort
-from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.conformance.brain.kit import BrainKit, Train, record, times, train
 from nrp_core.conformance.brain.parts import Part, connect, spikes

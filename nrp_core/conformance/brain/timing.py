@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nrp_core.brain.sources import DCSource, FixedFrequencySource
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record, times, train
 from nrp_core.conformance.brain.parts import connect, spikes

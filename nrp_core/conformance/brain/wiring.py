@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from nrp_core.brain.sinks import LeakyIntegratorExp
-from nrp_core.brain.sources import DCSource, FixedFrequencySource
+from nrp_core.brain.devices.sinks import LeakyIntegratorExp
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource
 from nrp_core.conformance.brain.kit import BrainKit, record, times, train
 from nrp_core.conformance.brain.parts import connect, spikes
 from nrp_core.errors import NeuronSelectionError

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 
+from nrp_core._support.writing import writing
 from nrp_core.errors import CapabilityError, ExperimentError
-from nrp_core.recording.read import Recording
-from nrp_core.writing import writing
+from nrp_core.recording.reading.recording import Recording
 
 
 class Format(StrEnum):

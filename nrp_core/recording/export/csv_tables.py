@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core.recording.export.numbers import Numbers, file_name
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
 
 
 def write_csv(recording: Recording, folder: Path) -> list[Path]:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network import FloatArray, IntArray
+from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.clock import seconds
+from nrp_core.recording.figures.story import numbers_in
 from nrp_core.recording.layout import Role
-from nrp_core.recording.plot.story import numbers_in
-from nrp_core.recording.read import Recording, Topic
+from nrp_core.recording.reading.recording import Recording, Topic
 
 _MODEL_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
 

@@ -15,12 +15,12 @@ from pynwb import NWBHDF5IO, H5DataIO, NWBFile, TimeSeries
 from pynwb.behavior import Position, SpatialSeries
 from pynwb.image import ImageSeries
 
+from nrp_core._support.hdf5 import new_file
 from nrp_core.clock import seconds
-from nrp_core.hdf5 import new_file
 from nrp_core.recording.export.numbers import Numbers, Series, file_name, groups_of
+from nrp_core.recording.images import values_of
 from nrp_core.recording.layout import STEPS, Role
-from nrp_core.recording.pictures import values_of
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
 
 _FRAME = "the world's: x, y and z in m, z up"
 _UNKNOWN = "n/a"

@@ -9,12 +9,12 @@ from typing import Any
 import h5py
 import numpy as np
 
-from nrp_core.brain.network import FloatArray
+from nrp_core._support.hdf5 import new_file
+from nrp_core.brain.network.data import FloatArray
 from nrp_core.clock import seconds
-from nrp_core.hdf5 import new_file
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
 from nrp_core.recording.layout import Role
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
 
 _MAGIC, _VERSION = 0x0A7A, (0, 1)
 _SORTING = h5py.enum_dtype({"none": 0, "by_id": 1, "by_time": 2}, basetype="u1")

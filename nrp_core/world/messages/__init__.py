@@ -2,7 +2,7 @@
 
 They construct as ROS 1 users expect (no arguments, positional, keywords, ints for floats); arrays are
 NumPy. Inside experiment files ``import geometry_msgs.msg`` finds them, see
-:mod:`nrp_core.dsl.imports`. Any dataclass can be a message type: :func:`message` names it.
+:mod:`nrp_core.dsl.loading.imports`. Any dataclass can be a message type: :func:`message` names it.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import ClassVar
 
-from nrp_core.diagnosis import Diagnosis
+from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.errors import BackendLoadError
 from nrp_core.simulation import Determinism
 from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions

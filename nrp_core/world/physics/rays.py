@@ -11,7 +11,7 @@ from math import inf, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]

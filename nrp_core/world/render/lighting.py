@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.jit import inlined
+from nrp_core._support.jit import inlined
 from nrp_core.world.render.pixels import NearnessArray
 
 FloatArray = npt.NDArray[np.float64]

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.jit import inlined, jit
+from nrp_core._support.jit import inlined, jit
 from nrp_core.world.render.gloss import MATT, add_gloss, begin_gloss
 from nrp_core.world.render.lighting import add_light, way_to
 from nrp_core.world.render.normals import find_normal

@@ -9,9 +9,9 @@ from typing import Literal
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.checks import SECOND_AXIS
-from nrp_core.world.scene.plugins import plugin_name
-from nrp_core.world.scene.reading import Reading
-from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
 Kind = Literal["position", "velocity", "effort"]

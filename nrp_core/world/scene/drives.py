@@ -10,10 +10,10 @@ from posixpath import join
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.acting import Ackermann, Drive, Flight, PlanarMove, WheelDrive
 from nrp_core.world.scene.model import Cylinder, Joint, Link, Sphere
-from nrp_core.world.scene.plugins import plugin_name, ros_topic, vector_in
 from nrp_core.world.scene.pose import Vector
-from nrp_core.world.scene.reading import Reading
-from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_topic, vector_in
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
 Number = tuple[str, float]

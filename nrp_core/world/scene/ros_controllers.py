@@ -14,10 +14,10 @@ from typing import Any, Literal
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController, WheelDrive
 from nrp_core.world.scene.model import Joint
-from nrp_core.world.scene.plugins import ros_namespace
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import ros_namespace
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.trajectories import led_joints
-from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
 
 ROS_CONTROL = (

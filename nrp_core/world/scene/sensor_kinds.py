@@ -8,12 +8,12 @@ from math import pi
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.model import Joint, Link
-from nrp_core.world.scene.plugins import plugin_name, ros_namespace, vector_in, warn_of_plugin
 from nrp_core.world.scene.pose import Pose
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, vector_in, warn_of_plugin
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise, Sensor
 from nrp_core.world.scene.sensor_parts import noise_of, plugin_topic, rate_of, topic_of
-from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
 
 Place = Callable[[Element], Pose]

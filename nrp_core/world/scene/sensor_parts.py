@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from posixpath import join
 
-from nrp_core.world.scene.plugins import plugin_name, ros_namespace, warn_of_plugin
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import Noise
-from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
 
 DEFAULT_RATE_HZ = 30.0

@@ -7,12 +7,12 @@ from math import pi
 from posixpath import join
 
 from nrp_core.world.scene.model import Camera, Sensor
-from nrp_core.world.scene.plugins import plugin_name, ros_namespace, warn_of_plugin
 from nrp_core.world.scene.pose import Pose
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensor_kinds import read_contact, read_imu, read_laser
 from nrp_core.world.scene.sensor_parts import noise_of, rate_of
-from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
 
 _COLOR_FORMATS = ("", "R8G8B8", "RGB_INT8", "B8G8R8", "BGR_INT8")

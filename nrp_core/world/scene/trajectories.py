@@ -8,9 +8,9 @@ from math import inf
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.acting import Pid, TrajectoryController
 from nrp_core.world.scene.model import Joint
-from nrp_core.world.scene.plugins import plugin_name, ros_topic
-from nrp_core.world.scene.reading import Reading
-from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_topic
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
 

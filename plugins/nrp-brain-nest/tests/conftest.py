@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import FloatArray, Network
+from nrp_core.brain.network.data import FloatArray, Network
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.export import network_of
-from nrp_core.brain.sinks import SpikeRecorder
 from nrp_core.clock import NS_PER_MS
 from nrp_core.registry import brains
 

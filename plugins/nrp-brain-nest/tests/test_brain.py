@@ -5,9 +5,9 @@ import sys
 
 import numpy as np
 import pytest
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.remote import RemoteBrain
-from nrp_core.brain.sinks import SpikeRecorder
-from nrp_core.brain.sources import PoissonSource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, LifecycleError, NetworkError, TimestepError
 from pydantic import ValidationError

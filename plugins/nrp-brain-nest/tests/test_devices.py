@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from nrp_core.brain.sinks import LeakyIntegratorAlpha, SpikeRecorder
-from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
+from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
 

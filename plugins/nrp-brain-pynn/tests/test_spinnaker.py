@@ -3,8 +3,8 @@
 from importlib.util import find_spec
 
 import pytest
-from nrp_core.brain.sinks import SpikeRecorder
-from nrp_core.brain.sources import FixedFrequencySource
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sources import FixedFrequencySource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError
 

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from nrp_core.errors import BackendLoadError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.making import Maker
+from nrp_core.experiment.making.maker import Maker
+from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.world.messages import geometry_msgs as geo
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.gazebo_msgs import ModelStates

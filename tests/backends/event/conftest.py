@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from nrp_brain_event import EventBackend, EventOptions
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Network, Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import from_milliseconds
 

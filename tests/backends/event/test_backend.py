@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from pyNN.standardmodels import cells as standard_cells
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import TSODYKS_MARKRAM, Population, Projection
+from nrp_core.brain.network.data import TSODYKS_MARKRAM, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, DivergedError, LifecycleError, NetworkError
@@ -167,7 +167,7 @@ def test_it_computes_the_same_without_compiling() -> None:
     code = """if True:
         import numpy as np
         from nrp_brain_event import EventBackend, EventOptions
-        from nrp_core.brain.network import Network, Population
+        from nrp_core.brain.network.data import Network, Population
         values = dict(a=0.02, b=0.2, c=-65.0, d=2.0, i_offset=0.008)
         cells = Population("a", 1, "Izhikevich", {name: np.array([v]) for name, v in values.items()})
         brain = EventBackend().open(Network({"a": cells}), seed=1, options=EventOptions())

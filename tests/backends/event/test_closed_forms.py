@@ -8,9 +8,9 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder, SpikeRecorderPort
+from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, from_milliseconds
 

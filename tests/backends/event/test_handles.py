@@ -9,7 +9,7 @@ import pytest
 from nrp_brain_event.handles import handle, opened
 from nrp_brain_event.records import Array, Link
 
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 
 class Three(NamedTuple):

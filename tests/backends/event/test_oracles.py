@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sources import DCSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
-from nrp_core.brain.sources import DCSource
+from nrp_core.brain.network.data import Population, Projection
 from nrp_core.clock import from_milliseconds
 
 OWN = sorted((Path(__file__).parent / "oracles").glob("*.npz"))

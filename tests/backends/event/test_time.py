@@ -9,10 +9,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, PopulationRate, SpikeRecorder
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import TSODYKS_MARKRAM, Population, Projection
-from nrp_core.brain.sinks import LeakyIntegratorAlpha, PopulationRate, SpikeRecorder
-from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
+from nrp_core.brain.network.data import TSODYKS_MARKRAM, Population, Projection
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import NS_PER_MS
 

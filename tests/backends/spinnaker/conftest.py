@@ -7,7 +7,7 @@ import pytest
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 
 _REFRACTORY_MS = 2.0
 

@@ -13,9 +13,9 @@ sys.modules.update(dict.fromkeys(sys.argv[1:]))
 import numpy as np
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network, Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
-from nrp_core.brain.sources import PoissonSource
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sources import PoissonSource
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population, Projection
 
 LEAKY = {
     "v_rest": -65.0, "cm": 1.0, "tau_m": 20.0, "tau_refrac": 2.0, "v_reset": -65.0, "v_thresh": -50.0,

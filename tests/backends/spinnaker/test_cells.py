@@ -6,9 +6,9 @@ from math import e, exp
 import numpy as np
 import pytest
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError, NetworkError
 

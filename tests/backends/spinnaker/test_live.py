@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Population, Projection
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, NetworkError
 

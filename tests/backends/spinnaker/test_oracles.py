@@ -19,7 +19,7 @@ from nrp_brain_spinnaker.machine.synapse_kernels import read_values
 from nrp_brain_spinnaker.machine.tick import begin_tick, finish_tick
 from nrp_brain_spinnaker.models import cell_models
 
-from nrp_core.brain.network import Population
+from nrp_core.brain.network.data import Population
 
 OWN = [Path(__file__).parent / "oracles" / name for name in ("spinnaker.json", "spinnaker_rng.json")]
 KINDS = {"cases", "units", "kiss64", "exponential_s1615", "slow_source", "fast_source"}

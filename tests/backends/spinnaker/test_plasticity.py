@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Population, Projection
+from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Population, Projection
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError
 

@@ -7,9 +7,9 @@ import pytest
 from nrp_brain_spinnaker.hardware import POISSON_SOURCES_PER_CORE
 from nrp_brain_spinnaker.machine.poisson import mean_interval
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.network.data import Population, Projection
 
 MS = 1_000_000
 

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Origin, Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
-from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource
+from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Origin, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError, NetworkError, SimulationError, TimestepError
 

@@ -12,8 +12,8 @@ from registry import Found, register
 from small_brain import STEP_MS, SmallBackend, SmallBrain
 
 from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
-from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
-from nrp_core.brain.short_term import CONSTANTS, released_share
+from nrp_core.brain.network.data import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.synapses.short_term import CONSTANTS, released_share
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, SmallBackend, "brain")

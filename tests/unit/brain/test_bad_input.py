@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from nrp_core.brain.files.script import load_network
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.models import CELLS
-from nrp_core.brain.script import load_network
 from nrp_core.errors import CapabilityError, NetworkError, NrpError
 
 CELL = "a = sim.Population(2, sim.IF_cond_exp(), label='a'); "

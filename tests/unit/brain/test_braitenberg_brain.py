@@ -6,8 +6,8 @@ import nrp_experiments.braitenberg_husky as experiment
 import numpy as np
 import pytest
 
-from nrp_core.brain.network import Network
-from nrp_core.brain.script import load_network
+from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.data import Network
 
 SCRIPT = Path(next(iter(experiment.__path__))) / "brain.py"
 

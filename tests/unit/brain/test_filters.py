@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.filters import Kernel, LeakyMembrane, driven
+from nrp_core.brain.network.filters import Kernel, LeakyMembrane, driven
 
 taus = st.floats(0.05, 200.0)
 trains = st.lists(st.tuples(st.floats(0.0, 50.0), st.floats(-2.0, 2.0)), max_size=8)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.limits import check_spike_times, check_synapses, check_values
+from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values
 from nrp_core.errors import NetworkError
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from pyNN.connectors import IndexBasedExpression
 
-from nrp_core.brain import memory
-from nrp_core.brain.memory import free_bytes, require_memory
+from nrp_core.brain.network import memory
+from nrp_core.brain.network.memory import free_bytes, require_memory
 from nrp_core.brain.pynn import builder, expected
 from nrp_core.brain.pynn.expected import expected_synapses
 from nrp_core.errors import NetworkError

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core.brain.network import Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.errors import NetworkError, NeuronSelectionError
 
 

@@ -16,9 +16,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.files import read_network, save_network
-from nrp_core.brain.network import Network
+from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
-from nrp_core.brain.script import load_network
 from nrp_core.errors import NetworkError, NeuronSelectionError
 
 
@@ -194,7 +194,9 @@ def test_a_file_that_is_there_stays_until_the_new_one_is_complete(
 
 
 def test_networks_need_h5py_only_in_files() -> None:
-    program = "import sys; import nrp_core.brain.files, nrp_core.brain.sonata; print('h5py' in sys.modules)"
+    program = (
+        "import sys; import nrp_core.brain.files, nrp_core.brain.files.sonata; print('h5py' in sys.modules)"
+    )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
 
@@ -217,7 +219,7 @@ def test_a_network_has_one_digest_in_every_process(tmp_path: Path) -> None:
     (tmp_path / "brain.py").write_text(SCRIPT)
     program = (
         "from nrp_core.brain.files import save_network\n"
-        "from nrp_core.brain.script import load_network\n"
+        "from nrp_core.brain.files.script import load_network\n"
         "network = load_network('brain.py', seed=3)\n"
         "save_network(network, 'net.nrpnet')\nprint(network.digest)\n"
     )

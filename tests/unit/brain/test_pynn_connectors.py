@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyNN.core import IndexBasedExpression
 
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.random_pairs import random_pairs
 from nrp_core.errors import CapabilityError, NetworkError

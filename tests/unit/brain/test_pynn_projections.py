@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pyNN import errors
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network import Projection
+from nrp_core.brain.network.data import Projection
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError
 

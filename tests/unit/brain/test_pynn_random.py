@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 
 

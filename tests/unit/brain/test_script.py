@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.brain.network import Network
-from nrp_core.brain.picking import Selection
-from nrp_core.brain.script import load_network
+from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.picking import Selection
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError, NrpError
 
 HEAD = "import pyNN.nest as sim\nsim.setup(timestep=0.1)\n"
@@ -92,7 +92,7 @@ def test_loading_leaves_the_modules_of_the_program_alone(tmp_path: Path) -> None
 
 
 def test_the_loader_itself_does_not_import_pynn() -> None:
-    code = "import sys, nrp_core.brain.script; sys.exit('pyNN' in sys.modules)"
+    code = "import sys, nrp_core.brain.files.script; sys.exit('pyNN' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.sinks import (
+from nrp_core.brain.devices.sinks import (
     LeakyIntegratorAlpha,
     LeakyIntegratorExp,
     PopulationRate,

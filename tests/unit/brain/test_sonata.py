@@ -16,9 +16,9 @@ from circuits import ALPHA, write_circuit
 from pyNN.network import Network as Components
 from pyNN.serialization import export_to_sonata
 
-from nrp_core.brain.network import Network
+from nrp_core.brain.files.sonata import read_sonata
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
-from nrp_core.brain.sonata import read_sonata
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
 
 Change = Callable[[Path], None]

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network import Population
-from nrp_core.brain.source_cells import PopulationTrains
-from nrp_core.brain.sources import DCSource, FixedFrequencySource, PoissonSource, SourceSpec
+from nrp_core.brain.devices.source_cells import PopulationTrains
+from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource, SourceSpec
+from nrp_core.brain.network.data import Population
 from nrp_core.errors import CapabilityError
 from nrp_core.seeds import Seeds
 

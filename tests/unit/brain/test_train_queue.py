@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.grid import Grid
-from nrp_core.brain.train_queue import TrainQueue
+from nrp_core.brain.devices.train_queue import TrainQueue
+from nrp_core.brain.network.grid import Grid
 from nrp_core.clock import NS_PER_MS
 
 SPIKES = st.lists(st.tuples(st.integers(0, 4), st.integers(1, 40), st.floats(-1, 1)), max_size=20)

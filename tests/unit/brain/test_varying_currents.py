@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.currents import ACSource, CurrentPort, CurrentSpec, DCSource, NoisyCurrentSource
-from nrp_core.dsl.mocks import MockBrain
+from nrp_core.brain.devices.currents import ACSource, CurrentPort, CurrentSpec, DCSource, NoisyCurrentSource
+from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.seeds import Seeds
 
 MS = 1_000_000

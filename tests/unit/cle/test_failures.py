@@ -10,8 +10,8 @@ import pytest
 import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.loader import load_transfer_functions
-from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.errors import SimulationError, TransferFunctionRaisedError
 from nrp_core.world.messages.std_msgs import Float64
 

@@ -13,7 +13,7 @@ import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop
 from nrp_core.cle.interrupts import DeferredInterrupt
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 
 PERIOD = 20 * NS_PER_MS
 

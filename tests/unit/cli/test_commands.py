@@ -10,14 +10,15 @@ from typing import Any
 
 import pytest
 
-from nrp_core.cli import app, doctor, main
+from nrp_core._support.diagnosis import Diagnosis
+from nrp_core.cli import app, main
 from nrp_core.cli.app import COMMANDS
-from nrp_core.diagnosis import Diagnosis
+from nrp_core.cli.commands import doctor
+from nrp_core.cli.survey import Surveyed
 from nrp_core.errors import TopicError
-from nrp_core.experiment.control import ControlServer
-from nrp_core.recording.read import Recording
+from nrp_core.experiment.running.control import ControlServer
+from nrp_core.recording.reading.recording import Recording
 from nrp_core.registry import Provider
-from nrp_core.survey import Surveyed
 
 Nrp = Callable[..., Any]
 
@@ -36,7 +37,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> list[Surveyed]:
         ),
         surveyed("world", "bad", available=False, reason="no engine", remedy="pip install engine"),
     ]
-    monkeypatch.setattr("nrp_core.survey.survey", lambda **_: backends)
+    monkeypatch.setattr("nrp_core.cli.survey.survey", lambda **_: backends)
     return backends
 
 

@@ -4,7 +4,7 @@ from importlib import util
 
 import pytest
 
-from nrp_core.cli import conformance
+from nrp_core.cli.commands import conformance
 
 
 def test_a_backend_that_is_not_installed_is_named_with_what_is_near(nrp):

@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
+from nrp_core._support.writing import writing
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import MCAP_NAME
-from nrp_core.recording.read import Recording
-from nrp_core.recording.writer import McapFile
-from nrp_core.writing import writing
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.writing.writer import McapFile
 
 Nrp = Callable[..., Any]
 FULL = "cannot be written: File too large"
@@ -73,7 +73,7 @@ def test_a_network_file_ends_with_its_name_and_leaves_nothing(tmp_path: Path) ->
     script = f"""
 from pathlib import Path
 from nrp_core.brain.files.network_file import save_network
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
 try:
     save_network(Network({{}}, ()), Path({str(tmp_path / "a.nrpnet")!r}))

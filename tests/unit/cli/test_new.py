@@ -11,8 +11,8 @@ import pytest
 
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import NrpError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
 from nrp_core.registry import brains, worlds
 from nrp_core.simulation import INTERFACE_VERSION
 from nrp_core.world.interface import World

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
-from nrp_core.recording.read import DIGEST, digest_of
+from nrp_core.recording.reading.recording import DIGEST, digest_of
 
 Nrp = Callable[..., Any]
 

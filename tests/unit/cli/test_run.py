@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from nrp_core.experiment.run import Run
-from nrp_core.recording.read import Recording
-from nrp_core.recording.writer import McapFile
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.writing.writer import McapFile
 
 Nrp = Callable[..., Any]
 Raising = Callable[[str], str]

@@ -6,11 +6,11 @@ from typing import Any
 
 from rich.console import Console
 
+from nrp_core.comparison.divergence import Parting
 from nrp_core.comparison.metrics.base import all_metrics
-from nrp_core.comparison.parting import Parting
 from nrp_core.comparison.report.text import tell_pair
 from nrp_core.comparison.result import Measured, PairDiff
-from nrp_core.recording.steps import Difference
+from nrp_core.recording.reading.steps import Difference
 
 
 def told(pair: PairDiff) -> str:

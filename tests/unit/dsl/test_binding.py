@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.groups import DeviceGroup
-from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.errors import (
     CapabilityError,
     ExperimentError,

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import nrp_core.dsl as nrp
-from nrp_core.dsl.csv_recorder import CSVRecorder, write_csv
-from nrp_core.dsl.mocks import MockBrain, MockWorld
+from nrp_core.dsl.functions.csv_recorder import CSVRecorder, write_csv
+from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.errors import TransferFunctionError
 
 CELLS = st.text(

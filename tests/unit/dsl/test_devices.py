@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core.dsl import kinds
-from nrp_core.dsl.binding import Binding
-from nrp_core.dsl.devices import Device
-from nrp_core.dsl.kinds import KINDS, DeviceKind
-from nrp_core.dsl.mocks import MockBrain, MockWorld
-from nrp_core.dsl.selection import Selection
+from nrp_core.dsl.devices import kinds
+from nrp_core.dsl.devices.devices import Device
+from nrp_core.dsl.devices.kinds import KINDS, DeviceKind
+from nrp_core.dsl.parameters.binding import Binding
+from nrp_core.dsl.selection.selection import Selection
+from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 
 MS = 1_000_000
 

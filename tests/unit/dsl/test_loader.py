@@ -12,11 +12,11 @@ from types import ModuleType
 import pytest
 
 import nrp_core.dsl as nrp
-from nrp_core.dsl.collector import collecting
-from nrp_core.dsl.function import TransferFunction
-from nrp_core.dsl.imports import file_scope
-from nrp_core.dsl.loader import load_transfer_functions
-from nrp_core.dsl.rig import Rig
+from nrp_core.dsl.functions.collector import collecting
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.loading.imports import file_scope
+from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl.testing.rig import Rig
 from nrp_core.errors import ExperimentError, NrpError, TransferFunctionError
 
 Load = Callable[[str], list[TransferFunction]]

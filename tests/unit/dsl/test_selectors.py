@@ -7,9 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network import IntArray, Network, Population
-from nrp_core.dsl.selection import BrainRoot, Selection
-from nrp_core.dsl.selectors import brain, chain_neurons, evaluate, map_neurons, nrange, resolve, select
+from nrp_core.brain.network.data import IntArray, Network, Population
+from nrp_core.dsl.selection.selection import BrainRoot, Selection
+from nrp_core.dsl.selection.selectors import (
+    brain,
+    chain_neurons,
+    evaluate,
+    map_neurons,
+    nrange,
+    resolve,
+    select,
+)
 from nrp_core.errors import NeuronSelectionError
 
 SIZE = 8

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.commands import commands_of
-from nrp_core.experiment.control import ControlServer, tell
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.commands import commands_of
+from nrp_core.experiment.running.control import ControlServer, tell
+from nrp_core.experiment.running.run import Run
 
 pytestmark = pytest.mark.usefixtures("fakes")
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import ExperimentError, TopicError
-from nrp_core.experiment.control import ControlServer, tell
+from nrp_core.experiment.running.control import ControlServer, tell
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import TopicError
-from nrp_core.experiment.conditions import Times
-from nrp_core.experiment.criteria import Judge, Outcome, all_passed, judge_of
-from nrp_core.experiment.happenings import Criterion, Near
-from nrp_core.experiment.whereabouts import Proximity, Whereabouts
+from nrp_core.experiment.events.conditions import Times
+from nrp_core.experiment.events.criteria import Judge, Outcome, all_passed, judge_of
+from nrp_core.experiment.events.ground_positions import Proximity, Whereabouts
+from nrp_core.experiment.model.event_schema import Criterion, Near
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64

@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import SceneError, TopicError
-from nrp_core.experiment.conditions import trigger
-from nrp_core.experiment.events import Events, action_of
-from nrp_core.experiment.happenings import Event
-from nrp_core.experiment.whereabouts import Whereabouts
+from nrp_core.experiment.events.conditions import trigger
+from nrp_core.experiment.events.events import Events, action_of
+from nrp_core.experiment.events.ground_positions import Whereabouts
+from nrp_core.experiment.model.event_schema import Event
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Bool, Float64, Float64MultiArray, String

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import BackendError, ExperimentError
-from nrp_core.experiment.find import find_file, load_experiment, shipped
+from nrp_core.experiment.reading.find import find_file, load_experiment, shipped
 
 PACKAGES = {"walkers": "", "broken": "import no_such_module"}
 

@@ -8,14 +8,14 @@ import h5py
 import pytest
 
 from nrp_core.brain.files import save_network
-from nrp_core.brain.script import load_network
+from nrp_core.brain.files.script import load_network
 from nrp_core.errors import NetworkError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.networks import network_from
-from nrp_core.experiment.prepare import prepare
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.making.networks import network_from
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
-from nrp_core.recording.used_files import FilesRead
+from nrp_core.recording.folder.used_files import FilesRead
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def test_a_suffix_that_nobody_reads_is_refused(tmp_path: Path) -> None:
 
 def test_a_package_can_bring_a_reader_of_its_own(install: Callable[..., None], tmp_path: Path) -> None:
     source = (
-        "from nrp_core.brain.network import Network\n"
+        "from nrp_core.brain.network.data import Network\n"
         "def read(path, *, populations=None, seed=0):\n"
         "    return Network({}, timestep_ms=float(seed))\n"
     )

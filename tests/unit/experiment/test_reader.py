@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.experiment.reader import read_yaml
+from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.findings import Finding, InvalidExperimentError
 from nrp_core.world.scene.pose import Pose
 

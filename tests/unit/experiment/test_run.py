@@ -18,8 +18,8 @@ from nrp_core.errors import (
     TopicError,
     TransferFunctionRaisedError,
 )
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
 from nrp_core.simulation import State
 from nrp_core.world.messages.std_msgs import ColorRGBA

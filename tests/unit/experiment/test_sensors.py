@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.prepare import prepare
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import InvalidExperimentError
 from nrp_core.world.scene.imperfect import with_imperfection
 from nrp_core.world.scene.model import Link, Model, Scene

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_core.brain.network import Network, Population
+from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.spikes import Spikes
-from nrp_core.experiment.tally import SpikeCounter
+from nrp_core.experiment.running.run_totals import SpikeCounter
 
 
 def test_a_population_with_a_name_is_not_told_again_by_its_automatic_one() -> None:

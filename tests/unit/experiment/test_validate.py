@@ -7,8 +7,8 @@ import pytest
 
 from nrp_core.analysis.validate import validate_file
 from nrp_core.errors import BackendLoadError, UnknownBackendError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.prepare import prepare
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, InvalidExperimentError, Level
 
 pytestmark = pytest.mark.usefixtures("fakes")

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.tree import Place
-from nrp_core.experiment.yaml_tree import parse_tree, read_tree
+from nrp_core.experiment.model.tree import Place
+from nrp_core.experiment.reading.yaml_tree import parse_tree, read_tree
 
 FILE = Place(Path("file.yaml"))
 

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds
 from nrp_core.quantities import DurationNs

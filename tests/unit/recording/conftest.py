@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from nrp_core.brain.sinks import LeakyIntegratorAlpha
-from nrp_core.dsl.mocks import MockBrain
+from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
+from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.recording.layout import Pictures
-from nrp_core.recording.recorder import Recorder
+from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.scene.model import (

@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-from nrp_core.recording import capsule
-from nrp_core.recording.capsule import Capsule
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder import capsule
+from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Role
-from nrp_core.recording.read import Recording
-from nrp_core.recording.used_files import FilesRead
+from nrp_core.recording.reading.recording import Recording
 
 Open = Callable[..., Run]
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from nrp_core.cli.app import run_app
 from nrp_core.cli.session import Request, Session
-from nrp_core.recording import writer
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.writing import writer
 
 CASES = 240
 FILES = (MCAP_NAME, RUN_NAME, "experiment.yaml", "experiment/room.sdf")

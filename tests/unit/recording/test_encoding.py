@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from nrp_core.recording import encoding
-from nrp_core.recording.pictures import as_it_was, pixels_of
+from nrp_core.recording.images import as_it_was, pixels_of
+from nrp_core.recording.writing import encoding
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.cdr import Codec

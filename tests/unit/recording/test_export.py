@@ -12,7 +12,7 @@ import pytest
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.export import Format, export
 from nrp_core.recording.layout import RUN_NAME
-from nrp_core.recording.read import Recording
+from nrp_core.recording.reading.recording import Recording
 from nrp_core.world.messages.std_msgs import ColorRGBA
 
 STEPS = 10

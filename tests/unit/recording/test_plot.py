@@ -11,17 +11,17 @@ import pytest
 from matplotlib.figure import Figure
 
 from nrp_core.errors import ExperimentError
+from nrp_core.recording.figures import check_target, plot
+from nrp_core.recording.figures.labels import keep_apart
+from nrp_core.recording.figures.page import draw_page
+from nrp_core.recording.figures.room import footprint
+from nrp_core.recording.figures.story import Coloured, Series, Story, moments, numbers_in, pictures
+from nrp_core.recording.figures.style import style
+from nrp_core.recording.figures.traces import by_unit, groups, moving, short_labels
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Pictures, Role
-from nrp_core.recording.plot import check_target, plot
-from nrp_core.recording.plot.labels import keep_apart
-from nrp_core.recording.plot.page import draw_page
-from nrp_core.recording.plot.room import footprint
-from nrp_core.recording.plot.story import Coloured, Series, Story, moments, numbers_in, pictures
-from nrp_core.recording.plot.style import style
-from nrp_core.recording.plot.traces import by_unit, groups, moving, short_labels
-from nrp_core.recording.read import Recorded, Recording, Topic
-from nrp_core.recording.scenery import markers
-from nrp_core.recording.writer import McapFile
+from nrp_core.recording.reading.recording import Recorded, Recording, Topic
+from nrp_core.recording.writing.scenery import markers
+from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Link, Mesh, Model, Scene, Visual

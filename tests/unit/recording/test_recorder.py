@@ -13,10 +13,10 @@ import pytest
 import xxhash
 
 from nrp_core.errors import SimulationError
+from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, SCENE, Pictures, Role, device_topic, spikes_topic
-from nrp_core.recording.pictures import pixels_of
-from nrp_core.recording.read import Recorded, Recording
-from nrp_core.recording.writer import FLUSH_S, McapFile
+from nrp_core.recording.reading.recording import Recorded, Recording
+from nrp_core.recording.writing.writer import FLUSH_S, McapFile
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -125,7 +125,7 @@ def test_a_hash_in_the_place_of_a_picture_tells_which_are_the_same(make_rig: Any
 
 @pytest.mark.parametrize("encoding", ["rgb8", "bgr8", "mono8"])
 def test_a_compressed_picture_shows_the_same_colours(encoding: str) -> None:
-    from nrp_core.recording.pictures import compress
+    from nrp_core.recording.images import compress
 
     channels = 1 if encoding == "mono8" else 3
     pixels = np.full((16, 24, channels), 40, np.uint8)
@@ -248,7 +248,7 @@ def test_a_kill_in_the_middle_of_writing_leaves_what_was_flushed(tmp_path: Path)
     program = textwrap.dedent("""
         import os, signal, sys
         from pathlib import Path
-        from nrp_core.recording.writer import FLUSH_S, McapFile
+        from nrp_core.recording.writing.writer import FLUSH_S, McapFile
         from nrp_core.world.messages.geometry_msgs import Twist
         file = McapFile(Path(sys.argv[1]))
         file.announce("/a", file.codec.name(Twist), {})

@@ -18,7 +18,7 @@ from nrp_brain_event.grid.records import CURVED, JUMP, Grid, GridClock, Run, X
 from nrp_brain_event.grid.spiking import update_run
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array, constant
-from nrp_core.jit import inlined, jit
+from nrp_core._support.jit import inlined, jit
 
 _EARLY: Final = constant(0)
 _LATE: Final = constant(1)

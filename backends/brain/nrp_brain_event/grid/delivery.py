@@ -13,7 +13,7 @@ from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock
 from nrp_brain_event.records import Array
 from nrp_brain_event.short_term import released_share
 from nrp_brain_event.spike_timing import remember, transmit
-from nrp_core.jit import inlined, jit, prefetch
+from nrp_core._support.jit import inlined, jit, prefetch
 
 _LINE: Final = 32
 """Targets in a line of the cache."""

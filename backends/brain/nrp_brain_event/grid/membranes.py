@@ -13,7 +13,7 @@ from typing import Final
 
 from nrp_brain_event.grid.records import CONDUCTANCE, CURRENT, JUMP, Run, S, V, X
 from nrp_brain_event.records import Array
-from nrp_core.jit import inlined, jit
+from nrp_core._support.jit import inlined, jit
 
 _TINY: Final = 1e-250
 """What is far smaller becomes zero: processors are slow with the smallest numbers there are."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from nrp_brain_event.grid.records import Grid, GridClock, Noise
 from nrp_brain_event.records import Array
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 _BITS: Final = 12
 N_GUIDE: Final = 1 << _BITS

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from nrp_brain_event.records import Array
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 
 @jit

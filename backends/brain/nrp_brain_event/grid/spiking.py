@@ -8,7 +8,7 @@ from typing import Final
 from nrp_brain_event.grid.membranes import update_block
 from nrp_brain_event.grid.records import BLOCK, GridClock, Run, V
 from nrp_brain_event.records import Array
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 _FEW: Final = 32
 

@@ -17,7 +17,7 @@ from nrp_brain_spinnaker.machine.ring import Ring
 from nrp_brain_spinnaker.machine.state import Machine
 from nrp_brain_spinnaker.mapping.fidelity import losses
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network, Population
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network, Population
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from nrp_brain_spinnaker.machine.exponential import exp_accum
 from nrp_brain_spinnaker.machine.fixed_point import ONE, mul, scale, wrap
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.spiking import note_spike
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 _STEEPEST: Final = 8 * ONE
 """Argument beyond which the exponential crosses any threshold in one step and need not grow."""

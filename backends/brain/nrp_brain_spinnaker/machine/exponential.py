@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_brain_spinnaker.machine.fixed_point import FRACTION_LARGEST, LARGEST, ONE
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 _UPPER = 363408
 """Above this s16.15 argument the result does not fit and the largest number is returned."""

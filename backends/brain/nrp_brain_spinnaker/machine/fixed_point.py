@@ -8,7 +8,7 @@ nearest, no saturation (Mikaitis 2020, arXiv:2001.01496).
 
 from __future__ import annotations
 
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 ONE = 1 << 15
 """1.0 in s16.15."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from nrp_core.brain.network import IntArray
+from nrp_core.brain.network.data import IntArray
 
 # How a synapse turns what arrives into a course over time.
 EXPONENTIAL: Final = 0

@@ -12,7 +12,7 @@ from nrp_brain_spinnaker.machine.fixed_point import HALF, ONE, mul, wrap
 from nrp_brain_spinnaker.machine.hodgkin_huxley import update_hodgkin_huxley
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.spiking import note_spike
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 _IZK_SQUARE = 1311
 """0.04, as the constant 0.040008544921875 of the Izhikevich code."""

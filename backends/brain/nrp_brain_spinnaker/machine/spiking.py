@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nrp_brain_spinnaker.machine.kinds import Cells
-from nrp_core.jit import jit
+from nrp_core._support.jit import jit
 
 
 @jit

@@ -8,7 +8,7 @@ from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.ring import Ring, Rows
 from nrp_brain_spinnaker.machine.stdp import StdpRows
 from nrp_brain_spinnaker.machine.tsodyks_markram import TsodyksRows
-from nrp_core.jit import borrowed, jit
+from nrp_core._support.jit import borrowed, jit
 
 
 class Machine(NamedTuple):

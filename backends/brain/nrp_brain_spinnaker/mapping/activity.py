@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nrp_brain_spinnaker.host.distributions import poisson_share_below
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network import Population
+from nrp_core.brain.network.data import Population
 
 
 def spikes_per_tick(population: Population, options: SpinnakerOptions) -> float:

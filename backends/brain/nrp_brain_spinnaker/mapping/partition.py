@@ -21,7 +21,7 @@ from nrp_brain_spinnaker.host.delays import bits_for, slots_available, stages
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.mapping.synapse_cores import synapse_cores
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from nrp_brain_spinnaker.mapping.machine_map import MachineMap, VertexMap
 from nrp_brain_spinnaker.mapping.memory import dtcm_bytes, longest_row, neuron_core_bytes, source_bytes
 from nrp_brain_spinnaker.mapping.partition import Core, Vertex, place, vertices_of
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 
 
 def map_network(

@@ -10,7 +10,7 @@ from nrp_brain_spinnaker.mapping.fidelity import Fidelity, weigh
 from nrp_brain_spinnaker.mapping.machine_map import MachineMap
 from nrp_brain_spinnaker.mapping.plan import map_network
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.report import Fact, Quantity, Report, Table, Value
 
 _KIB = 1024

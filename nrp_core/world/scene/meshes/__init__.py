@@ -15,7 +15,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from urllib.parse import unquote
 
-from nrp_core.cache import kept_folder
+from nrp_core._support.disk_cache import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
 from nrp_core.world.scene.meshes.stl import write_stl

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from math import pi
 from pathlib import Path
 
-from nrp_core.cache import kept_folder
+from nrp_core._support.disk_cache import kept_folder
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.meshes.turned import Profile, arc, turned

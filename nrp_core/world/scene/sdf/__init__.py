@@ -13,11 +13,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.left_out import Places
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.pose import Pose
-from nrp_core.world.scene.reading import Notes, Reading
-from nrp_core.world.scene.resources import Resources
+from nrp_core.world.scene.reading.context import Notes, Reading
+from nrp_core.world.scene.reading.left_out import Places
+from nrp_core.world.scene.reading.resources import Resources
 from nrp_core.world.scene.sdf.model import build_model, read_parts
 from nrp_core.world.scene.sdf.placed import read_placed
 from nrp_core.world.scene.sdf.source import Source
@@ -42,7 +42,7 @@ def read_model(
             file resolve below it.
         pose: where it stands in the world; by default where the file says.
         search_path: folders that ``model://`` and relative paths are looked for in.
-        without: what is left out; see :mod:`nrp_core.world.scene.left_out`.
+        without: what is left out; see :mod:`nrp_core.world.scene.reading.left_out`.
 
     Raises:
         SceneError: the file cannot be used; file and line are named.
@@ -74,7 +74,7 @@ def read_scene(
     Args:
         path: the file.
         search_path: folders that ``model://`` and relative paths are looked for in.
-        without: what is left out; see :mod:`nrp_core.world.scene.left_out`.
+        without: what is left out; see :mod:`nrp_core.world.scene.reading.left_out`.
         lenient: whether an included model that is not there is left out, with a warning, instead of refused.
 
     Raises:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.bodies import Look
-from nrp_core.world.scene.material_scripts import script_color
 from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.model import Rgba
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.material_scripts import script_color
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.finish import albedo_map, read_finish
-from nrp_core.world.scene.xml_tree import Element
 
 
 def read_look(visual: Element, reading: Reading) -> Look:

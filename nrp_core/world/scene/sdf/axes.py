@@ -8,8 +8,8 @@ from math import hypot, inf
 from nrp_core.world.scene.checks import MODEL, SECOND_AXIS
 from nrp_core.world.scene.model import Joint, Mimic
 from nrp_core.world.scene.pose import Vector
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.frames import Frames
-from nrp_core.world.scene.xml_tree import Element
 
 _UNLIMITED = 1e16  # how SDF wrote "no limit" before it had inf
 _Z: Vector = (0.0, 0.0, 1.0)

@@ -26,10 +26,10 @@ import numpy as np
 
 from nrp_core.world.scene.model import Inertial, Joint, Link, Mimic
 from nrp_core.world.scene.pose import Pose
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.axes import second, slowed, with_axis
 from nrp_core.world.scene.sdf.frames import Frames
-from nrp_core.world.scene.xml_tree import Element
 
 Row: TypeAlias = tuple[Joint, ...]
 """The joints from one link to another, each told as if it were the only one between them."""

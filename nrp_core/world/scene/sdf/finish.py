@@ -12,8 +12,8 @@ from nrp_core.world.scene.finish import PLASTIC, Finish
 from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE
 from nrp_core.world.scene.meshes.pictures import mean_color
 from nrp_core.world.scene.model import Rgba
-from nrp_core.world.scene.reading import Reading
-from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.xml import Element
 
 _BURLEY = 0.08  # what the brightest specular colour reflects head-on (Burley 2012): an index of 1.8
 

@@ -10,11 +10,11 @@ import numpy as np
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Joint, Mimic
 from nrp_core.world.scene.pose import Pose
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.axes import direction
 from nrp_core.world.scene.sdf.compound import Row
 from nrp_core.world.scene.sdf.frames import Frames
-from nrp_core.world.scene.xml_tree import Element
 
 _ROUNDING = 1e-6
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Joint
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.axes import second, with_axis
 from nrp_core.world.scene.sdf.compound import COMPOUND, Row
 from nrp_core.world.scene.sdf.frames import Frames
-from nrp_core.world.scene.xml_tree import Element
 
 _SIMPLE = ("revolute", "continuous", "prismatic")
 _KINDS = (*_SIMPLE, *COMPOUND, "fixed", "gearbox")

@@ -7,9 +7,9 @@ from math import inf, pi
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.model import Light
 from nrp_core.world.scene.pose import Pose, Vector
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.appearance import read_color
-from nrp_core.world.scene.xml_tree import Element
 
 _KINDS = ("directional", "point", "spot")
 _DOWN: Vector = (0.0, 0.0, -1.0)

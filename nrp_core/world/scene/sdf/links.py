@@ -7,16 +7,16 @@ from dataclasses import replace
 from functools import partial
 
 from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link, free_name
-from nrp_core.world.scene.geometry import is_empty, read_geometry
 from nrp_core.world.scene.inertia import WATER, of_collisions
 from nrp_core.world.scene.meshes.convert import Form
 from nrp_core.world.scene.model import Inertial, Link
-from nrp_core.world.scene.reading import Reading
-from nrp_core.world.scene.repairs import DEFAULT_FRICTION, usable_friction, usable_inertial
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.geometry import is_empty, read_geometry
+from nrp_core.world.scene.reading.repairs import DEFAULT_FRICTION, usable_friction, usable_inertial
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.appearance import read_look
 from nrp_core.world.scene.sdf.frames import Frames
 from nrp_core.world.scene.sensors import read_sensors
-from nrp_core.world.scene.xml_tree import Element
 
 
 def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) -> Link:

@@ -12,10 +12,11 @@ from nrp_core.world.scene.checks import MODEL, WORLD, check_model
 from nrp_core.world.scene.controllers import read_controllers
 from nrp_core.world.scene.drives import read_drive
 from nrp_core.world.scene.model import Joint, Link, Model
-from nrp_core.world.scene.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.pose import Pose
-from nrp_core.world.scene.reading import Reading
-from nrp_core.world.scene.repairs import with_default_masses
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
+from nrp_core.world.scene.reading.repairs import with_default_masses
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.ros_controllers import ROS_CONTROL, read_ros_controllers
 from nrp_core.world.scene.sdf.compound import Row, in_a_row
 from nrp_core.world.scene.sdf.frames import Frames, model_scope
@@ -26,7 +27,6 @@ from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sensing import GroundTruth, Sensor
 from nrp_core.world.scene.sensor_kinds import joint_sensors, read_sensor_plugin, renamed
 from nrp_core.world.scene.trajectories import read_follower
-from nrp_core.world.scene.xml_tree import Element
 from nrp_core.world.topics import resolve_name
 
 _JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher")

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from itertools import count
 
 from nrp_core.world.scene.pose import Pose
-from nrp_core.world.scene.reading import Reading
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.frames import Frames, read_pose
 from nrp_core.world.scene.sdf.source import Source
-from nrp_core.world.scene.xml_tree import Element
 
 
 @dataclass(frozen=True, slots=True)

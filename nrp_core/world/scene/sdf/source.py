@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from nrp_core.archives import unpacked
+from nrp_core._support.archives import unpacked
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.formats import read_added
-from nrp_core.world.scene.left_out import leave_out
-from nrp_core.world.scene.reading import Reading
-from nrp_core.world.scene.resources import main_file
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.formats import read_added
+from nrp_core.world.scene.reading.left_out import leave_out
+from nrp_core.world.scene.reading.resources import main_file
+from nrp_core.world.scene.reading.xml import Element, read_xml
 from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
 from nrp_core.world.scene.urdf import to_sdf
 from nrp_core.world.scene.urdf.expand import expanded, is_xacro
-from nrp_core.world.scene.xml_tree import Element, read_xml
 
 OLDEST, NEWEST = (1, 4), (1, 12)
 

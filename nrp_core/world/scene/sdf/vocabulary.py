@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from difflib import get_close_matches
 
-from nrp_core.world.scene.reading import Notes
-from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.xml import Element
 
 _CHILDREN = {
     "sdf": "world model actor light state",

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.plugins import warn_of_plugin
 from nrp_core.world.scene.pose import Pose, Vector
-from nrp_core.world.scene.reading import Notes, Reading
+from nrp_core.world.scene.reading.context import Notes, Reading
+from nrp_core.world.scene.reading.plugins import warn_of_plugin
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.frames import Frames, read_pose
 from nrp_core.world.scene.sdf.lights import read_light
 from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
-from nrp_core.world.scene.xml_tree import Element
 
 _GRAVITY: Vector = (0.0, 0.0, -9.8)
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.checks import MODEL, WORLD
-from nrp_core.world.scene.reading import Notes
+from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import from_attributes, new, numbers, pose
 from nrp_core.world.scene.urdf.gazebo import apply_block
 from nrp_core.world.scene.urdf.transmissions import controlled, led, transmitted
-from nrp_core.world.scene.xml_tree import Element
 
 _READ = ("link", "joint", "material", "gazebo")
 _ELSEWHERE = ("sensor",)  # for drivers, not for the body

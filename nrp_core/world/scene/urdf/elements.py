@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nrp_core.world.scene.xml_tree import Element
+from nrp_core.world.scene.reading.xml import Element
 
 
 def new(tag: str, at: Element, *children: Element, text: str = "", **attributes: str) -> Element:

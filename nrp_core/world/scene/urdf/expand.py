@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.xml_tree import Element, parse_xml, read_xml, without_lines
+from nrp_core.world.scene.reading.xml import Element, parse_xml, read_xml, without_lines
 
 _SUBSTITUTION = ("$(", "${")
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nrp_core.world.scene.reading import Notes
+from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import new
-from nrp_core.world.scene.xml_tree import Element
 
 _NAME = "ros_control"
 _KINDS = {

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.grid import Grid
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network import STATIC, TSODYKS_MARKRAM, FloatArray, IntArray, Network
-from nrp_core.brain.short_term import CONSTANTS, released_share
+from nrp_core.brain.network.data import STATIC, TSODYKS_MARKRAM, FloatArray, IntArray, Network
+from nrp_core.brain.network.grid import Grid
+from nrp_core.brain.network.synapses.short_term import CONSTANTS, released_share
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 

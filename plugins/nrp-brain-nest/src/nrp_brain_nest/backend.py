@@ -5,12 +5,12 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import Annotated, ClassVar
 
+from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
 from nrp_core.clock import NS_PER_MS
-from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import BackendLoadError
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism

@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.grid import Grid
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.data import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
 

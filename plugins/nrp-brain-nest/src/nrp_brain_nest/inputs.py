@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from nrp_core.brain.grid import Grid
-from nrp_core.brain.network import RECEPTORS, FloatArray, IntArray, Network
+from nrp_core.brain.network.data import RECEPTORS, FloatArray, IntArray, Network
+from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import SynapticEvents
 
 from nrp_brain_nest.cells import Cells

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any, Final
 
-from nrp_core.brain.grid import Grid
+from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.remote import Sole
 
 NAME: Final = "NEST"

@@ -8,8 +8,7 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
-from nrp_core.brain.grid import Grid
-from nrp_core.brain.network import (
+from nrp_core.brain.network.data import (
     STATIC,
     STDP,
     TSODYKS_MARKRAM,
@@ -19,6 +18,7 @@ from nrp_core.brain.network import (
     Population,
     Projection,
 )
+from nrp_core.brain.network.grid import Grid
 from nrp_core.errors import CapabilityError, NetworkError
 
 from nrp_brain_nest.cell_types import CELL_TYPES

@@ -5,11 +5,11 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import Annotated, ClassVar, Literal
 
+from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network import Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
 from nrp_core.clock import NS_PER_MS
-from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import BackendLoadError
 from nrp_core.quantities import DurationNs
 from pydantic import AfterValidator, Field

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Network, Population, Projection
+from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Network, Population, Projection
 from nrp_core.errors import CapabilityError
 
 from nrp_brain_pynn.simulators import Simulator

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.grid import Grid
-from nrp_core.brain.network import STATIC, STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.cells.traub import settled_gates
+from nrp_core.brain.network.data import STATIC, STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.brain.traub import settled_gates
 
 from nrp_brain_pynn.backend import PyNNOptions
 from nrp_brain_pynn.checks import check_change

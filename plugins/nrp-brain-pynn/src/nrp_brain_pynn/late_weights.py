@@ -9,7 +9,7 @@ from abc import abstractmethod
 from typing import ClassVar
 
 import numpy as np
-from nrp_core.brain.network import STDP, FloatArray, IntArray, Projection
+from nrp_core.brain.network.data import STDP, FloatArray, IntArray, Projection
 
 from nrp_brain_pynn.driver import Driver
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 from nest import nestkernel_api
-from nrp_core.brain.grid import Grid
-from nrp_core.brain.network import FloatArray, IntArray
-from nrp_core.brain.train_queue import TrainQueue
+from nrp_core.brain.devices.train_queue import TrainQueue
+from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core.brain.network.grid import Grid
 
 
 class Trains:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from nrp_core.brain.grid import Grid
-from nrp_core.brain.network import TSODYKS_MARKRAM, FloatArray, Projection
-from nrp_core.brain.synapse_order import same_order
+from nrp_core.brain.network.data import TSODYKS_MARKRAM, FloatArray, Projection
+from nrp_core.brain.network.grid import Grid
+from nrp_core.brain.network.synapse_order import same_order
 
 
 def in_order(

@@ -7,7 +7,7 @@ from typing import Any, Final
 import nest
 import numpy as np
 import pyNN.nest as sim
-from nrp_core.brain.network import (
+from nrp_core.brain.network.data import (
     RECEPTORS,
     STATIC,
     FloatArray,
@@ -15,8 +15,8 @@ from nrp_core.brain.network import (
     Population,
     Projection,
 )
+from nrp_core.brain.network.synapse_order import same_order
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.brain.synapse_order import same_order
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pyNN.neuron as sim
 from neuron import h, hclass
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network import FloatArray, IntArray, Population, Projection
+from nrp_core.brain.network.data import FloatArray, IntArray, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError

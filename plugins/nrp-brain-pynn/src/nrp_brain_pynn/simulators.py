@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.simulation import Determinism
 
 _LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_cond_exp", "IF_cond_alpha"})

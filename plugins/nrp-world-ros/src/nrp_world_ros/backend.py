@@ -7,8 +7,8 @@ from dataclasses import replace
 from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
+from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.clock import NS_PER_MS, NS_PER_S
-from nrp_core.diagnosis import Diagnosis
 from nrp_core.errors import BackendError, BackendLoadError
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism

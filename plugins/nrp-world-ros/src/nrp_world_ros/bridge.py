@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
-from nrp_core.closing import Closing
+from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import Time

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from nrp_core.experiment.collector import Collector
-from nrp_core.experiment.model import Experiment
-from nrp_core.experiment.prepare import prepare
-from nrp_core.experiment.watch import declare_own
+from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.making.watch import declare_own
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.world.interface import World
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from nrp_brain_event import EventBackend, EventOptions
 
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.clock import NS_PER_MS
 
 PEERS = Path(__file__).parents[4] / "benchmarks" / "peers"

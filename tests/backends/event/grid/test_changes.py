@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import STDP, TSODYKS_MARKRAM, Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Population, Projection
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError

@@ -10,9 +10,9 @@ from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.noise import N_GUIDE, guide
 from nrp_brain_event.grid.poisson import drawable
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Network, Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.clock import NS_PER_MS
 
 N, RATE_HZ, STEP_MS = 503, 4000.0, 0.1

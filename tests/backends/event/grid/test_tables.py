@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.loader import build_grid
 
-from nrp_core.brain.grid import Grid as TimeGrid
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.clock import NS_PER_MS
 
 Cells = Callable[..., Population]

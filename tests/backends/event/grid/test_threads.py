@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
 from pydantic import ValidationError
 
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network import STATIC, STDP, TSODYKS_MARKRAM, Network, Population, Projection
-from nrp_core.brain.sinks import SpikeRecorder
-from nrp_core.brain.sources import PoissonSource
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population, Projection
 from nrp_core.clock import from_milliseconds
 from nrp_core.conformance.brain import parts
 from nrp_core.conformance.brain.samples import SAMPLES

@@ -11,10 +11,10 @@ PROGRAM = """
 import json
 import numpy as np
 from nrp_brain_event import EventBackend, EventOptions
-from nrp_core.brain.sinks import SpikeRecorder
+from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.conformance.brain.parts import cells, connect, network
 from nrp_core.conformance.brain.samples import SAMPLES
-from nrp_core.brain.network import Population, Projection
+from nrp_core.brain.network.data import Population, Projection
 
 noise = Population("noise", 4, "SpikeSourcePoisson", {
     "rate": np.full(4, 800.0), "start": np.zeros(4), "duration": np.full(4, 1e9),

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.formats import added_formats
+from nrp_core.world.scene.reading.formats import added_formats
 from nrp_core.world.scene.sdf import read_scene
 
 READER = """

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from nrp_core.world.scene.material_scripts import script_color
 from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.material_scripts import script_color
 from nrp_core.world.scene.sdf import read_model
 
 SCRIPT = """

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.xml_tree import Element, parse_xml, read_xml
+from nrp_core.world.scene.reading.xml import Element, parse_xml, read_xml
 
 FILE = Path("robot.sdf")
 

@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from nrp_core.closing import Closing
+from nrp_core._support.closing import Closing
 from nrp_core.errors import SimulationError
 from nrp_core.world.scene.model import Scene
 

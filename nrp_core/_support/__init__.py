@@ -1,0 +1,1 @@
+"""What only the platform itself uses: compiling, caches, files, child processes."""

@@ -1,0 +1,134 @@
+"""What this program runs on: processor, system, Python and what is installed in it."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import sys
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from platformdirs import user_cache_path
+
+from nrp_core._support.diagnosis import Diagnosis
+
+if TYPE_CHECKING:
+    from packaging.requirements import Requirement
+
+DISTRIBUTION = "nrp-core"
+CPU_FEATURES = ("sse4_2", "avx", "avx2", "fma", "avx512f")
+"""Instruction sets that engines use, and in which their results may differ in the last bit."""
+
+
+def describe() -> dict[str, object]:
+    """Return what a result may depend on besides the versions of what is installed."""
+    flags = cpu_flags() or frozenset()
+    return {
+        "platform": platform.platform(),
+        "architecture": platform.machine(),
+        "processor": _cpuinfo().get("model name", platform.processor()),
+        "cpu_features": [feature for feature in CPU_FEATURES if feature in flags],
+        "cores": os.cpu_count(),
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+    }
+
+
+def cores() -> int:
+    """Return the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def distributions() -> dict[str, str]:
+    """Return name and version of everything installed.
+
+    They are read off the names of the ``dist-info`` folders, which is a hundred times quicker than
+    reading all metadata; of two that share a name the one counts that is imported.
+    """
+    found: dict[str, str] = {}
+    for info in (info for entry in sys.path for info in Path(entry).glob("*.dist-info")):
+        name, _, installed = info.stem.partition("-")
+        found.setdefault(name.replace("_", "-"), installed)
+    return dict(sorted(found.items()))
+
+
+def cpu_flags() -> frozenset[str] | None:
+    """Return the processor's instruction sets as Linux names them, or None where it does not say."""
+    flags = _cpuinfo().get("flags")
+    return None if flags is None else frozenset(flags.split())
+
+
+def diagnose() -> list[Diagnosis]:
+    """Look at this machine for what the platform itself can use; backends look for themselves."""
+    return [*_processor(), _display(), _cache(), _compiler_cache(), *_packages()]
+
+
+def _processor() -> Iterator[Diagnosis]:
+    cores = os.cpu_count() or 1
+    together = "brain and world step at once" if cores > 1 else "brain and world step one after the other"
+    yield Diagnosis("more than one core", cores > 1, f"{cores} here: {together}")
+    flags = cpu_flags()
+    if flags is not None:
+        has_avx = "avx" in flags
+        meaning = "run" if has_avx else "may end with 'illegal instruction'"
+        yield Diagnosis("AVX instructions", has_avx, f"compiled engines {meaning}")
+
+
+def _display() -> Diagnosis:
+    shown = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return Diagnosis("a display", shown, "windows can be opened" if shown else "none; nothing here needs one")
+
+
+def _cache() -> Diagnosis:
+    folder = user_cache_path(DISTRIBUTION)
+    writable = _can_write(folder)
+    meaning = "what was found out is kept" if writable else "everything is found out anew every time"
+    return Diagnosis(f"a cache folder ({folder})", writable, meaning)
+
+
+def _compiler_cache() -> Diagnosis:
+    """Look whether compiled kernels can be kept: beside the code, or where Numba keeps them else."""
+    beside = _can_write(Path(__file__).parent / "__pycache__")
+    elsewhere = _can_write(Path(os.environ.get("NUMBA_CACHE_DIR") or user_cache_path("numba")))
+    meaning = "kernels are compiled once" if beside or elsewhere else "kernels are compiled in each process"
+    return Diagnosis("a place for compiled code", beside or elsewhere, meaning)
+
+
+def _can_write(folder: Path) -> bool:
+    nearest = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    return os.access(nearest, os.W_OK)
+
+
+def _packages() -> Iterator[Diagnosis]:
+    """Look at what the platform requires on this Python and system."""
+    from packaging.requirements import Requirement  # of no use to anything else here, and slow
+
+    for line in importlib.metadata.requires(DISTRIBUTION) or ():
+        requirement = Requirement(line)
+        if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
+            yield _package(requirement)
+
+
+def _package(requirement: Requirement) -> Diagnosis:
+    remedy = f"pip install '{requirement.name}{requirement.specifier}'"
+    try:
+        installed = version(requirement.name)
+    except PackageNotFoundError:
+        return Diagnosis(requirement.name, False, "not installed", remedy)
+    fits = requirement.specifier.contains(installed, prereleases=True)
+    meaning = installed if fits else f"{installed}; nrp-core was written for {requirement.specifier}"
+    return Diagnosis(requirement.name, fits, meaning, remedy)
+
+
+def _cpuinfo() -> dict[str, str]:
+    """Return the first value of each entry of ``/proc/cpuinfo``; empty elsewhere than on Linux."""
+    entries: dict[str, str] = {}
+    path = Path("/proc/cpuinfo")
+    for line in path.read_text().splitlines() if path.is_file() else ():
+        key, _, value = line.partition(":")
+        entries.setdefault(key.strip(), value.strip())
+    return entries

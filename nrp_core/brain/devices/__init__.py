@@ -1,0 +1,1 @@
+"""Devices that drive neurons and listen to them, the same on every backend."""

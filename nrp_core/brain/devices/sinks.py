@@ -1,0 +1,290 @@
+"""Devices that listen to neurons: exact functions of their spikes, the same on every backend.
+
+Names, units and defaults are those of the Neurorobotics Platform and PyNN (ms, mV, nF, nA).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from nrp_core.brain.network.data import IntArray
+from nrp_core.brain.network.filters import Kernel, LeakyMembrane
+from nrp_core.brain.spikes import Spikes
+from nrp_core.errors import CapabilityError
+
+if TYPE_CHECKING:
+    from nrp_core.brain.network.synapses.short_term import ShortTermSynapses
+
+
+@dataclass(frozen=True, slots=True)
+class SinkSpec(ABC):
+    """What a sink is; :meth:`open` makes it listen to neurons."""
+
+    @abstractmethod
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> SinkPort:
+        """Return the sink at work on ``neurons`` (global ids) of a network with ``n_neurons``."""
+
+
+class SinkPort(ABC):
+    """A sink at work. ``active = False`` makes it deaf.
+
+    Attributes:
+        quantity: the attribute that holds its value now, for recorders; None where it has no such.
+        unit: of that value.
+        passing: whether it only hands on what it hears; it then is no part of a snapshot.
+    """
+
+    quantity: ClassVar[str | None] = None
+    unit: ClassVar[str] = ""
+    passing: ClassVar[bool] = False
+
+    def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
+        self.neurons = neurons
+        self.name = name
+        self.active = True
+        self._heard = np.zeros(n_neurons, bool)
+        self._heard[neurons] = True
+        self._hears_all = bool(self._heard.all())
+
+    def receive(self, spikes: Spikes, until_ms: float) -> None:
+        """Take the spikes of all neurons in the window that ends at ``until_ms``."""
+        if not self.active:
+            spikes = Spikes()
+        elif not self._hears_all:
+            spikes = spikes.among(self._heard)
+        self._absorb(spikes, until_ms)
+
+    @abstractmethod
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None: ...
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Start anew at time 0."""
+
+    @abstractmethod
+    def save(self) -> object:
+        """Return everything that changes while running."""
+
+    @abstractmethod
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeakyIntegrator(SinkSpec):
+    """A neuron with infinite threshold that all chosen neurons project to.
+
+    Args:
+        weight: nA a spike; negative on the inhibitory receptor. None: +0.01 or -0.01.
+        delay: ms.
+        receptor_type: ``excitatory`` or ``inhibitory``.
+        cm, tau_m, tau_syn_E, tau_syn_I, v_rest, i_offset: as PyNN's IF_curr_alpha and IF_curr_exp.
+        v_thresh: infinity; an integrator that fires is not one.
+        synapse_type: for synapses that tire, see
+            :class:`~nrp_core.brain.network.synapses.short_term.ShortTermSynapses`.
+    """
+
+    weight: float | None = None
+    delay: float = 0.1
+    receptor_type: str = "excitatory"
+    cm: float = 1.0
+    tau_m: float = 10.0
+    tau_syn_E: float = 2.0
+    tau_syn_I: float = 2.0
+    v_rest: float = 0.0
+    v_reset: float = 0.0
+    v_thresh: float = inf
+    tau_refrac: float = 0.1
+    i_offset: float = 0.0
+    synapse_type: Mapping[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("cm", "tau_m", "tau_syn_E", "tau_syn_I"):
+            value = getattr(self, name)
+            if not (isfinite(value) and value > 0):
+                raise ValueError(f"{name} must be positive, not {value}")
+        if self.delay < 0 or not isfinite(self.delay):
+            raise ValueError(f"delay must be 0 ms or more, not {self.delay}")
+        if self.v_thresh != inf:
+            raise CapabilityError(f"a leaky integrator never fires: v_thresh is inf, not {self.v_thresh}")
+
+    def _open(self, kernel: Kernel, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
+        port = LeakyIntegratorPort(kernel, self._weight(), self.delay, neurons, n_neurons, name)
+        if self.synapse_type is not None:
+            port.tire(self.synapse_type)
+        return port
+
+    def _kernel(self, alpha: bool) -> Kernel:
+        tau_syn = self.tau_syn_E if self.receptor_type == "excitatory" else self.tau_syn_I
+        return Kernel(alpha, self.tau_m, tau_syn, self.cm, self.v_rest, self.i_offset)
+
+    def _weight(self) -> float:
+        if self.weight is not None:
+            return self.weight
+        return 0.01 if self.receptor_type == "excitatory" else -0.01
+
+
+@dataclass(frozen=True, slots=True)
+class LeakyIntegratorAlpha(LeakyIntegrator):
+    """Alpha-shaped currents, tau_m 10 ms, tau_syn 2 ms."""
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
+        return self._open(self._kernel(True), neurons, n_neurons, name)
+
+
+@dataclass(frozen=True, slots=True)
+class LeakyIntegratorExp(LeakyIntegrator):
+    """Exponential currents, tau_m 20 ms, tau_syn 0.5 ms."""
+
+    tau_m: float = 20.0
+    tau_syn_E: float = 0.5
+    tau_syn_I: float = 0.5
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
+        return self._open(self._kernel(False), neurons, n_neurons, name)
+
+
+@dataclass(frozen=True, slots=True)
+class PopulationRate(SinkSpec):
+    """The summed firing rate of all chosen neurons, smoothed.
+
+    A spike adds a difference of exponentials of unit area, so the mean is the sum of the rates in Hz.
+
+    Args:
+        tau_fall, tau_rise: ms; exchanged where the rise is the slower.
+    """
+
+    tau_fall: float = 20.0
+    tau_rise: float = 10.0
+
+    def __post_init__(self) -> None:
+        if not (self.tau_fall > 0 and self.tau_rise > 0):
+            raise ValueError(f"tau_fall and tau_rise must be positive, not {self.tau_fall}, {self.tau_rise}")
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> PopulationRatePort:
+        slow, fast = max(self.tau_fall, self.tau_rise), min(self.tau_fall, self.tau_rise)
+        kernel = Kernel(alpha=False, tau_m_ms=slow, tau_syn_ms=fast)
+        return PopulationRatePort(kernel, 1000.0 / kernel.area, 0.0, neurons, n_neurons, name)
+
+
+@dataclass(frozen=True, slots=True)
+class SpikeRecorder(SinkSpec):
+    """All spikes of the chosen neurons.
+
+    Args:
+        keep_ms: how long spikes are kept; everything by default.
+    """
+
+    keep_ms: float = inf
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> SpikeRecorderPort:
+        return SpikeRecorderPort(self.keep_ms, neurons, n_neurons, name)
+
+
+class _FilterPort(SinkPort):
+    """A linear filter of the spikes of all chosen neurons together."""
+
+    def __init__(
+        self, kernel: Kernel, weight: float, delay_ms: float, neurons: IntArray, n_neurons: int, name: str
+    ) -> None:
+        super().__init__(neurons, n_neurons, name)
+        self._kernel, self._delay_ms = kernel, delay_ms
+        # A neuron that is chosen twice counts twice, as two synapses would.
+        self._weights = weight * np.bincount(neurons, minlength=n_neurons)
+        self._synapses: ShortTermSynapses | None = None
+        self.reset()
+
+    def tire(self, synapse_type: Mapping[str, Any]) -> None:
+        """Give each neuron a synapse with short-term plasticity."""
+        from nrp_core.brain.network.synapses.short_term import ShortTermSynapses  # loads a compiler
+
+        self._synapses = ShortTermSynapses(synapse_type, np.full(len(self._heard), self._kernel.tau_syn_ms))
+
+    def reset(self) -> None:
+        if self._synapses is not None:
+            self._synapses.reset()
+        self._membrane = LeakyMembrane(self._kernel)
+        self._now_ms = 0.0
+
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
+        self._now_ms = until_ms
+        if not len(spikes):
+            return
+        weights = self._weights[spikes.neurons]
+        if self._synapses is not None:
+            weights = weights * self._synapses.released(spikes.neurons, spikes.times_ms)
+        for time_ms, weight in zip(spikes.times_ms.tolist(), weights.tolist(), strict=True):
+            self._membrane.push(time_ms + self._delay_ms, weight)
+
+    def _read(self) -> float:
+        return self._membrane.voltage_mv(self._now_ms)
+
+    def save(self) -> object:
+        synapses = None if self._synapses is None else self._synapses.save()
+        return self._now_ms, self.active, self._membrane.state(), synapses
+
+    def restore(self, saved: Any) -> None:
+        self._now_ms, self.active, state, synapses = saved
+        self._membrane.restore(state)
+        if self._synapses is not None:
+            self._synapses.restore(synapses)
+
+
+class LeakyIntegratorPort(_FilterPort):
+    """A leaky integrator at work."""
+
+    quantity, unit = "voltage", "mV"
+
+    @property
+    def voltage(self) -> float:
+        """Membrane voltage now, mV."""
+        return self._read()
+
+
+class PopulationRatePort(_FilterPort):
+    """A population rate at work."""
+
+    quantity, unit = "rate", "Hz"
+
+    @property
+    def rate(self) -> float:
+        """Smoothed sum of the firing rates now, Hz."""
+        return self._read()
+
+
+class SpikeRecorderPort(SinkPort):
+    """A spike recorder at work."""
+
+    def __init__(self, keep_ms: float, neurons: IntArray, n_neurons: int, name: str) -> None:
+        super().__init__(neurons, n_neurons, name)
+        self._keep_ms = keep_ms
+        self.reset()
+
+    def reset(self) -> None:
+        self._parts: list[Spikes] = []
+
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
+        if len(spikes):
+            self._parts.append(spikes)
+        while self._parts and self._parts[0].times_ms[-1] <= until_ms - self._keep_ms:
+            self._parts.pop(0)
+
+    def spikes(self, since_ms: float = -inf, until_ms: float = inf) -> Spikes:
+        """Return the spikes with ``since_ms < t <= until_ms``, ascending in time."""
+        first = len(self._parts)
+        while first and self._parts[first - 1].times_ms[-1] > since_ms:
+            first -= 1
+        return Spikes.merged(self._parts[first:]).within(since_ms, until_ms)
+
+    def save(self) -> object:
+        return self.active, list(self._parts)
+
+    def restore(self, saved: Any) -> None:
+        self.active, parts = saved
+        self._parts = list(parts)

@@ -1,0 +1,287 @@
+"""Spike trains that the core draws: Poisson and equidistant, at rates that change at any time.
+
+In operational time (the integral of the rate) a train is fixed: its arrivals ``u_k`` come in order from
+one stream. A change of the rate only moves the anchor between real and operational time, so a train
+depends neither on how a run is split nor on writes that change nothing.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from math import inf
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import numpy as np
+
+from nrp_core.brain.devices.ports import NO_EVENTS, Setting, SourcePort, SourceSpec, Value, check_synapse
+from nrp_core.brain.network.data import FloatArray, IntArray, Network
+from nrp_core.brain.network.limits import MAX_RATE_HZ
+from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.seeds import Seeds
+
+if TYPE_CHECKING:
+    from nrp_core.brain.network.synapses.short_term import ShortTermSynapses
+
+Time = TypeVar("Time", float, FloatArray)
+
+_BLOCK: Final = 256
+"""Arrivals drawn at a time."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpikeSourceSpec(SourceSpec):
+    """What spiking sources share.
+
+    Args:
+        rate: spikes a second and neuron: one number, or one for each neuron.
+        weight: PyNN's meaning for the target's cell type.
+        delay: ms from emission to arrival.
+        receptor_type: ``excitatory`` or ``inhibitory``.
+        start, duration: ms; silent outside.
+        n: number of independent generators on each neuron.
+        synapse_type: for synapses that tire, see
+            :class:`~nrp_core.brain.network.synapses.short_term.ShortTermSynapses`.
+    """
+
+    rate: Value = 0.0
+    weight: float = 0.00015
+    delay: float = 0.1
+    receptor_type: str = "excitatory"
+    start: float = 0.0
+    duration: float = inf
+    n: int = 1
+    synapse_type: Mapping[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        check_synapse(self.weight, self.delay, self.receptor_type)
+        if self.n < 1:
+            raise ValueError(f"n must be 1 or more, not {self.n}")
+        if self.synapse_type is not None and self.n != 1:
+            raise ValueError(
+                f"a source with a synapse_type is one generator for each neuron, not n = {self.n}"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class PoissonSource(SpikeSourceSpec):
+    """An independent Poisson train into each neuron."""
+
+    def open(self, neurons: IntArray, seeds: Seeds, name: str) -> PoissonPort:
+        return PoissonPort(self, neurons, seeds, name)
+
+
+@dataclass(frozen=True, slots=True)
+class FixedFrequencySource(SpikeSourceSpec):
+    """Equidistant spikes, the first one period after the rate became positive."""
+
+    def open(self, neurons: IntArray, seeds: Seeds, name: str) -> FixedFrequencyPort:
+        return FixedFrequencyPort(self, neurons, seeds, name)
+
+
+class TrainPort(SourcePort):
+    """Spike trains whose operational time runs at the rate."""
+
+    quantity, unit = "rate", "Hz"
+
+    def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
+        super().__init__(neurons, name)
+        self._spec = spec
+        self._borders_ms = spec.start, spec.start + spec.duration
+        self._rates = Setting("rate", len(neurons), least=0.0, most=MAX_RATE_HZ / spec.n)
+        self._weights = np.full(_BLOCK, spec.weight)
+        self._synapses: ShortTermSynapses | None = None
+        self.reset(seeds)
+
+    def start(self, now_ms: float, network: Network) -> None:
+        if self._spec.synapse_type is None:
+            return
+        from nrp_core.brain.network.synapses.short_term import ShortTermSynapses  # loads a compiler
+
+        self._places = np.zeros(network.size, np.int64)
+        self._places[self.neurons] = np.arange(len(self.neurons))
+        taus = network.synaptic_times_ms(self.neurons, self._spec.receptor_type)
+        self._synapses = ShortTermSynapses(self._spec.synapse_type, taus)
+
+    def reset(self, seeds: Seeds) -> None:
+        if self._synapses is not None:
+            self._synapses.reset()
+        self._anchor_ms = self._anchor_u = 0.0
+        self._anchored_rate = 0.0
+        self._reset_train(seeds)
+        self.rate = self._spec.rate
+
+    @property
+    def rate(self) -> float | FloatArray:
+        """Spikes a second, one number where all neurons have the same."""
+        return self._rates.value
+
+    @rate.setter
+    def rate(self, value: Value) -> None:
+        self._rates.set(value)
+        self._rates_changed()
+
+    def events(self, since_ms: float, until_ms: float) -> SynapticEvents:
+        times, neurons = self._between(since_ms, until_ms)
+        n = len(times)
+        if n == 0:
+            return NO_EVENTS
+        if n > len(self._weights):
+            self._weights = np.full(2 * n, self._spec.weight)
+        weights = self._weights[:n]
+        if self._synapses is not None:
+            weights = weights * self._synapses.released(self._places[neurons], times)
+        return SynapticEvents(neurons, times + self._spec.delay, weights, self._spec.receptor_type)
+
+    def _between(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
+        """Return times and neurons of a window."""
+        cuts = [border for border in self._borders_ms if since_ms < border < until_ms]
+        if not cuts:
+            return self._segment(since_ms, until_ms)
+        parts = [self._segment(a, b) for a, b in pairwise([since_ms, *cuts, until_ms])]
+        times, neurons = zip(*parts, strict=True)
+        return np.concatenate(times), np.concatenate(neurons)
+
+    def _segment(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
+        """Return times and neurons of a stretch of time without a border in it."""
+        start_ms, stop_ms = self._borders_ms
+        on = self.active and start_ms <= since_ms < stop_ms
+        rate = self._operational_rate if on else 0.0
+        if rate != self._anchored_rate:
+            self._anchor_u += self._anchored_rate * (since_ms - self._anchor_ms) * 1e-3
+            self._anchor_ms, self._anchored_rate = since_ms, rate
+        if rate == 0.0:
+            return NO_EVENTS.times_ms, NO_EVENTS.neurons
+        return self._take(until_ms)
+
+    def _operational(self, t_ms: float) -> float:
+        """Operational time, to rounding, of a real time at the rate in force."""
+        return self._anchor_u + (t_ms - self._anchor_ms) * self._anchored_rate * 1e-3
+
+    def _real_ms(self, u: Time) -> Time:
+        """Real time of operational times at the rate in force."""
+        return self._anchor_ms + (u - self._anchor_u) * (1e3 / self._anchored_rate)
+
+    def save(self) -> object:
+        anchors = (self._anchor_ms, self._anchor_u, self._anchored_rate)
+        synapses = None if self._synapses is None else self._synapses.save()
+        return self._rates.value, self.active, anchors, self._save_train(), synapses
+
+    def restore(self, saved: Any) -> None:
+        self.rate, self.active, anchors, train, synapses = saved
+        if self._synapses is not None:
+            self._synapses.restore(synapses)
+        self._anchor_ms, self._anchor_u, self._anchored_rate = anchors
+        self._restore_train(train)
+
+    _operational_rate: float
+    """Arrivals a second in the whole train."""
+
+    @abstractmethod
+    def _rates_changed(self) -> None: ...
+
+    @abstractmethod
+    def _reset_train(self, seeds: Seeds) -> None: ...
+
+    @abstractmethod
+    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]: ...
+
+    @abstractmethod
+    def _save_train(self) -> object: ...
+
+    @abstractmethod
+    def _restore_train(self, saved: Any) -> None: ...
+
+
+class PoissonPort(TrainPort):
+    """Poisson trains: one superposition of all, each arrival given to a neuron by an independent draw."""
+
+    _chosen: IntArray | None
+    """To whom the arrivals drawn so far go, as long as the rates keep their ratio."""
+
+    def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
+        self._equal_shares = self._shares = np.arange(1, len(neurons) + 1) / max(1, len(neurons))
+        super().__init__(spec, neurons, seeds, name)
+
+    def _rates_changed(self) -> None:
+        if self._rates.common is not None:
+            total = self._rates.common * len(self.neurons)
+            self._share_out(self._equal_shares)
+        else:
+            total = float(self._rates.each.sum())
+            self._share_out(np.cumsum(self._rates.each) / total)
+        self._operational_rate = total * self._spec.n
+
+    def _share_out(self, shares: FloatArray) -> None:
+        """Give each arrival to a neuron; the shares of the neurons are summed up."""
+        if shares is not self._shares:
+            self._shares, self._chosen = shares, None
+
+    def _reset_train(self, seeds: Seeds) -> None:
+        self._rng = seeds.stream(self.name)
+        self._u, self._v = np.empty(0), np.empty(0)
+        self._chosen = None
+        self._next = 0
+        self._last_u = 0.0
+
+    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
+        guess = self._operational(until_ms)
+        if self._last_u <= guess + 1.0:
+            self._draw_beyond(guess + 1.0)  # so that the last arrival is surely not due
+        first, last = self._next, int(self._u.searchsorted(guess, "right"))
+        while self._real_ms(self._u.item(last)) <= until_ms:  # the guess is off by rounding, the times decide
+            last += 1
+        while last > first and self._real_ms(self._u.item(last - 1)) > until_ms:
+            last -= 1
+        if self._chosen is None:
+            shares = self._shares.searchsorted(self._v, "right")
+            self._chosen = self.neurons.take(shares, mode="clip")
+        self._next = last
+        return self._real_ms(self._u[first:last]), self._chosen[first:last]
+
+    def _draw_beyond(self, u: float) -> None:
+        times, shares = [self._u[self._next :]], [self._v[self._next :]]
+        while self._last_u <= u:
+            times.append(self._last_u + self._rng.standard_exponential(_BLOCK).cumsum())
+            shares.append(self._rng.random(_BLOCK))
+            self._last_u = float(times[-1][-1])
+        self._u, self._v = np.concatenate(times), np.concatenate(shares)
+        self._chosen = None
+        self._next = 0
+
+    def _save_train(self) -> object:
+        rest = slice(self._next, None)
+        return self._rng.bit_generator.state, self._u[rest].copy(), self._v[rest].copy(), self._last_u
+
+    def _restore_train(self, saved: Any) -> None:
+        self._rng.bit_generator.state, self._u, self._v, self._last_u = saved
+        self._chosen = None
+        self._next = 0
+
+
+class FixedFrequencyPort(TrainPort):
+    """Equidistant spikes; all neurons fire together, at one common rate."""
+
+    def _rates_changed(self) -> None:
+        if self._rates.common is None:
+            raise ValueError("a fixed-frequency source has one rate; use a device group for several")
+        self._operational_rate = self._rates.common
+
+    def _reset_train(self, seeds: Seeds) -> None:
+        self._next = 1
+
+    def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
+        u = np.arange(self._next, int(self._operational(until_ms)) + 2, dtype=float)
+        times = self._real_ms(u)
+        n = int(times.searchsorted(until_ms, "right"))
+        self._next += n
+        repeats = self._spec.n * len(self.neurons)
+        return times[:n].repeat(repeats), np.tile(self.neurons.repeat(self._spec.n), n)
+
+    def _save_train(self) -> object:
+        return self._next
+
+    def _restore_train(self, saved: Any) -> None:
+        self._next = saved

@@ -1,0 +1,147 @@
+"""Load a brain script: an ordinary PyNN script, executed for the network that it builds.
+
+Whatever PyNN simulator the script imports, ``nrp_core.pynn`` included, is the builder of
+:mod:`nrp_core.brain.pynn`. The script and the modules beside it see it so, nobody else does.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from types import CodeType, MappingProxyType, ModuleType
+from typing import Any
+
+from nrp_core._support.scoped_import import Missing, Scope
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.picking import Selection, with_views
+from nrp_core.errors import ExperimentError, NetworkError
+from nrp_core.paths import MissingFileError, existing_file
+
+# what of PyNN is not a simulator
+_LIBRARY = frozenset(
+    {
+        "common", "connectors", "core", "descriptions", "errors", "models", "morphology", "multisim",
+        "network", "parameters", "random", "recording", "serialization", "space", "standardmodels", "utility",
+    }
+)  # fmt: skip
+# simulators that PyNN once had
+_FORMER_SIMULATORS = frozenset({"brian", "moose", "nemo", "pcsim"})
+
+
+def load_network(
+    path: Path | str,
+    *,
+    populations: Mapping[str, Selection] | None = None,
+    seed: int = 0,
+    simulators: Iterable[str] = (),
+    compiled: Callable[[Path], CodeType] | None = None,
+    adapt: Callable[[ModuleType], None] | None = None,
+    modules: Mapping[str, ModuleType] | None = None,
+    other: Callable[[Mapping[str, Any]], Network | None] | None = None,
+    missing: Missing | None = None,
+    folders: Iterable[Path] = (),
+) -> Network:
+    """Execute a brain script and return its network.
+
+    What the script keeps in variables (populations, views, assemblies) becomes a view of that name.
+
+    Args:
+        path: the script.
+        populations: names for neurons of the script's ``circuit``, a population, view or assembly. A
+            ``circuit`` that is a dictionary gives its populations the names of its keys instead.
+        seed: all random numbers that the script does not seed itself follow from it.
+        simulators: further modules, ``package.module``, that the script imports as its simulator.
+        compiled: returns what the script, or a file that it imports, means, where it is not Python itself.
+        adapt: changes the simulator before the script sees it, say for the spellings of another version.
+        modules: further modules that the script sees, by name.
+        other: returns the network that the script built with one of these, from its variables; None where
+            it used PyNN.
+        missing: returns what stands in for modules that are nowhere.
+        folders: where modules are looked for that do not stand beside the script.
+
+    Raises:
+        NetworkError: the script is missing, is not Python, raises, or builds what cannot be; with
+            file and line.
+        NeuronSelectionError: ``populations`` reaches outside the circuit.
+        CapabilityError: the script uses a model that networks cannot hold.
+    """
+    from nrp_core.brain.pynn import builder
+    from nrp_core.brain.pynn.export import network_of
+    from nrp_core.brain.pynn.views import views_of
+
+    try:
+        file = existing_file(path)
+    except MissingFileError as error:
+        raise NetworkError(str(error)) from None
+    sim = builder(seed)
+    if adapt is not None:
+        adapt(sim)
+    scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled)
+    try:
+        module = scope.run(file)
+    except (Exception, SystemExit) as error:
+        raise scope.located(error, NetworkError, file) from error
+    try:
+        network = other(vars(module)) if other is not None else None
+        if network is not None:
+            return with_views(network, populations or {})
+        return network_of(sim.state, views_of(vars(module), populations or {}, sim.state))
+    except ExperimentError as error:
+        error.path = error.path or file
+        raise
+
+
+def scope_of(
+    sim: ModuleType,
+    simulators: Iterable[str] = (),
+    modules: Mapping[str, ModuleType] = MappingProxyType({}),
+    folders: Iterable[Path] = (),
+    missing: Missing | None = None,
+    compiled: Callable[[Path], CodeType] | None = None,
+) -> Scope:
+    """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses its classes.
+
+    Args:
+        sim: the simulator.
+        simulators: dotted names of further modules that are this simulator.
+        modules: further modules, by name.
+        folders: where modules are looked for that do not stand beside the file.
+        missing: returns what stands in for modules that are nowhere.
+        compiled: returns what a file means; by default it is Python.
+    """
+    from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
+
+    more = dict.fromkeys(simulators, sim)
+    for name in list(more):
+        parent, dot, child = name.rpartition(".")
+        if not dot:
+            continue
+        package = more.setdefault(parent, ModuleType(parent))
+        setattr(package, child, sim)
+    more.update(modules)
+
+    @cache
+    def substitute(name: str) -> ModuleType | None:
+        root, _, rest = name.partition(".")
+        child = rest.partition(".")[0]
+        if name == sim.__name__:
+            return sim
+        if name in more:
+            return more[name]
+        if root != "pyNN" or not child:
+            return None
+        if child in _LIBRARY:
+            return overlaid(importlib.import_module(name), vars(sim)) if find_spec(name) else None
+        known = child == SIMULATOR_NAME or child in _FORMER_SIMULATORS or find_spec(f"pyNN.{child}")
+        return sim if known else None
+
+    return Scope(
+        {"pyNN", "nrp_core", *(name.partition(".")[0] for name in more)},
+        substitute,
+        folders,
+        missing,
+        compiled,
+    )

@@ -1,0 +1,139 @@
+"""A SONATA circuit as a network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
+from nrp_core.brain.files.sonata.config import Config, Files, read_config
+from nrp_core.brain.files.sonata.edges import read_edges
+from nrp_core.brain.files.sonata.items import Items, read_items, read_types
+from nrp_core.brain.files.sonata.node_sets import read_node_sets
+from nrp_core.brain.files.sonata.nodes import Nodes, Trains, read_nodes
+from nrp_core.brain.network.data import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.picking import Selection, with_views
+from nrp_core.errors import ExperimentError, NetworkError
+
+_MAGIC = 0x0A7A
+
+T = TypeVar("T")
+
+
+def read_sonata(
+    path: Path | str,
+    *,
+    populations: Mapping[str, Selection] | None = None,
+    seed: int = 0,  # noqa: ARG001  readers of all kinds of files take it
+) -> Network:
+    """Read a circuit from its configuration, or from that of a simulation with it.
+
+    A population of nodes becomes a population of its name, or several (``name/cell type``) where its nodes
+    are of several models; a view of its name has all nodes in their order. What the column ``pop_name``
+    of node types calls its nodes becomes a view as well, and so does each node set. Edges
+    become one projection for each receptor and kind of synapse.
+
+    Args:
+        path: ``circuit_config.json`` or ``simulation_config.json``, whose spike inputs are read too.
+        populations: more names for nodes; they are counted through all populations in turn.
+        seed: has no effect: a circuit holds nothing random.
+
+    Raises:
+        NetworkError: a file is missing, cut short or contradicts itself; with file and place.
+        NeuronSelectionError: ``populations`` reaches outside the circuit.
+        CapabilityError: the circuit has cells or synapses that networks do not have.
+    """
+    path = Path(path)
+    config = read_config(path)
+    try:
+        nodes = _nodes(config)
+        cells = {p.label: p for part in nodes.values() for p in part.populations}
+        network = Network(cells, tuple(_projections(config, nodes)))
+        views = _views(network, nodes)
+        ids = {name: views[name] for name in nodes}
+        for path_of_sets in config.node_sets:
+            _add_sets(views, path_of_sets, read_node_sets(path_of_sets, nodes, ids))
+        network = Network(cells, network.projections, views)
+        return with_views(network, populations or {})
+    except ExperimentError as error:
+        error.path = error.path or path
+        raise
+
+
+def _add_sets(views: dict[str, IntArray], path: Path, sets: Mapping[str, IntArray]) -> None:
+    """Add node sets to what has a name already; one may say again what a population is.
+
+    Raises:
+        NetworkError: a set has the name of other nodes.
+    """
+    for name, chosen in sets.items():
+        if name in views and not np.array_equal(views[name], chosen):
+            raise NetworkError(f"the node set '{name}' has the name of other nodes", path=path)
+        views[name] = chosen
+
+
+def _nodes(config: Config) -> dict[str, Nodes]:
+    nodes: dict[str, Nodes] = {}
+    spikes = _spikes(config)
+    for files in config.nodes:
+
+        def read(part: Any, items: Items) -> Nodes:
+            if items.name in nodes:
+                raise NetworkError(f"two populations of nodes are called '{items.name}'")
+            return read_nodes(part, items, spikes.get(items.name, {}))
+
+        for found in _read(files, "node", config.point_neuron_models, read):
+            nodes[found.items.name] = found
+    return nodes
+
+
+def _projections(config: Config, nodes: Mapping[str, Nodes]) -> list[Projection]:
+    found: list[Projection] = []
+    for files in config.edges:
+        for several in _read(
+            files, "edge", config.synaptic_models, lambda part, items: list(read_edges(part, items, nodes))
+        ):
+            found += several
+    return found
+
+
+def _read(files: Files, kind: str, parameters: Path, read: Callable[[Any, Items], T]) -> list[T]:
+    """Return what each population of nodes or edges in a file is read as."""
+    types = read_types(files.types, kind, parameters)
+    with reading(files.data) as file:
+        if "magic" in file.attrs and attribute(file, "magic", int) != _MAGIC:
+            raise NetworkError("is HDF5, but not SONATA: its attribute 'magic' has another value")
+        return [
+            read(part, read_items(part, name, kind, types)) for name, part in groups(group(file, f"{kind}s"))
+        ]
+
+
+def _spikes(config: Config) -> Mapping[str, Trains]:
+    """Return the spikes (ms) of virtual nodes, by population and node number."""
+    found: dict[str, dict[int, FloatArray]] = {}
+    for path in config.spikes:
+        with reading(path) as file:
+            for name, part in groups(group(file, "spikes")):
+                times, ids = array(part, "timestamps", float), array(part, "node_ids", np.int64)
+                order = np.lexsort((times, ids))
+                numbers, starts = np.unique(ids[order], return_index=True)
+                trains = np.split(times[order], starts[1:])
+                found.setdefault(name, {}).update(zip(numbers.tolist(), trains, strict=True))
+    return found
+
+
+def _views(network: Network, nodes: Mapping[str, Nodes]) -> dict[str, IntArray]:
+    views: dict[str, IntArray] = {}
+    for name, part in nodes.items():
+        ids = np.empty(len(part.items), np.int64)
+        for (_, chosen), population in zip(part.models, part.populations, strict=True):
+            ids[chosen] = network.ids_of(population.label)
+        views[name] = ids
+        for number, label in part.items.texts("pop_name").items():
+            mine = ids[part.items.type_ids == number]
+            if label and label not in nodes:
+                views[label] = np.concatenate([views.get(label, mine[:0]), mine])
+    return views

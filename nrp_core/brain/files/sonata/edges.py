@@ -1,0 +1,140 @@
+"""SONATA's populations of edges as projections."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.files.hdf5 import array, attribute
+from nrp_core.brain.files.sonata.items import Items
+from nrp_core.brain.files.sonata.models import Model
+from nrp_core.brain.files.sonata.nodes import Nodes
+from nrp_core.brain.files.sonata.synapses import Chosen, Values, models_of
+from nrp_core.brain.network.data import RECEPTORS, FloatArray, IndexArray, IntArray, Population, Projection
+from nrp_core.errors import NetworkError, did_you_mean
+
+
+def read_edges(part: Any, items: Items, nodes: Mapping[str, Nodes]) -> Iterator[Projection]:
+    """Yield the projections of a population of edges: one for each pair of cell populations and receptor.
+
+    Args:
+        part: its HDF5 group.
+        items: its edges.
+        nodes: all populations of nodes.
+
+    Raises:
+        NetworkError: an edge refers to what there is not, or has an impossible weight or delay.
+        CapabilityError: networks have no such synapses.
+    """
+    models = list(models_of(items))
+    pre, pre_places = _ends(part, "source", items, nodes)
+    post, post_places = _ends(part, "target", items, nodes)
+    weight = _weights(items)
+    delay_ms = _required(items, ("delay",))
+    inhibitory = _is_inhibitory(items, weight)
+    for pre_population, _, pre_index in _cells(pre, pre_places):
+        for post_population, model, post_index in _cells(post, post_places):
+            between = (pre_index >= 0) & (post_index >= 0)
+            signs = zip(RECEPTORS, (~inhibitory, inhibitory), strict=True)
+            for (receptor, sign), (name, synapses, of_model) in product(signs, models):
+                chosen = np.flatnonzero(between & sign & of_model)
+                if not len(chosen):
+                    continue
+                label = _label(items.name, pre, post, pre_population.label, post_population.label, receptor)
+                tau_minus = post.items.numbers("tau_minus")[post_places[chosen]]
+                which = Chosen(
+                    owner=f"edges '{items.name}'", values=_reader(items, chosen), target=post_population,
+                    post_index=post_index[chosen], tau_minus=tau_minus, receptor=receptor,
+                    weight_scale=_times(items)[chosen] * model.weight_scale,
+                )  # fmt: skip
+                kind = synapses(which)
+                yield Projection(
+                    label=f"{label} {name}" if len(models) > 1 else label,
+                    pre=pre_population.label, post=post_population.label, receptor=receptor,
+                    pre_index=pre_index[chosen], post_index=post_index[chosen],
+                    weight=_signed(weight[chosen], model, receptor),
+                    delay_ms=np.ascontiguousarray(delay_ms[chosen]), synapse_type=kind.synapse_type,
+                    synapse_parameters=kind.synapse_parameters, plasticity=kind.plasticity,
+                )  # fmt: skip
+
+
+def _label(name: str, pre: Nodes, post: Nodes, source: str, target: str, receptor: str) -> str:
+    between = f" ({source}→{target})" if len(pre.populations) > 1 or len(post.populations) > 1 else ""
+    return f"{name}{between} {receptor}"
+
+
+def _reader(items: Items, chosen: IntArray) -> Values:
+    def values(name: str, default: float) -> FloatArray:
+        given = items.numbers(name)[chosen]
+        return np.where(np.isnan(given), default, given)
+
+    return values
+
+
+def _ends(part: Any, end: str, items: Items, nodes: Mapping[str, Nodes]) -> tuple[Nodes, IntArray]:
+    ids = array(part, f"{end}_node_id", np.int64)
+    if len(ids) != len(items):
+        raise NetworkError(f"edges '{items.name}' are {len(items)}, and {len(ids)} of them have a {end}")
+    name = attribute(part[f"{end}_node_id"], "node_population", str)
+    if name not in nodes:
+        raise NetworkError(
+            f"edges '{items.name}': no {end} nodes are called '{name}'{did_you_mean(name, nodes)}"
+        )
+    return nodes[name], nodes[name].places_of(ids, items.name)
+
+
+def _cells(nodes: Nodes, places: IntArray) -> Iterator[tuple[Population, Model, IndexArray]]:
+    """Yield each cell population of nodes, with the index in it of every node at ``places``, or -1."""
+    for (model, chosen), population in zip(nodes.models, nodes.populations, strict=True):
+        index = np.full(len(nodes.items), -1, np.int32)
+        index[chosen] = np.arange(len(chosen))
+        yield population, model, index[places]
+
+
+def _weights(items: Items) -> FloatArray:
+    """Return weights as in the file: a synapse's, times the number of synapses that an edge stands for."""
+    return _required(items, ("syn_weight", "weight")) * _times(items)
+
+
+def _times(items: Items) -> FloatArray:
+    """Return how many synapses each edge stands for."""
+    n = items.numbers("nsyns")
+    return np.where(np.isnan(n), 1.0, n)
+
+
+def _required(items: Items, names: tuple[str, ...]) -> FloatArray:
+    values = items.numbers(names[0])
+    for name in names[1:]:
+        values = np.where(np.isnan(values), items.numbers(name), values) if np.isnan(values).any() else values
+    missing = np.isnan(values)
+    if missing.any():
+        edge = int(np.argmax(missing))
+        raise NetworkError(
+            f"edge {edge} of '{items.name}' (type {items.type_ids[edge]}) has no {' or '.join(names)}; its "
+            f"attributes: {', '.join(sorted(items.names()))}"
+        )
+    return values
+
+
+def _is_inhibitory(items: Items, weight: FloatArray) -> Any:
+    """Return which edges inhibit: those of such a receptor, or else with a negative weight."""
+    inhibitory = np.asarray(weight < 0)
+    for number, receptor in items.texts("receptor_type").items():
+        if receptor in ("", "default"):
+            continue
+        if receptor not in RECEPTORS:
+            hint = did_you_mean(receptor, RECEPTORS)
+            raise NetworkError(f"edge type {number} of '{items.name}': receptor_type '{receptor}'{hint}")
+        inhibitory = np.where(items.type_ids == number, receptor == "inhibitory", inhibitory)
+    return inhibitory
+
+
+def _signed(weight: FloatArray, model: Model, receptor: str) -> FloatArray:
+    """Return weights in PyNN's units; conductances without a sign, since the receptor says what they do."""
+    scaled = np.ascontiguousarray(weight) * model.weight_scale
+    if "_cond_" in model.cell_type and receptor == "inhibitory":
+        return np.abs(scaled)
+    return scaled

@@ -1,0 +1,184 @@
+"""Nodes or edges of a SONATA population, and their attributes.
+
+An attribute stands in the HDF5 file, for each item, or in the table of types, for all items of a type, or
+in a file of parameters that the table names; the first of these that has it counts.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.files.hdf5 import array, group
+from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core.errors import NetworkError
+
+Types = Mapping[int, Mapping[str, Any]]
+
+DYNAMICS = "dynamics_params"
+_NOTHING = frozenset({"", "null", "none", "nan"})
+
+
+@dataclass(frozen=True)
+class Items:
+    """Nodes or edges of one population.
+
+    Args:
+        name: of the population.
+        kind: ``node`` or ``edge``.
+        type_ids: shape ``(n,)``.
+        types: attributes by type.
+        groups: for each HDF5 group, which items are in it and where, and its own attributes.
+    """
+
+    name: str
+    kind: str
+    type_ids: IntArray
+    types: Types
+    groups: tuple[tuple[IntArray, IntArray, Mapping[str, np.ndarray[Any, Any]]], ...]
+    _used: tuple[int, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        used = tuple(np.unique(self.type_ids).tolist())
+        for number in used:
+            if number not in self.types:
+                known = ", ".join(map(str, self.types)) or "none"
+                raise NetworkError(
+                    f"{self.kind}s '{self.name}' have the type {number}, which no table has; it has {known}"
+                )
+        object.__setattr__(self, "_used", used)
+
+    def __len__(self) -> int:
+        return len(self.type_ids)
+
+    def numbers(self, name: str) -> FloatArray:
+        """Return a number for each item, NaN where it has none; one number that all share takes no memory.
+
+        Raises:
+            NetworkError: a type has something else.
+        """
+        shared = {number: self._number(number, name) for number in self._used}
+        if len(set(shared.values())) == 1 and not any(name in own for *_, own in self.groups):
+            return np.broadcast_to(np.float64(next(iter(shared.values()))), (len(self),))
+        values = np.full(len(self), np.nan)
+        for number, value in shared.items():
+            values[self.type_ids == number] = value
+        for items, places, own in self.groups:
+            if name in own:
+                values[items] = own[name][places]
+        return values
+
+    def texts(self, name: str) -> Mapping[int, str]:
+        """Return a text for each type that is used; the empty text where it has none."""
+        found = {number: self.types[number].get(name) for number in self._used}
+        return {number: "" if value is None else str(value) for number, value in found.items()}
+
+    def names(self) -> set[str]:
+        """Return the names of all attributes."""
+        named = {name for number in self._used for name in self.types[number]}
+        return named.union(*(own for *_, own in self.groups))
+
+    def _number(self, number: int, name: str) -> float:
+        value = self.types[number].get(name)
+        try:
+            return np.nan if value is None else float(value)
+        except ValueError:
+            raise NetworkError(
+                f"{self.kind} type {number} of '{self.name}': {name} is '{value}', not a number"
+            ) from None
+
+
+def read_items(part: Any, name: str, kind: str, types: Types) -> Items:
+    """Read the nodes or edges of a population from its HDF5 group.
+
+    Raises:
+        NetworkError: the group does not hold them.
+    """
+    type_ids = array(part, f"{kind}_type_id", np.int64)
+    n = len(type_ids)
+    if f"{kind}_group_id" in part:
+        group_ids = array(part, f"{kind}_group_id", np.int64)
+        places = array(part, f"{kind}_group_index", np.int64)
+    else:  # a single group needs no index
+        group_ids, places = np.zeros(n, np.int64), np.arange(n)
+    if not len(group_ids) == len(places) == n:
+        raise NetworkError(f"{kind}s '{name}': {n} types, {len(group_ids)} groups and {len(places)} places")
+    groups = []
+    for number in np.unique(group_ids).tolist():
+        items = np.flatnonzero(group_ids == number)
+        own = _own(group(part, str(number))) if str(number) in part else {}
+        _require_rows(f"{kind}s '{name}', group {number}", own, places[items])
+        groups.append((items, places[items], own))
+    return Items(name, kind, type_ids, types, tuple(groups))
+
+
+def _own(part: Any) -> dict[str, np.ndarray[Any, Any]]:
+    """Return the numbers that a group holds, those of the model's dynamics included."""
+    found = {}
+    for parent in (part, *([part[DYNAMICS]] if DYNAMICS in part else [])):
+        for name in parent:
+            dataset = parent[name]
+            if hasattr(dataset, "dtype") and dataset.dtype.kind in "iuf":
+                found[name] = np.asarray(dataset[()], dtype=float)
+    if "positions" in found and found["positions"].ndim == 2:
+        found |= dict(zip("xyz", found.pop("positions").T, strict=False))
+    return found
+
+
+def _require_rows(owner: str, own: Mapping[str, np.ndarray[Any, Any]], places: IntArray) -> None:
+    if not len(places):
+        return
+    first, last = int(places.min()), int(places.max())
+    for name, values in own.items():
+        if first < 0 or last >= len(values):
+            raise NetworkError(f"{owner}: '{name}' has {len(values)} values, and place {last} is used")
+
+
+def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
+    """Read a table of types, with the files of parameters that it names.
+
+    Args:
+        path: the table, words and quoted texts with blanks between; None: all are of one type, 0.
+        kind: ``node`` or ``edge``.
+        parameters: the folder of the files that its column ``dynamics_params`` names.
+
+    Raises:
+        NetworkError: a file is missing or cannot be understood.
+    """
+    if path is None:
+        return {0: {}}
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file, delimiter=" ", quotechar='"', skipinitialspace=True))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise NetworkError(f"the table of types cannot be read: {error}", path=path) from error
+    found = {}
+    for line, row in enumerate(rows, 2):
+        number = row.get(f"{kind}_type_id")
+        if number is None or not number.isdigit():
+            raise NetworkError(f"has no number in the column '{kind}_type_id'", path=path, line=line)
+        values = {name: value for name, value in row.items() if name and _is_given(value)}
+        found[int(number)] = {**_parameters(values.get(DYNAMICS), parameters, path, line), **values}
+    return found
+
+
+def _is_given(value: object) -> bool:
+    return isinstance(value, str) and value.lower() not in _NOTHING
+
+
+def _parameters(name: str | None, folder: Path, table: Path, line: int) -> dict[str, Any]:
+    if name is None:
+        return {}
+    try:
+        given = json.loads((folder / name).read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise NetworkError(f"its parameters cannot be read: {error}", path=table, line=line) from error
+    if not isinstance(given, dict):
+        raise NetworkError(f"its parameters in '{name}' are not a JSON object", path=table, line=line)
+    return {key: value for key, value in given.items() if isinstance(value, (int, float))}

@@ -1,0 +1,114 @@
+"""Node sets: names for nodes, given by what the nodes have in common or by the names of other sets.
+
+https://github.com/AllenInstitute/sonata/blob/master/docs/SONATA_DEVELOPER_GUIDE.md#node-sets-file
+"""
+
+from __future__ import annotations
+
+import json
+import operator
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.brain.files.sonata.nodes import Nodes
+from nrp_core.brain.network.data import IntArray
+from nrp_core.errors import NetworkError, did_you_mean
+
+Mask = npt.NDArray[np.bool_]
+
+_OPERATORS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
+    "$gt": operator.gt, "$lt": operator.lt, "$gte": operator.ge, "$lte": operator.le,
+}  # fmt: skip
+
+
+def read_node_sets(
+    path: Path, nodes: Mapping[str, Nodes], ids: Mapping[str, IntArray]
+) -> Mapping[str, IntArray]:
+    """Return the global ids of the nodes in each set of a file, in the order of the nodes.
+
+    Args:
+        path: the file.
+        nodes: all populations of nodes.
+        ids: of their nodes.
+
+    Raises:
+        NetworkError: the file cannot be read, or a set names what there is not.
+    """
+    try:
+        sets = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise NetworkError(f"the node sets cannot be read: {error}", path=path) from None
+    if not isinstance(sets, dict):
+        raise NetworkError("the node sets are not a JSON object", path=path)
+    try:
+        masks = {name: _resolved(name, sets, nodes, ()) for name in sets}
+    except NetworkError as error:
+        error.path = path
+        raise
+    empty = np.empty(0, np.int64)
+    return {
+        name: np.concatenate([empty, *(ids[population][mask] for population, mask in found.items())])
+        for name, found in masks.items()
+    }
+
+
+def _resolved(
+    name: str, sets: Mapping[str, Any], nodes: Mapping[str, Nodes], above: tuple[str, ...]
+) -> dict[str, Mask]:
+    """Return which nodes of each population are in a set."""
+    if name in above:
+        raise NetworkError(f"node set '{name}' contains itself: {' > '.join([*above, name])}")
+    if name not in sets:
+        raise NetworkError(f"node set '{above[-1]}' names no set '{name}'{did_you_mean(name, sets)}")
+    rule = sets[name]
+    if isinstance(rule, Mapping):
+        return {label: _matching(name, rule, label, part) for label, part in nodes.items()}
+    if not isinstance(rule, list):
+        raise NetworkError(f"node set '{name}' is no JSON object and no list of names")
+    parts = [_resolved(str(other), sets, nodes, (*above, name)) for other in rule]
+    return {
+        label: np.logical_or.reduce([np.zeros(len(part.items), bool), *(found[label] for found in parts)])
+        for label, part in nodes.items()
+    }
+
+
+def _matching(name: str, rule: Mapping[str, Any], label: str, part: Nodes) -> Mask:
+    mask = np.ones(len(part.items), bool)
+    for attribute, wanted in rule.items():
+        choices = wanted if isinstance(wanted, list) else [wanted]
+        if attribute == "population":
+            mask &= label in choices
+        elif isinstance(wanted, Mapping):
+            mask &= _compared(name, attribute, wanted, part)
+        else:
+            mask &= _equal(attribute, choices, part)
+    return mask
+
+
+def _compared(name: str, attribute: str, wanted: Mapping[str, Any], part: Nodes) -> Mask:
+    mask = np.ones(len(part.items), bool)
+    for sign, number in wanted.items():
+        if sign not in _OPERATORS or not isinstance(number, (int, float)):
+            hint = did_you_mean(sign, _OPERATORS)
+            raise NetworkError(
+                f"node set '{name}': {attribute} cannot be compared by '{sign}': {number}{hint}"
+            )
+        mask &= _OPERATORS[sign](_numbers(attribute, part), number)
+    return mask
+
+
+def _equal(attribute: str, choices: list[Any], part: Nodes) -> Mask:
+    if all(isinstance(choice, (int, float)) for choice in choices):
+        return np.isin(_numbers(attribute, part), choices)
+    named = part.items.texts(attribute)
+    return np.isin(part.items.type_ids, [number for number, text in named.items() if text in choices])
+
+
+def _numbers(attribute: str, part: Nodes) -> npt.NDArray[Any]:
+    if attribute == "node_id":
+        return part.node_ids
+    return part.items.type_ids if attribute == "node_type_id" else part.items.numbers(attribute)

@@ -1,0 +1,150 @@
+"""SONATA's populations of nodes as populations of cells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pyNN.standardmodels import cells as standard
+
+from nrp_core.brain.files.hdf5 import array
+from nrp_core.brain.files.sonata.items import Items
+from nrp_core.brain.files.sonata.models import LEAK_NS, Model, Parameter, model_of
+from nrp_core.brain.network.data import FloatArray, IntArray, Population
+from nrp_core.errors import CapabilityError, NetworkError
+
+VIRTUAL = "virtual"
+_POISSON = Model("SpikeSourcePoisson", {})
+_ARRAY = Model("SpikeSourceArray", {})
+
+Trains = Mapping[int, FloatArray]
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """One population of nodes.
+
+    Args:
+        items: the nodes.
+        node_ids: their numbers, by which edges know them.
+        models: of each cell population that they become, with the nodes in it.
+        populations: the cells; a node's index within its population is its place in the nodes of the model.
+    """
+
+    items: Items
+    node_ids: IntArray
+    models: tuple[tuple[Model, IntArray], ...]
+    populations: tuple[Population, ...]
+
+    def places_of(self, node_ids: IntArray, edges: str) -> IntArray:
+        """Return which nodes have these numbers.
+
+        Raises:
+            NetworkError: none has one of them; it names the edges that refer to it.
+        """
+        order = np.argsort(self.node_ids, kind="stable")
+        ordered = self.node_ids[order]
+        at = np.minimum(np.searchsorted(ordered, node_ids), len(ordered) - 1)
+        wrong = ordered[at] != node_ids
+        if wrong.any():
+            raise NetworkError(
+                f"edges '{edges}' refer to node {node_ids[np.argmax(wrong)]}, which nodes "
+                f"'{self.items.name}' do not have"
+            )
+        return order[at]
+
+
+def read_nodes(part: Any, items: Items, spikes: Trains) -> Nodes:
+    """Make the cells of a population of nodes.
+
+    Args:
+        part: its HDF5 group.
+        items: its nodes.
+        spikes: of virtual nodes, ms, by node number.
+
+    Raises:
+        NetworkError: a parameter is impossible.
+        CapabilityError: networks have no such cells.
+    """
+    node_ids = array(part, "node_id", np.int64) if "node_id" in part else np.arange(len(items))
+    models = tuple(_models(items))
+    several = len(models) > 1
+    populations = tuple(
+        _population(f"{items.name}/{model.cell_type}" if several else items.name, model, items, chosen,
+                    [spikes.get(int(node), np.empty(0)) for node in node_ids[chosen]]
+                    if model is _ARRAY else ())
+        for model, chosen in models
+    )  # fmt: skip
+    return Nodes(items, node_ids, models, populations)
+
+
+def _models(items: Items) -> Iterator[tuple[Model, IntArray]]:
+    """Yield each kind of cell among nodes, in order of the first of a kind, with its nodes."""
+    kinds, templates = items.texts("model_type"), items.texts("model_template")
+    chosen: dict[str, tuple[Model, list[int]]] = {}
+    is_random = ~np.isnan(items.numbers("rate"))
+    for number, kind in kinds.items():
+        if kind == VIRTUAL:
+            random = bool(is_random[items.type_ids == number].any())
+            model = _POISSON if random else _ARRAY
+        else:
+            model = model_of(f"node type {number} of '{items.name}'", kind, templates[number])
+        chosen.setdefault(f"{model.cell_type} {model.rests}", (model, []))[1].append(number)
+    for model, numbers in chosen.values():
+        yield model, np.flatnonzero(np.isin(items.type_ids, numbers))
+
+
+def _population(
+    label: str, model: Model, items: Items, chosen: IntArray, trains: Sequence[FloatArray]
+) -> Population:
+    base = getattr(standard, model.cell_type)
+    defaults = {k: v for k, v in base.default_parameters.items() if k != "spike_times"}
+    parameters = {name: _values(name, model, items, chosen, default) for name, default in defaults.items()}
+    initial = {name: np.full(len(chosen), value) for name, value in base.default_initial_values.items()}
+    if model.rests:
+        initial["v"] = parameters["v_rest"].copy()
+    for name, source in model.initial.items():
+        initial[name] = _given(source, items, chosen)
+    for name, only in model.fixed.items():
+        given = items.numbers(name)[chosen]
+        if (given[~np.isnan(given)] != only).any():
+            raise CapabilityError(
+                f"nodes '{items.name}': {name} of {model.cell_type} cells can only be {only:g}"
+            )
+    return Population(
+        label=label, size=len(chosen), cell_type=model.cell_type, parameters=parameters,
+        initial_values=initial, spike_times_ms=tuple(trains), positions_um=_positions(items, chosen),
+    )  # fmt: skip
+
+
+def _values(name: str, model: Model, items: Items, chosen: IntArray, default: float) -> FloatArray:
+    source = model.parameters.get(name, Parameter(name, 1.0, default))
+    if source.name == "tau_m" and model.rests:
+        leak = items.numbers("g_L")[chosen]
+        leaky = _leak_ns(items, chosen)
+        if leaky is not None:  # C_m / g_L is in pF / nS, which is ms
+            leak = np.where(np.isnan(leak), leaky, leak)
+            return _values("cm", model, items, chosen, np.nan) * 1000 / leak
+    return _given(source, items, chosen)
+
+
+def _given(source: Parameter, items: Items, chosen: IntArray) -> FloatArray:
+    values = items.numbers(source.name)[chosen]
+    return np.ascontiguousarray(np.where(np.isnan(values), source.default, values) * source.scale)
+
+
+def _leak_ns(items: Items, chosen: IntArray) -> FloatArray | None:
+    """Return the default leak of each node's model; None for models with a membrane time constant."""
+    templates = items.texts("model_template")
+    by_type = {number: LEAK_NS.get(text.partition(":")[2]) for number, text in templates.items()}
+    found = [by_type[number] for number in items.type_ids[chosen].tolist()]
+    return None if None in found else np.array(found, dtype=float)
+
+
+def _positions(items: Items, chosen: IntArray) -> FloatArray | None:
+    columns = [items.numbers(axis)[chosen] for axis in "xyz"]
+    if np.isnan(columns[0]).any():
+        return None
+    return np.nan_to_num(np.stack(columns, axis=1))

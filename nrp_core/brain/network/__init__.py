@@ -1,0 +1,1 @@
+"""Networks as data: cells, synapses, limits, and how they are indexed."""

@@ -1,0 +1,320 @@
+"""A neural network as data: populations, projections, named views.
+
+Every backend receives the identical network; connectivity and random parameters were drawn once,
+when it was built. Names and units are PyNN's: ms, mV, nF, nA, uS; weights in uS for
+conductance-based and nA for current-based targets (mV for IF_curr_delta and Izhikevich), negative on the
+inhibitory receptor of current-based targets.
+
+Neurons are addressed by *global ids*: the populations laid one after another in definition order.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.brain.network.indices import IndexArray as IndexArray
+from nrp_core.brain.network.indices import ends_of, folded, indices_of
+from nrp_core.brain.network.limits import check_cells, check_spike_times, check_synapses, check_values
+from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+RECEPTORS = ("excitatory", "inhibitory")
+STATIC = "static"
+TSODYKS_MARKRAM = "tsodyks_markram"
+STDP = "stdp"
+
+
+@dataclass(frozen=True)
+class Population:
+    """Cells of one type.
+
+    Args:
+        label: unique name within the network.
+        size: number of cells.
+        cell_type: PyNN's name of the standard cell, e.g. ``IF_cond_alpha``.
+        parameters: every parameter of the cell type, PyNN names and units, shape ``(size,)``.
+        initial_values: initial state variables (``v`` in mV, ...), shape ``(size,)``.
+        spike_times_ms: for ``SpikeSourceArray``: one ascending array a cell, else empty.
+        positions_um: shape ``(size, 3)``, or None where the model has no space.
+
+    Raises:
+        NetworkError: a shape does not fit or a value is not finite.
+    """
+
+    label: str
+    size: int
+    cell_type: str
+    parameters: Mapping[str, FloatArray]
+    initial_values: Mapping[str, FloatArray] = field(default_factory=dict)
+    spike_times_ms: tuple[FloatArray, ...] = ()
+    positions_um: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        for kind, values in (("parameter", self.parameters), ("initial value", self.initial_values)):
+            for name, array in values.items():
+                if array.shape != (self.size,):
+                    raise NetworkError(
+                        f"population '{self.label}': {kind} '{name}' has shape {array.shape}, "
+                        f"not ({self.size},)"
+                    )
+            check_values(f"population '{self.label}'", values)
+        if self.spike_times_ms and len(self.spike_times_ms) != self.size:
+            raise NetworkError(
+                f"population '{self.label}' has {len(self.spike_times_ms)} spike trains for its "
+                f"{self.size} cells"
+            )
+        if self.positions_um is not None and self.positions_um.shape != (self.size, 3):
+            raise NetworkError(
+                f"population '{self.label}': positions have shape {self.positions_um.shape}, "
+                f"not ({self.size}, 3)"
+            )
+        check_spike_times(f"population '{self.label}'", self.spike_times_ms)
+
+    @property
+    def is_source(self) -> bool:
+        """Whether the cells only emit spikes (``SpikeSourcePoisson``, ``SpikeSourceArray``)."""
+        return self.cell_type.startswith("SpikeSource")
+
+    @property
+    def is_conductance_based(self) -> bool:
+        """Whether synaptic weights are conductances in uS."""
+        return "_cond_" in self.cell_type
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a projection was made, for backends that need the distribution and not the draw.
+
+    Args:
+        connector: PyNN's name of the connector, e.g. ``FixedProbabilityConnector``.
+        parameters: its parameters: numbers, flags and texts; None for arrays.
+        weight: the weight as given: a number, a distribution such as ``normal(mu=0.5, sigma=0.1)``, or a
+            function of the distance ``d`` such as ``0.1*exp(-d)``; None where each synapse got its own.
+        delay: the delay (ms) as given, likewise.
+    """
+
+    connector: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    weight: Any = None
+    delay: Any = None
+
+
+@folded("pre_index", "post_index")
+@dataclass(frozen=True)
+class Projection:
+    """Synapses from one population to another on one receptor.
+
+    Args:
+        label: unique name within the network.
+        pre, post: labels of the populations.
+        receptor: ``excitatory`` or ``inhibitory``.
+        pre_index, post_index: cells within their populations, shape ``(n_synapses,)``; kept in less memory
+            than they show, so who needs few at a time asks for :meth:`pairs`.
+        weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
+            may share memory (a broadcast array).
+        delay_ms: shape ``(n_synapses,)``, likewise.
+        synapse_type: ``static``, ``tsodyks_markram`` or ``stdp``.
+        synapse_parameters: for ``tsodyks_markram`` ``U``, ``tau_rec``, ``tau_facil`` (ms), shape
+            ``(n_synapses,)``; for ``stdp`` the rule's parameters.
+        plasticity: for ``stdp`` the names of the timing and weight dependence.
+        origin: how it was made.
+    """
+
+    label: str
+    pre: str
+    post: str
+    receptor: str
+    pre_index: IndexArray
+    post_index: IndexArray
+    weight: FloatArray
+    delay_ms: FloatArray
+    synapse_type: str = STATIC
+    synapse_parameters: Mapping[str, FloatArray] = field(default_factory=dict)
+    plasticity: Mapping[str, str] = field(default_factory=dict)
+    origin: Origin = field(default_factory=lambda: Origin("FromListConnector"))
+
+    @property
+    def size(self) -> int:
+        """Number of synapses."""
+        return len(indices_of(self, "pre_index"))
+
+    def pairs(self) -> Iterator[tuple[IndexArray, IndexArray]]:
+        """Yield ``pre_index`` and ``post_index`` of all synapses in parts that need little memory."""
+        return zip(indices_of(self, "pre_index").parts(), indices_of(self, "post_index").parts(), strict=True)
+
+    def ends(self, synapse: int) -> tuple[int, int]:
+        """Return the indices of the two cells that a synapse connects."""
+        return ends_of(self, synapse)
+
+
+@dataclass(frozen=True)
+class Network:
+    """Populations, the projections between them, and named views on their neurons.
+
+    Args:
+        populations: by label, in definition order (which fixes the global ids).
+        projections: in definition order.
+        views: named groups of neurons as global ids, what transfer functions call ``nrp.brain.<name>``.
+        timestep_ms: the time step that the model was written for, or None where it names none; a
+            backend with a grid of its own may follow it.
+
+    Raises:
+        NetworkError: the parts do not fit together.
+    """
+
+    populations: Mapping[str, Population]
+    projections: tuple[Projection, ...] = ()
+    views: Mapping[str, IntArray] = field(default_factory=dict)
+    timestep_ms: float | None = None
+
+    def __post_init__(self) -> None:
+        for label, population in self.populations.items():
+            if label != population.label:
+                raise NetworkError(f"population '{population.label}' is stored under the name '{label}'")
+            check_cells(f"population '{label}'", population.parameters)
+        for projection in self.projections:
+            self._check(projection)
+        for name, ids in self.views.items():
+            if ids.size and not (ids.min() >= 0 and ids.max() < self.size):
+                raise NetworkError(f"view '{name}' reaches outside the network's {self.size} neurons")
+
+    @cached_property
+    def size(self) -> int:
+        """Number of neurons, sources included."""
+        return sum(population.size for population in self.populations.values())
+
+    @cached_property
+    def offsets(self) -> Mapping[str, int]:
+        """Global id of the first neuron of each population."""
+        offsets, total = {}, 0
+        for label, population in self.populations.items():
+            offsets[label] = total
+            total += population.size
+        return offsets
+
+    def neurons(self, label: str) -> IntArray:
+        """Return the global ids of a named view or population.
+
+        Raises:
+            NeuronSelectionError: neither has that name.
+        """
+        if label in self.views:
+            return self.views[label]
+        if label not in self.populations:
+            hint = did_you_mean(label, [*self.views, *self.populations])
+            raise NeuronSelectionError(f"the brain has no population '{label}'{hint}")
+        return self.ids_of(label)
+
+    def ids_of(self, label: str) -> IntArray:
+        """Return the global ids of a population."""
+        first = self.offsets[label]
+        return np.arange(first, first + self.populations[label].size)
+
+    def label_of(self, neuron: int) -> tuple[str, int]:
+        """Return the population of a global id and the index within it."""
+        for label, first in self.offsets.items():
+            if first <= neuron < first + self.populations[label].size:
+                return label, neuron - first
+        raise NeuronSelectionError(f"the network has no neuron {neuron}; it has {self.size}")
+
+    def positions_of(self, neurons: IntArray) -> FloatArray:
+        """Return where neurons (global ids) lie, um, shape ``(n, 3)``.
+
+        Raises:
+            NeuronSelectionError: a population of theirs has no positions.
+        """
+        positions = np.empty((len(neurons), 3))
+        for label, population in self.populations.items():
+            index = neurons - self.offsets[label]
+            mine = (index >= 0) & (index < population.size)
+            if mine.any():
+                if population.positions_um is None:
+                    raise NeuronSelectionError(
+                        f"population '{label}' has no positions; give it a structure where it is made, "
+                        "e.g. sim.Population(10, ..., structure=sim.Line(dx=50.0))"
+                    )
+                positions[mine] = population.positions_um[index[mine]]
+        return positions
+
+    def synaptic_times_ms(self, neurons: IntArray, receptor: str) -> FloatArray:
+        """Return the time constant of a receptor of each neuron (global ids); 0 where input is a jump."""
+        times, name = np.zeros(self.size), "tau_syn_E" if receptor == "excitatory" else "tau_syn_I"
+        for label, population in self.populations.items():
+            if name in population.parameters:
+                times[self.ids_of(label)] = population.parameters[name]
+        return times[neurons]
+
+    @cached_property
+    def digest(self) -> str:
+        """Hash of everything in the network; equal digests, equal networks."""
+        state = hashlib.blake2b(digest_size=16)
+        for population in self.populations.values():
+            _feed(state, (population.label, population.size, population.cell_type))
+            _feed(state, dict(population.parameters), dict(population.initial_values))
+            _feed(state, population.spike_times_ms, population.positions_um)
+        for projection in self.projections:
+            _feed(state, (projection.label, projection.pre, projection.post, projection.receptor))
+            for name in ("pre_index", "post_index"):
+                state.update(f"int32{(projection.size,)}False".encode())  # as _feed does
+                for part in indices_of(projection, name).parts():
+                    state.update(part.tobytes())
+            _feed(state, projection.weight, projection.delay_ms, projection.synapse_type)
+            _feed(state, dict(projection.synapse_parameters), dict(projection.plasticity))
+            _feed(state, asdict(projection.origin))
+        _feed(state, dict(self.views), self.timestep_ms)
+        return state.hexdigest()
+
+    def _check(self, projection: Projection) -> None:
+        where = f"projection '{projection.label}'"
+        for end in ("pre", "post"):
+            label = getattr(projection, end)
+            if label not in self.populations:
+                raise NetworkError(f"{where} names no population '{label}'")
+            size = self.populations[label].size
+            lowest, highest = indices_of(projection, f"{end}_index").bounds()
+            if lowest < 0 or highest >= size:
+                raise NetworkError(f"{where}: {end} index outside population '{label}' of {size}")
+        if projection.receptor not in RECEPTORS:
+            raise NetworkError(
+                f"{where}: receptor '{projection.receptor}'{did_you_mean(projection.receptor, RECEPTORS)}"
+            )
+        if self.populations[projection.post].is_source:
+            raise NetworkError(f"{where} ends on '{projection.post}', which only emits spikes")
+        self._check_values(where, projection)
+
+    def _check_values(self, where: str, projection: Projection) -> None:
+        values = {"weight": projection.weight, "delay": projection.delay_ms}
+        for name, array in values.items():
+            if array.shape != (projection.size,):
+                raise NetworkError(f"{where}: {name} has shape {array.shape}, not ({projection.size},)")
+        conductance_based = self.populations[projection.post].is_conductance_based
+        check_synapses(
+            where, projection.ends, {**values, **projection.synapse_parameters},
+            receptor=projection.receptor, conductance_based=conductance_based, signed=conductance_based,
+        )  # fmt: skip
+
+
+def _feed(state: hashlib.blake2b, *values: object) -> None:
+    """Add values to a hash; arrays by dtype, shape and bytes, without copying broadcast ones whole."""
+    for value in values:
+        if isinstance(value, np.ndarray):
+            constant = value.ndim == 1 and value.strides == (0,) and value.size > 1
+            state.update(f"{value.dtype}{value.shape}{bool(constant)}".encode())
+            state.update(np.ascontiguousarray(value[:1] if constant else value).tobytes())
+        elif isinstance(value, dict):
+            for key in sorted(value):
+                _feed(state, key, value[key])
+        elif isinstance(value, tuple):
+            for item in value:
+                _feed(state, item)
+        else:
+            state.update(repr(value).encode() + b";")

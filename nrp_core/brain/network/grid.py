@@ -1,0 +1,60 @@
+"""The grid of simulators that advance in equal steps: what happens within a step happens at its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.errors import TimestepError
+
+_ROUNDING: Final = 1e-6
+"""Steps by which a time that is meant to lie on the grid may be off it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Points in time.
+
+    Args:
+        step_ns: distance of the points.
+        owner: whose they are, for messages, e.g. ``NEST``.
+    """
+
+    step_ns: int
+    owner: str = "the brain"
+
+    @property
+    def step_ms(self) -> float:
+        """Distance of the points, ms."""
+        return milliseconds(self.step_ns)
+
+    def first_at(self, times_ms: FloatArray) -> IntArray:
+        """Return the number of the first point that is not before each time."""
+        return np.ceil(times_ms * (NS_PER_MS / self.step_ns) - _ROUNDING).astype(np.int64)
+
+    def time_ms(self, numbers: IntArray) -> FloatArray:
+        """Return when points are."""
+        times: FloatArray = numbers * self.step_ns / NS_PER_MS
+        return times
+
+    def delays(self, delays_ms: FloatArray) -> IntArray:
+        """Return delays in steps: the nearest number, at least one."""
+        return np.maximum(np.rint(delays_ms * (NS_PER_MS / self.step_ns)).astype(np.int64), 1)
+
+    def number_of(self, t_ns: int) -> int:
+        """Return the number of the point at a time.
+
+        Raises:
+            TimestepError: there is none.
+        """
+        number, rest = divmod(t_ns, self.step_ns)
+        if rest:
+            raise TimestepError(
+                f"{self.owner} runs in steps of {self.step_ms:g} ms "
+                f"and cannot stop at {milliseconds(t_ns):g} ms"
+            )
+        return number

@@ -1,0 +1,106 @@
+"""Neurons picked from a circuit, as experiment files write it."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from nrp_core.brain.network.data import IntArray, Network
+from nrp_core.errors import NeuronSelectionError
+
+Selection: TypeAlias = str | int | Sequence[int] | Mapping[str, Any] | None
+"""Neurons of a circuit: ``"0:5"``, ``"0:6:2"``, ``5``, ``[0, 2]``, ``{"from": 0, "to": 6, "step": 2}``,
+``{"list": [0, 2]}``, or None for all of them; they mean what they mean to a NumPy array."""
+
+CIRCUIT = "circuit"
+_BOUNDS = {"from": "start", "to": "stop", "step": "step"}
+
+
+def with_views(network: Network, populations: Mapping[str, Selection]) -> Network:
+    """Return a network in which some neurons have more names.
+
+    Args:
+        network: the network; its circuit is what bears that name, else all of its neurons.
+        populations: by name, which cells of the circuit these are.
+
+    Raises:
+        NeuronSelectionError: the circuit has no such cells.
+    """
+    if not populations:
+        return network
+    named = CIRCUIT in network.views or CIRCUIT in network.populations
+    circuit = network.neurons(CIRCUIT) if named else np.arange(network.size)
+    views = {name: picked(name, selection, circuit) for name, selection in populations.items()}
+    return replace(network, views={**network.views, **views})
+
+
+def picked(name: str, selection: Selection, circuit: IntArray) -> IntArray:
+    """Return the neurons of a circuit (global ids) that a selection means.
+
+    Args:
+        name: what they are to be called, for the message.
+        selection: which they are.
+        circuit: global ids.
+
+    Raises:
+        NeuronSelectionError: that is no selection, reaches outside the circuit or picks none.
+    """
+    size = len(circuit)
+    try:
+        index = _index(selection)
+    except (ValueError, TypeError, KeyError):
+        raise NeuronSelectionError(
+            f"population '{name}': cells are picked by '0:5', '0:6:2', 5, [0, 2], "
+            f"{{from: 0, to: 6, step: 2}} or {{list: [0, 2]}}, not by {selection!r}"
+        ) from None
+    if not _is_inside(index, size):
+        raise NeuronSelectionError(
+            f"population '{name}': {selection!r} reaches outside the circuit, whose cells are 0..{size - 1}"
+        )
+    picked = np.atleast_1d(circuit[index])
+    if not picked.size:
+        raise NeuronSelectionError(f"population '{name}': {selection!r} picks no cell of the circuit")
+    return picked
+
+
+def blamed(error: NeuronSelectionError, names: Iterable[str]) -> str:
+    """Return which of several populations an error of :func:`picked` is about, empty for none."""
+    return next((name for name in names if error.message.startswith(f"population '{name}':")), "")
+
+
+def _is_inside(index: slice | IntArray, size: int) -> bool:
+    if isinstance(index, slice):
+        return all(-size <= bound <= size for bound in (index.start, index.stop) if bound is not None)
+    return bool(((index >= -size) & (index < size)).all())
+
+
+def _index(selection: Selection) -> slice | IntArray:
+    """Return a selection as NumPy takes it.
+
+    Raises:
+        ValueError, TypeError, KeyError: it is none.
+    """
+    if selection is None:
+        return slice(None)
+    if isinstance(selection, str):
+        bounds = [int(part) if part.strip() else None for part in selection.split(":")]
+        return _slice(*bounds) if len(bounds) > 1 else np.array(int(selection))
+    if isinstance(selection, Mapping):
+        if set(selection) == {"list"}:
+            return _index(selection["list"])
+        return _slice(**{_BOUNDS[key]: value for key, value in selection.items()})
+    index = np.asarray(selection)
+    if index.ndim > 1 or (index.size and index.dtype.kind not in "iu"):
+        raise ValueError(selection)
+    return index.astype(np.int64)
+
+
+def _slice(start: int | None = None, stop: int | None = None, step: int | None = None) -> slice:
+    bounds = [None if bound is None else operator.index(bound) for bound in (start, stop, step)]
+    if bounds[2] == 0:
+        raise ValueError("the step is 0")
+    return slice(*bounds)

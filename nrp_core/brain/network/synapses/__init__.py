@@ -1,0 +1,1 @@
+"""What is known of synapse laws."""

@@ -1,0 +1,76 @@
+"""``nrp backends``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nrp_core.cli.options import Json
+from nrp_core.cli.output import document
+
+if TYPE_CHECKING:
+    from nrp_core.cli.survey import Surveyed
+
+
+def backends(
+    refresh: Annotated[
+        bool,
+        typer.Option(
+            "--refresh", envvar="NRP_REFRESH", help="Look again, even if nothing seems to have changed."
+        ),
+    ] = False,
+    json: Json = False,
+) -> None:
+    """List the installed backends: what they have, or why not."""
+    from nrp_core.cli.survey import survey
+
+    found = survey(anew=refresh)
+    if json:
+        document({"backends": [as_data(backend) for backend in found]})
+        return
+    for backend in found:
+        for line in _lines(backend):
+            typer.echo(line)
+    if not found:
+        typer.echo("none is installed; try: pip install nrp-core")
+
+
+def as_data(backend: Surveyed) -> dict[str, Any]:
+    """Return what is known of a backend as plain data."""
+    return {
+        "kind": backend.kind,
+        "name": backend.provider.name,
+        "distribution": backend.provider.distribution,
+        "version": backend.provider.version,
+        "target": backend.provider.target,
+        "available": backend.available,
+        "capabilities": backend.capabilities,
+        "reason": backend.reason or None,
+        "remedy": backend.remedy or None,
+        "diagnoses": backend.diagnoses,
+    }
+
+
+def _lines(backend: Surveyed) -> Iterator[str]:
+    provider = backend.provider
+    mark = typer.style("✓", fg="green") if backend.available else typer.style("✗", fg="red")
+    name = typer.style(provider.name, bold=True)
+    yield f"{mark} {backend.kind} {name}  {provider.distribution} {provider.version}"
+    if not backend.available:
+        yield f"    {backend.advice}"
+    for question, answer in _told(backend.capabilities):
+        yield f"    {question:<16} {answer}"
+
+
+def _told(capabilities: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Return questions and answers in words; what a backend does not have is left out."""
+    for name, value in capabilities.items():
+        if name.endswith("_ns"):
+            steps = "exact" if value is None else f"{value / 1e6:g} ms"
+            yield name.removesuffix("_ns").replace("_", " "), steps
+        elif isinstance(value, list):
+            yield name.replace("_", " "), ", ".join(map(str, value)) or "none"
+        else:
+            yield name.replace("_", " "), {True: "yes", False: "no"}.get(value, str(value))

@@ -1,0 +1,138 @@
+"""``nrp conformance``."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from enum import StrEnum
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any
+
+import typer
+
+from nrp_core.cli.failure import NO
+from nrp_core.cli.options import Json, require_folder_of
+from nrp_core.cli.output import document
+
+NEEDED = ("pytest", "hypothesis")
+
+
+class Kind(StrEnum):
+    """What is proved."""
+
+    BRAIN = "brain"
+    WORLD = "world"
+
+
+class Level(StrEnum):
+    """How far is asked; each level contains the one before it."""
+
+    CONTRACT = "contract"
+    CORE = "core"
+    FULL = "full"
+
+
+def conformance(
+    kind: Annotated[Kind, typer.Argument(help="Which side of the loop it simulates.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="The name of an installed backend.")],
+    options: Annotated[
+        list[str] | None,
+        typer.Option("--options", "-o", metavar="KEY=VALUE", help="An option of the backend; repeatable."),
+    ] = None,
+    level: Annotated[
+        Level, typer.Option(help="core adds capabilities and accuracy, full statistics, pairs and speed.")
+    ] = Level.CORE,
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="FILE", help="Write the report as JSON as well.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Prove that a backend keeps the contract, has what it declares, and is as exact as it claims."""
+    _require_the_kit()
+    _require_backend(kind, name)
+    require_folder_of(report, "--report")
+    found = _run(kind, name, _parsed(options or []), level)
+    if report is not None:
+        _write(report, found)
+    if json:
+        document(found)
+    else:
+        _tell(found)
+    if not found["conforms"]:
+        raise typer.Exit(NO)
+
+
+def _require_the_kit() -> None:
+    from nrp_core.errors import NrpError
+
+    missing = [package for package in NEEDED if find_spec(package) is None]
+    if missing:
+        raise NrpError(f"nrp conformance needs {' and '.join(missing)}; try: pip install {' '.join(missing)}")
+
+
+def _require_backend(kind: Kind, name: str) -> None:
+    from nrp_core.registry import brains, worlds
+
+    (brains() if kind is Kind.BRAIN else worlds()).provider(name)
+
+
+def _parsed(options: list[str]) -> dict[str, str]:
+    pairs = [option.partition("=") for option in options]
+    for key, equals, _ in pairs:
+        if not (key and equals):
+            raise typer.BadParameter(f"an option is written KEY=VALUE, not '{key}'", param_hint="--options")
+    return {key: value for key, _, value in pairs}
+
+
+def _run(kind: Kind, name: str, options: dict[str, str], level: Level) -> Any:
+    """Run the kit in a process of its own; what its pytest tells goes to standard error."""
+    from nrp_core.conformance.run import ALONE
+    from nrp_core.errors import ExperimentError, NrpError
+
+    with TemporaryDirectory() as folder:
+        written = Path(folder, "report.json")
+        asked = {"kind": kind, "name": name, "options": options, "level": level}
+        command = [sys.executable, "-m", "pytest", *ALONE, "-p", "nrp_core.conformance.plugin"]
+        command += ["--prove", json.dumps(asked), "--write", str(written)]
+        code = _ended(command)
+        if not written.exists():
+            raise NrpError(
+                f"the tests of {kind} '{name}' ended with exit code {code} and without a report; "
+                "what they said is above"
+            )
+        found = json.loads(written.read_text("utf-8"))
+    if "refused" in found:
+        raise ExperimentError(found["refused"])
+    return found
+
+
+def _ended(command: list[str]) -> int:
+    """Run a command whose output goes to standard error, and return its exit code.
+
+    It is a process group of its own: Ctrl-C is for the process that waits, which then ends it.
+    """
+    with subprocess.Popen(command, stdout=2, process_group=0) as process:
+        try:
+            return process.wait()
+        except BaseException:
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
+
+
+def _write(path: Path, found: Any) -> None:
+    from nrp_core._support.writing import writing
+
+    with writing(path):
+        path.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
+
+
+def _tell(found: Any) -> None:
+    from nrp_core.conformance.report import lines
+
+    for line in lines(found):
+        typer.echo(line)

@@ -1,0 +1,54 @@
+"""``nrp export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.options import Json, usage_errors
+from nrp_core.cli.output import document
+
+FORMATS = ("nwb", "sonata", "csv")
+
+
+def export(
+    recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    kind: Annotated[
+        str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="What to write it as.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PATH",
+            envvar="NRP_OUTPUT",
+            help="A new file (nwb) or folder; by default named after DIR, here.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Write a recording as NWB, SONATA or CSV."""
+    if kind not in FORMATS:
+        from nrp_core.errors import did_you_mean
+
+        raise typer.BadParameter(f"no format '{kind}'{did_you_mean(kind, FORMATS)}", param_hint="--format")
+    from nrp_core.recording.export import Format
+    from nrp_core.recording.export import export as write
+    from nrp_core.recording.reading.recording import Recording
+
+    with usage_errors("DIR"):
+        source = Recording(recording)
+    name = source.folder.resolve().name
+    target = output or Path(f"{name}.nwb" if kind == Format.NWB else f"{name}-{kind}")
+    if not source.complete:
+        complain("it was cut or damaged: what is whole is written", label="warning", color="yellow")
+    files = write(source, Format(kind), target)
+    if json:
+        document({"format": kind, "files": files, "complete": source.complete})
+    else:
+        for file in files:
+            typer.echo(file)

@@ -1,0 +1,108 @@
+"""What ``nrp inspect`` tells of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.output import document
+from nrp_core.clock import seconds
+from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS
+from nrp_core.recording.reading.recording import Recording
+
+_MAGIC = b"\x89MCAP"
+
+
+def is_recording(path: Path) -> bool:
+    """Tell whether a folder holds a recording, or a file is one: by its first bytes."""
+    if path.is_dir():
+        return (path / MCAP_NAME).is_file()
+    with path.open("rb") as file:
+        return file.read(len(_MAGIC)) == _MAGIC
+
+
+@dataclass(slots=True)
+class _Tally:
+    count: int = 0
+    size: int = 0
+    first_ns: int = 0
+    last_ns: int = 0
+
+    def add(self, t_ns: int, size: int) -> None:
+        if not self.count:
+            self.first_ns = t_ns
+        self.count, self.size, self.last_ns = self.count + 1, self.size + size, t_ns
+
+
+def inspect_recording(path: Path, *, as_json: bool) -> None:
+    """Write what a recording holds to standard output."""
+    data = _data(Recording(path))
+    if not data["complete"]:
+        advice = f"'nrp recover {path}' makes a proper file of what is whole"
+        complain(f"it was cut or damaged; {advice}", label="warning", color="yellow")
+    if as_json:
+        document(data)
+        return
+    for line in _lines(data):
+        typer.echo(line)
+
+
+def _data(recording: Recording) -> dict[str, Any]:
+    tallies = {name: _Tally() for name in recording.topics}
+    snapshots_s: list[float] = []
+    for topic, message in recording.raw():
+        tallies[topic.name].add(message.log_time, len(message.data))
+        if topic.name == SNAPSHOTS:
+            snapshots_s.append(seconds(message.log_time))
+    run = recording.run
+    chain = [one.message.chain for one in recording.messages({STEPS})]
+    sides = {side: dict(run.get(side) or {}).get("backend") for side in ("brain", "world")}
+    return {
+        "recording": recording.file,
+        "complete": recording.complete,
+        "bytes": recording.file.stat().st_size,
+        "experiment": run.get("experiment"),
+        **sides,
+        "seed": run.get("seed"),
+        "recorded": run.get("recorded"),
+        "state": run.get("state"),
+        "passed": dict(run.get("result") or {}).get("passed"),
+        "continues": run.get("continues"),
+        "begin_s": seconds(min((t.first_ns for t in tallies.values() if t.count), default=0)),
+        "end_s": seconds(max((t.last_ns for t in tallies.values() if t.count), default=0)),
+        "steps": max(0, len(chain) - 1),
+        "chain": chain[-1] if chain else None,
+        "snapshots_s": snapshots_s,
+        "topics": {
+            name: {
+                "type": topic.type_name, "role": topic.role, "messages": tallies[name].count,
+                "bytes": tallies[name].size,
+            }
+            for name, topic in recording.topics.items()
+        },
+    }  # fmt: skip
+
+
+def _lines(data: dict[str, Any]) -> Iterator[str]:
+    sides = " and ".join(filter(None, (data["brain"], data["world"])))
+    name = typer.style(str(data["experiment"] or data["recording"].name), bold=True)
+    yield f"{name}: {sides}, seed {data['seed']}" if sides else name
+    passed = {True: ", passed", False: ", a criterion is not met"}.get(data["passed"], "")
+    size = f"{data['bytes'] / 1e6:.1f} MB"
+    yield f"  {data['begin_s']:g} s to {data['end_s']:g} s, {data['steps']} steps, {size}{passed}"
+    if data["recorded"]:
+        yield f"  recorded {data['recorded']}, {data['state']}"
+    if data["continues"]:
+        yield f"  goes on from {data['continues']['recording']} at {seconds(data['continues']['t_ns']):g} s"
+    if data["chain"]:
+        yield f"  hash of the last step {data['chain']}"
+    if data["snapshots_s"]:
+        yield f"  snapshots at {', '.join(f'{t_s:g}' for t_s in data['snapshots_s'])} s"
+    width = max((len(topic) for topic in data["topics"]), default=0)
+    for topic, about in data["topics"].items():
+        yield f"  {topic:<{width}}  {about['messages']:>7}  {about['type']}"

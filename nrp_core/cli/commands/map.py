@@ -1,0 +1,151 @@
+"""``nrp map``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.options import BrainName, ExperimentName, Json, Models, Overrides, Seed, overrides_of
+from nrp_core.cli.output import document
+
+if TYPE_CHECKING:
+    from nrp_core.brain.report import Report, Table
+    from nrp_core.experiment.reports import Account
+
+TEMPLATE = "map.html.j2"
+_NAME_WIDTH = 13
+"""Columns of a terminal that a name gets even where there is little room."""
+
+
+def map(  # noqa: A001  the name of the command
+    experiment: ExperimentName,
+    brain: BrainName = None,
+    overrides: Overrides = None,
+    models: Models = None,
+    seed: Seed = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Write one HTML page as well."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Tell what a brain backend needs for an experiment's network, and what it would not keep of it."""
+    account = _account(experiment, overrides, models, brain, seed)
+    if html is not None:
+        _write(html, _page(account))
+    if json:
+        document(as_data(account))
+    else:
+        _tell(account)
+
+
+def as_data(account: Account) -> dict[str, Any]:
+    """Return everything as plain data."""
+    return {
+        "experiment": account.experiment,
+        "brain": account.brain,
+        "neurons": account.neurons,
+        "synapses": account.synapses,
+        "network_digest": account.digest,
+        "reports": [report.as_dict() for report in account.reports],
+    }
+
+
+def _account(
+    experiment: str, overrides: list[str] | None, models: list[Path] | None, brain: str | None,
+    seed: int | None,
+) -> Account:  # fmt: skip
+    """Return the reports of the backend asked for, of the experiment's own, or of the only one with any."""
+    from nrp_core.errors import CapabilityError
+    from nrp_core.experiment.reading.find import load_experiment
+    from nrp_core.experiment.reports import account_of, reporting
+
+    def of(name: str | None) -> Account:
+        settings = overrides_of(overrides, brain=name, world=None, models=models, seed=seed)
+        return account_of(load_experiment(experiment, settings))
+
+    try:
+        return of(brain)
+    except CapabilityError:
+        others = reporting()
+        if brain is not None or len(others) != 1:
+            raise
+    complain(f"the experiment's own brain reports nothing; this is {others[0]}", label="note", color="blue")
+    return of(others[0])
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, "utf-8")
+    except OSError as error:
+        raise typer.BadParameter(f"{path}: {error.strerror}", param_hint="--html") from error
+
+
+def _page(account: Account) -> str:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("nrp_core.cli"),
+        undefined=jinja2.StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(TEMPLATE).render(account=account)
+
+
+def _tell(account: Account) -> None:
+    from rich.console import Console
+
+    console = Console(highlight=False, soft_wrap=False)
+    sizes = f"{account.neurons:,} neurons, {account.synapses:,} synapses"
+    console.print(f"[bold]{account.experiment}[/bold] on {account.brain}: {sizes}")
+    for report in account.reports:
+        _tell_report(console, report)
+
+
+def _tell_report(console: Any, report: Report) -> None:
+    from rich.text import Text
+
+    console.print()
+    console.print(Text(report.title, style="bold underline"))
+    if report.facts:
+        console.print(Text(", ".join(f"{fact.quantity.title} {fact}" for fact in report.facts)))
+    for table in report.tables:
+        if table.rows and not table.is_detail:
+            console.print(_rich_table(table))
+    for style, lines in (("red", report.warnings), ("yellow", report.advice), ("dim", report.notes)):
+        for line in lines:
+            console.print(Text(line, style=style))
+
+
+def _rich_table(table: Table) -> Any:
+    from rich import box
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    drawn = RichTable(
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        title=table.title,
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        title_style="bold",
+    )
+    chosen = [index for index, column in enumerate(table.columns) if not column.is_detail]
+    rows = table.shown()
+    for index in chosen:
+        widest = max(len(row[index]) for row in rows)
+        is_number = table.is_number(index)
+        drawn.add_column(
+            table.columns[index].title,
+            justify="right" if is_number else "left",
+            min_width=widest if is_number else min(widest, _NAME_WIDTH),
+            overflow="fold",
+        )
+    for row in rows:
+        drawn.add_row(*[Text(row[index]) for index in chosen])
+    return drawn

@@ -1,0 +1,105 @@
+"""``nrp new``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from nrp_core.cli.options import Json
+from nrp_core.cli.output import document
+
+NAME = re.compile(r"[a-z][a-z0-9]*([_-][a-z0-9]+)*")
+TEMPLATES = Path(__file__).parents[1] / "templates" / "new"
+
+
+class Subject(StrEnum):
+    """What can be made."""
+
+    BRAIN = "brain"
+    WORLD = "world"
+    EXPERIMENT = "experiment"
+
+
+def new(
+    subject: Annotated[Subject, typer.Argument(metavar="SUBJECT", help="What it is.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="What users will call it, in lower case, e.g. acme.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="DIR", help="The new folder; by default nrp-brain-NAME and the like."
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Start a distribution with a brain, a world or an experiment of your own."""
+    if not NAME.fullmatch(name):
+        wanted = "lower-case letters, digits, '_' and '-', a letter first"
+        raise typer.BadParameter(f"'{name}' is no name: {wanted}", param_hint="NAME")
+    _require_free(subject, name)
+    folder = output or Path(f"nrp-{subject}-{name.replace('_', '-')}")
+    files = _write(folder, TEMPLATES / subject, _values(subject, name))
+    if json:
+        document({"folder": str(folder), "files": [str(file) for file in files]})
+        return
+    for file in files:
+        typer.echo(f"made {folder / file}")
+    typer.echo(f"what to do with it: {folder / 'README.md'}")
+
+
+def _require_free(subject: Subject, name: str) -> None:
+    from nrp_core.errors import ExperimentError
+    from nrp_core.experiment.reading.find import SHIPPED_GROUP
+    from nrp_core.registry import BRAIN_GROUP, WORLD_GROUP, plugins
+
+    groups = {Subject.BRAIN: BRAIN_GROUP, Subject.WORLD: WORLD_GROUP, Subject.EXPERIMENT: SHIPPED_GROUP}
+    for provider in plugins(groups[subject], subject).providers():
+        if provider.name == name:
+            raise ExperimentError(f"{provider} already provides the {subject} '{name}'; choose another name")
+
+
+def _values(subject: Subject, name: str) -> Mapping[str, Any]:
+    """Return what the templates are given."""
+    from importlib.metadata import version
+
+    from nrp_core.simulation import INTERFACE_VERSION
+
+    words = re.split("[_-]", name)
+    distribution = "-".join(["nrp", subject, *words])
+    return {
+        "name": name,
+        "distribution": distribution,
+        "package": distribution.replace("-", "_"),
+        "class_name": "".join(word.capitalize() for word in words),
+        "core_version": version("nrp-core"),
+        "interface_version": INTERFACE_VERSION,
+    }
+
+
+def _write(folder: Path, templates: Path, values: Mapping[str, Any]) -> list[Path]:
+    """Fill a folder and return its files; nothing that exists is touched."""
+    import jinja2
+
+    from nrp_core._support.writing import writing
+    from nrp_core.errors import ExperimentError
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ExperimentError(f"{folder} exists and is not an empty folder; choose another one with -o DIR")
+    loader = jinja2.FileSystemLoader(templates)
+    environment = jinja2.Environment(
+        loader=loader, undefined=jinja2.StrictUndefined, keep_trailing_newline=True
+    )
+    files = []
+    with writing(folder):
+        for source in environment.list_templates():
+            file = Path(source.removesuffix(".j2").replace("__package__", values["package"]))
+            (folder / file).parent.mkdir(parents=True, exist_ok=True)
+            (folder / file).write_text(environment.get_template(source).render(values), "utf-8")
+            files.append(file)
+    return files

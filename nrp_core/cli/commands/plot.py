@@ -1,0 +1,54 @@
+"""``nrp plot``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.options import Json, usage_errors
+from nrp_core.cli.output import document
+
+
+def plot(
+    recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar="[run|raster|trajectory|devices|camera]", envvar="NRP_WHAT", help="What it shows."
+        ),
+    ] = "run",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            envvar="NRP_OUTPUT",
+            help="A .png, .svg or .pdf file; by default a .png named after what it shows, here.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Draw a figure of a recorded run: the whole story, or a part of it."""
+    from nrp_core.errors import did_you_mean
+    from nrp_core.recording import figures as figure
+    from nrp_core.recording.reading.recording import Recording
+
+    with usage_errors("DIR"):
+        source = Recording(recording)
+    with usage_errors("WHAT"):
+        if what not in (known := [one.value for one in figure.What]):
+            raise ValueError(f"no figure '{what}'{did_you_mean(what, known)}")
+    target = output or Path(f"{what}.png")
+    with usage_errors("--output"):
+        figure.check_target(target)
+    if not source.complete:
+        complain("it was cut or damaged: what is whole is drawn", label="warning", color="yellow")
+    figure.plot(source, target, figure.What(what))
+    if json:
+        document({"figure": target, "complete": source.complete})
+    else:
+        typer.echo(target)

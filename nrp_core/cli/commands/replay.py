@@ -1,0 +1,120 @@
+"""``nrp replay``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nrp_core.cli.failure import NO, complain
+from nrp_core.cli.options import Json, usage_errors
+from nrp_core.cli.output import document
+
+if TYPE_CHECKING:
+    from nrp_core.recording.replay.replay import Outcome
+
+RECORDED = "recorded"
+
+
+def _side(name: str) -> Any:
+    return typer.Option(
+        f"--{name}", metavar=RECORDED, envvar=f"NRP_REPLAY_{name.upper()}",
+        help=f"Play the {name} back instead of simulating it.",
+    )  # fmt: skip
+
+
+def replay(
+    recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    verify: Annotated[
+        bool,
+        typer.Option("--verify", envvar="NRP_VERIFY", help="Stop at the first difference and fail there."),
+    ] = False,
+    brain: Annotated[str | None, _side("brain")] = None,
+    world: Annotated[str | None, _side("world")] = None,
+    start: Annotated[
+        str | None, typer.Option("--from", metavar="TIME", help="Go on from here, e.g. 12.3s.")
+    ] = None,
+    until: Annotated[
+        str | None, typer.Option(metavar="TIME", envvar="NRP_UNTIL", help="Stop at this time, e.g. 20s.")
+    ] = None,
+    functions: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--transfer-functions",
+            metavar="FILE",
+            exists=True,
+            dir_okay=False,
+            help="An edited file of transfer functions, in place of the one of that name.",
+        ),
+    ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", envvar="NRP_RECORD", help="Record it into a new folder."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run a recording again, and say whether it is the same; it runs code that is in the recording."""
+    from nrp_core.cli.progress import display
+    from nrp_core.recording.folder.used_files import FilesRead
+    from nrp_core.recording.layout import check_folder
+    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.replay.replay import Replay, Request
+
+    if verify and record is not None:
+        raise typer.BadParameter("what stops at a difference is not recorded", param_hint="--verify")
+    with usage_errors("DIR"):
+        source = Recording(recording)
+    if record is not None:
+        with usage_errors("--record"):
+            check_folder(record)
+    sides = frozenset(
+        name for name, given in (("brain", brain), ("world", world)) if _is_recorded(name, given)
+    )
+    request = Request(sides, _ns("--from", start), _ns("--until", until), tuple(functions or ()), record)  # type: ignore[arg-type]
+    with display() as shown, FilesRead() as files, Replay(source, request, shown.say, files=files) as again:
+        outcome = again.verify() if verify else again.go()
+        result = again.run.result()
+    for warning in outcome.warnings:
+        complain(warning, label="warning", color="yellow")
+    if json:
+        document({"identical": outcome.identical, **_data(outcome), "result": result.to_dict()})
+    else:
+        typer.echo(_said(outcome))
+        if outcome.error is not None and outcome.identical:
+            typer.echo(f"it ended as it did then: {outcome.error}")
+        if record is not None:
+            typer.echo(f"recorded in {record}")
+    raise typer.Exit(NO if verify and not outcome.identical else 0)
+
+
+def _said(outcome: Outcome) -> str:
+    if outcome.difference is not None:
+        return typer.style("differs", fg="red", bold=True) + f" first at {outcome.difference}"
+    span = f"{outcome.from_ns * 1e-9:g} s to {outcome.until_ns * 1e-9:g} s, {outcome.steps} steps"
+    return typer.style("identical", fg="green", bold=True) + f": {span}"
+
+
+def _data(outcome: Outcome) -> dict[str, Any]:
+    from nrp_core._support.jsonable import plain
+
+    return dict(plain(outcome))
+
+
+def _is_recorded(side: str, given: str | None) -> bool:
+    if given not in (None, RECORDED):
+        raise typer.BadParameter(
+            f"a {side} can only be '{RECORDED}' here, not '{given}'; nrp run takes the folder too, with "
+            f"--{side} {given}",
+            param_hint=f"--{side}",
+        )
+    return given == RECORDED
+
+
+def _ns(option: str, text: str | None) -> int | None:
+    from nrp_core.quantities import time_ns
+
+    if text is None:
+        return None
+    with usage_errors(option):
+        return time_ns(text)

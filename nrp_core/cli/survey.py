@@ -1,0 +1,152 @@
+"""Look at every installed backend, each in a child process: some end the interpreter that imports them.
+
+``python -m nrp_core.cli.survey KIND NAME`` looks at one and prints what it finds as JSON.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import json
+import os
+import re
+import sys
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from signal import Signals
+from typing import Any
+
+from nrp_core._support.diagnosis import Diagnosis
+from nrp_core._support.jsonable import plain
+from nrp_core._support.probe import Answer, inquire
+from nrp_core.errors import NrpError
+from nrp_core.registry import Provider, Registry, brains, worlds
+
+KINDS: dict[str, Callable[[], Registry[Any]]] = {"brain": brains, "world": worlds}
+TIMEOUT_S = 60.0
+
+_MARK = "nrp-core survey: "
+_COMMAND = re.compile(r"(?:; try|; remove one)?: (pip (?:un)?install [^;]+)$")
+
+
+@dataclass(frozen=True, slots=True)
+class Surveyed:
+    """What is known of an installed backend.
+
+    Args:
+        kind: ``brain`` or ``world``.
+        provider: its name and who provides it.
+        available: whether it can be used here.
+        capabilities: what it has with its default options, as plain data; empty if it does not say.
+        reason: why it cannot be used; empty if it can.
+        remedy: the one command that would make it available, where one is known.
+        diagnoses: what it found when it looked at this machine.
+    """
+
+    kind: str
+    provider: Provider
+    available: bool
+    capabilities: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    reason: str = ""
+    remedy: str = ""
+    diagnoses: tuple[Diagnosis, ...] = ()
+
+    @property
+    def advice(self) -> str:
+        """Why it cannot be used and what to do, in one line."""
+        return f"{self.reason}; try: {self.remedy}" if self.remedy else self.reason
+
+
+def survey(*, anew: bool = False, timeout_s: float = TIMEOUT_S) -> list[Surveyed]:
+    """Look at all installed backends, of both kinds, by kind and name.
+
+    Args:
+        anew: look again, even if nothing has changed since the last time.
+        timeout_s: for each.
+    """
+    found = [(kind, provider) for kind, registry in KINDS.items() for provider in registry().providers()]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(lambda item: look_at(*item, anew=anew, timeout_s=timeout_s), found))
+
+
+def look_at(kind: str, provider: Provider, *, anew: bool = False, timeout_s: float = TIMEOUT_S) -> Surveyed:
+    """Look at one installed backend."""
+    depends_on = f"{provider} {_files_stamp(provider)} {_packages_stamp()}"
+    answer = inquire(
+        "nrp_core.cli.survey", kind, provider.name, depends_on=depends_on, timeout_s=timeout_s, anew=anew
+    )
+    said = [line for line in answer.output.splitlines() if line.startswith(_MARK)]
+    if answer.exit_code == 0 and said:
+        return _told(kind, provider, json.loads(said[-1].removeprefix(_MARK)))
+    remedy = f"pip install --force-reinstall {provider.distribution}"
+    return Surveyed(kind, provider, False, reason=_how_it_died(answer, timeout_s), remedy=remedy)
+
+
+def _told(kind: str, provider: Provider, data: dict[str, Any]) -> Surveyed:
+    """Return what a backend said of itself, and whether something that it needs is missing."""
+    diagnoses = tuple(Diagnosis(**diagnosis) for diagnosis in data["diagnoses"])
+    reason, remedy = data["reason"], data["remedy"]
+    missing = next((d for d in diagnoses if d.needed and not d.present), None)
+    if missing is not None and not reason:
+        reason, remedy = f"{missing.subject}: {missing.meaning}", missing.remedy
+    return Surveyed(kind, provider, not reason, data["capabilities"], reason, remedy, diagnoses)
+
+
+def _how_it_died(answer: Answer, timeout_s: float) -> str:
+    if answer.exit_code is None:
+        return f"importing it took more than {timeout_s:g} s"
+    if answer.exit_code < 0:
+        return f"importing it ends the interpreter: {Signals(-answer.exit_code).name}"
+    last = answer.errors.strip().splitlines()[-1:] or [""]
+    return f"importing it ends the interpreter with exit code {answer.exit_code} {last[0]}".rstrip()
+
+
+# -- what an answer depends on
+
+
+def _files_stamp(provider: Provider) -> int:
+    """Return a number that changes with the files of the package that provides a backend, and with ours."""
+    packages = (provider.target.partition(":")[0].partition(".")[0], "nrp_core")
+    return hash(tuple(_times_of(package) for package in packages))
+
+
+def _times_of(package: str) -> tuple[int, ...]:
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        return ()
+    files = (
+        sorted(Path(spec.origin).parent.rglob("*.py"))
+        if spec.submodule_search_locations
+        else [Path(spec.origin)]
+    )
+    return tuple(file.stat().st_mtime_ns for file in files)
+
+
+def _packages_stamp() -> int:
+    """Return a number that changes when a package is installed or removed."""
+    folders = [Path(entry) for entry in sys.path if entry]
+    return hash(tuple(folder.stat().st_mtime_ns for folder in folders if folder.is_dir()))
+
+
+# -- in the child process
+
+
+def _look(registry: Registry[Any], name: str) -> dict[str, Any]:
+    found: dict[str, Any] = {"capabilities": {}, "diagnoses": [], "reason": "", "remedy": ""}
+    try:
+        backend = registry.load(name)
+        found["diagnoses"] = [asdict(diagnosis) for diagnosis in backend.diagnose()]
+        found["capabilities"] = plain(backend.capabilities(backend.options()))
+    except NrpError as error:
+        reason, _, remedy = _COMMAND.sub(r"\n\1", str(error)).partition("\n")
+        found |= {"reason": reason, "remedy": remedy}
+    except Exception as error:  # noqa: BLE001  it is the backend's code that runs here
+        found["reason"] = f"{type(error).__name__}: {error}"
+    return found
+
+
+if __name__ == "__main__":
+    # on a line of its own, whatever the backend has printed
+    print("\n" + _MARK + json.dumps(_look(KINDS[sys.argv[1]](), sys.argv[2])))

@@ -1,0 +1,153 @@
+"""Where two runs part: the first step that is not the same to the bit, and the first that one would see."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrp_core.brain.network.data import FloatArray
+from nrp_core.comparison.signals import RunSignals
+from nrp_core.recording.layout import Role
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
+from nrp_core.world.messages.cdr import Codec
+
+VISIBLE = 0.05
+"""A signal has visibly parted when it differs by this share of its range over both runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Visible:
+    """The first signal that differs by more than rounding and a little.
+
+    Args:
+        t_s: when, s.
+        signal: the topic and the number in it.
+        one, other: its values then.
+    """
+
+    t_s: float
+    signal: str
+    one: float
+    other: float
+
+    def __str__(self) -> str:
+        return f"{self.t_s:g} s: {self.signal} is {self.one:.4g} and {self.other:.4g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """By how much a signal differs at most.
+
+    Args:
+        signal: the topic and the number in it.
+        largest: difference.
+        t_s: when, s.
+        rms: root of the mean square of the difference.
+        span: range of the signal over both runs.
+    """
+
+    signal: str
+    largest: float
+    t_s: float
+    rms: float
+    span: float
+
+
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """Two runs and where they part.
+
+    Args:
+        one, other: what they are called.
+        steps: how many steps were compared.
+        first: the first difference at all; None: they are the same to the last bit.
+        visible: the first one that can be seen; None: there is none.
+    """
+
+    one: str
+    other: str
+    steps: int
+    first: Difference | None
+    visible: Visible | None
+
+
+def parting(one: RunSignals, other: RunSignals) -> Parting:
+    """Return where two runs part."""
+    steps, first = first_difference(one.recording, other.recording)
+    return Parting(one.label, other.label, steps, first, None if first is None else _visible(one, other))
+
+
+def first_difference(one: Recording, other: Recording) -> tuple[int, Difference | None]:
+    """Compare two recordings step by step, from the later of their beginnings on.
+
+    Returns:
+        how many steps were compared, and the first difference, if there is any.
+    """
+    comparison, codec = Comparison(), Codec({})
+    for ours, theirs in _together(steps_of(one), steps_of(other)):
+        comparison.add_recorded(ours, theirs, codec)
+        if comparison.difference is not None:
+            break
+    return comparison.steps, comparison.difference
+
+
+def _together(
+    one: Iterator[RecordedStep], other: Iterator[RecordedStep]
+) -> Iterator[tuple[RecordedStep, RecordedStep]]:
+    """Return the steps of both that end at the same time.
+
+    What a recording begins with is a state: in one that began before, a step has led there.
+    """
+    ours, theirs = next(one, None), next(other, None)
+    begun = ours is None or theirs is None or ours.t_ns == theirs.t_ns
+    while ours is not None and theirs is not None:
+        if ours.t_ns == theirs.t_ns:
+            if begun:
+                yield ours, theirs
+            begun = True
+        ahead = ours.t_ns - theirs.t_ns
+        ours, theirs = (ours if ahead > 0 else next(one, None)), (theirs if ahead < 0 else next(other, None))
+
+
+def deviations(one: RunSignals, other: RunSignals) -> list[Deviation]:
+    """Return by how much each signal that both runs have differs, the largest share of its range first."""
+    found = []
+    for signal, times_s, a, b in _signals(one, other):
+        apart = np.abs(a - b)
+        at, span = int(apart.argmax()), _span(a, b)
+        rms = float(np.sqrt(np.mean(apart**2)))
+        found.append(Deviation(signal, float(apart[at]), float(times_s[at]), rms, span))
+    return sorted(found, key=lambda d: -(d.rms / d.span if d.span else 0.0))
+
+
+def _visible(one: RunSignals, other: RunSignals) -> Visible | None:
+    first: Visible | None = None
+    for signal, times_s, a, b in _signals(one, other):
+        above = np.flatnonzero(np.abs(a - b) > VISIBLE * _span(a, b))
+        if len(above) and (first is None or times_s[above[0]] < first.t_s):
+            at = above[0]
+            first = Visible(float(times_s[at]), signal, float(a[at]), float(b[at]))
+    return first
+
+
+def _signals(one: RunSignals, other: RunSignals) -> Iterator[tuple[str, FloatArray, FloatArray, FloatArray]]:
+    """Return each number that both runs have: its name, times, and values in both."""
+    roles = (Role.SINK, Role.PUBLISHED, Role.MODELS, Role.SENSOR, Role.SOURCE)  # in a tie causes come first
+    times_s = min(one.times_s, other.times_s, key=len)
+    for series in one.numbers.with_role(*roles):
+        twin = other.numbers.series.get(series.name)
+        if twin is None or twin.columns != series.columns:
+            continue
+        a, b = one.held(series, times_s), other.held(twin, times_s)
+        for column, name in enumerate(series.columns):
+            both = np.isfinite(a[:, column]) & np.isfinite(b[:, column])
+            if both.any():
+                label = series.name if name in ("data", "value") else f"{series.name}.{name}"
+                yield label, times_s[both], a[both, column], b[both, column]
+
+
+def _span(a: FloatArray, b: FloatArray) -> float:
+    return float(max(a.max(), b.max()) - min(a.min(), b.min()))

@@ -1,0 +1,135 @@
+"""Where the robots go: their ways as curves, their ends, their lengths, and what they make of commands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import atan2, cos, pi, sin
+
+import numpy as np
+
+from nrp_core.brain.network.data import FloatArray
+from nrp_core.comparison.distances import dtw_distance
+from nrp_core.comparison.metrics.base import DistanceMetric, ScalarMetric
+from nrp_core.comparison.signals import RunSignals
+from nrp_core.recording.export.numbers import Series
+from nrp_core.recording.layout import Role
+from nrp_core.world.scene.pose import Pose
+
+_POINTS = 200
+"""A way is compared at so many moments at most; DTW takes the square of it."""
+_MM = 1e-3
+_MOVING = 1e-3
+"""Commands on average below this, m/s or rad/s, tell nothing of what they effect."""
+
+
+def poses(run: RunSignals, robot: str) -> FloatArray:
+    """Return where a robot was after each step since it is there, m and quaternion, shape ``(n, 7)``."""
+    values = run.held(run.motion(robot))[:, :7]
+    return values[np.isfinite(values[:, 0])]
+
+
+class Trajectory(DistanceMetric):
+    """How far two ways are apart on average, m, when one may run ahead of the other (DTW)."""
+
+    name, title, unit = "trajectory", "Way (DTW)", "m"
+
+    def features(self, run: RunSignals) -> Mapping[str, FloatArray]:
+        def thinned(robot: str) -> FloatArray:
+            way = poses(run, robot)[:, :3]
+            chosen = np.linspace(0, len(way) - 1, min(len(way), _POINTS)).round().astype(int)
+            return np.ascontiguousarray(way[chosen])
+
+        return {robot: thinned(robot) for robot in run.robots}
+
+    def distance(self, one: FloatArray, other: FloatArray) -> float:
+        return dtw_distance(one, other)
+
+    def resolution(self, run: RunSignals) -> float:
+        return _MM
+
+
+class FinalPosition(DistanceMetric):
+    """Where the robot is at the end, m."""
+
+    name, title, unit = "final_position", "Final position", "m"
+
+    def features(self, run: RunSignals) -> Mapping[str, FloatArray]:
+        return {robot: poses(run, robot)[-1, :3] for robot in run.robots}
+
+    def distance(self, one: FloatArray, other: FloatArray) -> float:
+        return float(np.linalg.norm(one - other))
+
+    def resolution(self, run: RunSignals) -> float:
+        return _MM
+
+
+class FinalHeading(DistanceMetric):
+    """Where the robot looks at the end, rad; the shorter way round."""
+
+    name, title, unit = "final_heading", "Final heading", "rad"
+
+    def features(self, run: RunSignals) -> Mapping[str, float]:
+        ends = {robot: poses(run, robot)[-1, 3:] for robot in run.robots}
+        return {robot: Pose(orientation=tuple(end)).yaw for robot, end in ends.items()}
+
+    def distance(self, one: float, other: float) -> float:
+        return abs(atan2(sin(one - other), cos(one - other)))
+
+    def resolution(self, run: RunSignals) -> float:
+        return 0.1 * pi / 180
+
+
+class Distance(ScalarMetric):
+    """How far the robot has gone, m."""
+
+    name, title, unit = "distance", "Distance covered", "m"
+
+    def values(self, run: RunSignals) -> Mapping[str, float]:
+        steps = {robot: np.diff(poses(run, robot)[:, :3], axis=0) for robot in run.robots}
+        return {robot: float(np.linalg.norm(step, axis=1).sum()) for robot, step in steps.items()}
+
+    def resolution(self, run: RunSignals) -> float:
+        return _MM
+
+
+class DriveResponse(ScalarMetric):
+    """What a robot makes of its commands: how far it goes and turns for each metre and radian commanded.
+
+    Of robots that are told on ``/ROBOT/...`` by ``geometry_msgs/Twist``. A wheel that is 2 % larger than the
+    drive believes shows as 1.02.
+    """
+
+    name, title = "drive_response", "Drive response"
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        found: dict[str, float | None] = {}
+        for robot, command in self._commands(run):
+            told, done = run.held(command)[:-1], self._motion(run, robot)
+            steps = min(len(told), len(done["turn"]))
+            for name, column in (("forward", "linear.x"), ("turn", "angular.z")):
+                wanted = np.nan_to_num(told[:steps, command.columns.index(column)])
+                effort = float(np.abs(wanted).mean()) if steps else 0.0
+                made = done[name][:steps] * np.sign(wanted)
+                found[f"{robot}/{name}"] = float(made.mean()) / effort if effort > _MOVING else None
+        return found
+
+    def resolution(self, run: RunSignals) -> float:
+        return 1e-3
+
+    @staticmethod
+    def _commands(run: RunSignals) -> Iterator[tuple[str, Series]]:
+        for robot in run.robots:
+            for series in run.numbers.with_role(Role.PUBLISHED):
+                if series.name.startswith(f"/{robot}/") and {"linear.x", "angular.z"} <= {*series.columns}:
+                    yield robot, series
+
+    @staticmethod
+    def _motion(run: RunSignals, robot: str) -> Mapping[str, FloatArray]:
+        """Return the mean speeds of each step: forward, m/s, and turning, rad/s."""
+        values = run.held(run.motion(robot))
+        yaws = np.array([Pose(orientation=tuple(q)).yaw for q in values[:, 3:7]])
+        moved = np.diff(values[:, :2], axis=0) / run.step_s
+        turned = np.diff(np.unwrap(yaws)) / run.step_s
+        middle = np.unwrap(yaws)[:-1] + turned * run.step_s / 2
+        forward = moved[:, 0] * np.cos(middle) + moved[:, 1] * np.sin(middle)
+        return {"forward": forward, "turn": turned}

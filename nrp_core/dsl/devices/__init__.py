@@ -1,0 +1,1 @@
+"""Devices as transfer functions see them."""

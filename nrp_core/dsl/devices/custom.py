@@ -1,0 +1,70 @@
+"""Devices that users make, from those of the brain."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from copy import copy
+from typing import Any, Self
+
+from nrp_core.brain.devices.ports import SourcePort
+from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.brain.interface import Brain
+from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.selection.selection import Selection
+
+
+class CustomDevice(Adapter):
+    """A device of the user's own; the mapping gets an object of it, the function a copy at work.
+
+    ::
+
+        class Envelope(nrp.CustomDevice):
+            def apply(self, neurons, brain, tau=20.0):
+                self._port = brain.add_sink(PopulationRate(tau_fall=tau), neurons.ids, name="envelope")
+
+            @property
+            def level(self):
+                return self._port.rate / 100
+
+        @nrp.MapSpikeSink("envelope", nrp.brain.cells, Envelope(), tau=50.0)
+    """
+
+    _brain: Brain
+    _ports: list[SourcePort | SinkPort]
+
+    @abstractmethod
+    def apply(self, neurons: Selection | list[Selection], brain: Brain, **settings: Any) -> None:
+        """Begin to work on neurons; what is added to the brain here is taken away with the device.
+
+        Args:
+            neurons: what the selector chose; a list where it gives one.
+            brain: its ``add_source`` and ``add_sink`` make devices, of neurons by their ``ids``.
+            settings: the further arguments of the mapping.
+        """
+
+    def bound(self, neurons: Selection | list[Selection], brain: Brain, settings: dict[str, Any]) -> Self:
+        """Return a copy at work on neurons."""
+        device = copy(self)
+        known = set(map(id, brain.devices))
+        device._brain = brain
+        try:
+            device.apply(neurons, brain, **settings)
+        except BaseException:
+            device._take(known)
+            device.release()
+            raise
+        device._take(known)
+        return device
+
+    def _take(self, known: set[int]) -> None:
+        """Take charge of the ports of the brain that were not known before."""
+        self._ports = [port for port in self._brain.devices if id(port) not in known]
+
+    def set_active(self, active: bool) -> None:
+        for port in self._ports:
+            port.active = active
+
+    def release(self) -> None:
+        for port in self._ports:
+            self._brain.remove(port)
+        self._ports = []

@@ -1,0 +1,289 @@
+"""Devices as a transfer function sees them: a few attributes, and an error for any other."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable
+from math import inf
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.brain.devices.sources import SourcePort
+from nrp_core.brain.network.data import IntArray
+from nrp_core.clock import milliseconds
+from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.selection.selection import Selection
+from nrp_core.errors import NeuronSelectionError
+
+Port = SourcePort | SinkPort
+
+
+class Reading:
+    """An attribute that shows the port's attribute of the same name."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, device: Device | None, owner: type) -> Any:
+        return self if device is None else getattr(device.port, self.name)
+
+    def __set__(self, device: Device, value: Any) -> None:
+        raise AttributeError(f"{device.parameter}.{self.name} can only be read")
+
+
+class Setting(Reading):
+    """An attribute that also sets the port's attribute of the same name."""
+
+    def __set__(self, device: Device, value: Any) -> None:
+        try:
+            setattr(device.port, self.name, value)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{device.parameter}: {error}") from None
+
+
+def meant(name: str, valid: Iterable[str]) -> str:
+    """Return a hint at the attribute that is meant, or, as they are few, at all that there are."""
+    names = sorted(valid)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.75)
+    return f"; did you mean '{close[0]}'?" if close else f"; valid: {', '.join(names)}"
+
+
+class Device(Adapter):
+    """One device at work.
+
+    Args:
+        parameter: the parameter that it is bound to, for messages.
+        port: the device in the brain.
+        selection: the neurons that it works on.
+        release: gives the port back.
+    """
+
+    __slots__ = ("_release", "parameter", "port", "selection")
+
+    options: ClassVar[tuple[str, ...]] = ()
+    """Keyword arguments of a mapping that are for this class and not for the port."""
+
+    def __init__(self, parameter: str, port: Port, selection: Selection, release: Callable[[], None]) -> None:
+        self.parameter = parameter
+        self.port: Any = port
+        self.selection = selection
+        self._release = release
+
+    @classmethod
+    def attributes(cls) -> list[str]:
+        """Return the names of what a function can read or set."""
+        return [name for name in dir(cls) if isinstance(getattr(cls, name), (Reading, property))]
+
+    @property
+    def active(self) -> bool:
+        """Whether the device works; it keeps its settings while it does not."""
+        return bool(self.port.active)
+
+    @active.setter
+    def active(self, active: bool) -> None:
+        self.port.active = bool(active)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(self._unknown(name), name=name, obj=self)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not hasattr(type(self), name):
+            raise AttributeError(self._unknown(name))
+        object.__setattr__(self, name, value)
+
+    def _unknown(self, name: str) -> str:
+        return f"the device '{self.parameter}' has no attribute '{name}'{meant(name, self.attributes())}"
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.parameter} on {self.selection.size} of {self.selection.label}>"
+
+    def set_active(self, active: bool) -> None:
+        self.active = active
+
+    def release(self) -> None:
+        self._release()
+
+
+class SpikeGenerator(Device):
+    """A Poisson generator or a source of equidistant spikes."""
+
+    __slots__ = ()
+    rate = Setting("Spikes a second and neuron: one number, or one for each neuron.")
+
+
+class CurrentGenerator(Device):
+    """A constant current."""
+
+    __slots__ = ()
+    amplitude = Setting("Current into each neuron, nA: one number, or one for each neuron.")
+
+
+class SineCurrentGenerator(CurrentGenerator):
+    """A sinusoidal current."""
+
+    __slots__ = ()
+    offset = Setting("Mean current into each neuron, nA.")
+    frequency = Setting("Frequency, Hz.")
+    phase = Setting("Phase at the start, degrees.")
+
+
+class NoiseCurrentGenerator(Device):
+    """A noisy current."""
+
+    __slots__ = ()
+    mean = Setting("Mean current into each neuron, nA: one number, or one for each neuron.")
+    stdev = Setting("Its standard deviation, nA.")
+
+
+class LeakyIntegratorDevice(Device):
+    """A leaky integrator of the spikes of all its neurons."""
+
+    __slots__ = ()
+    voltage = Reading("Membrane voltage now, mV.")
+
+    def shown(self) -> str:
+        return f"voltage = {self.voltage:g}"
+
+
+class PopulationRateDevice(Device):
+    """The smoothed firing rate of all its neurons together."""
+
+    __slots__ = ()
+    rate = Reading("Sum of the firing rates now, Hz.")
+
+    def shown(self) -> str:
+        return f"rate = {self.rate:g}"
+
+
+class SpikeInjectorDevice(Device):
+    """A source of single spikes."""
+
+    __slots__ = ()
+
+    def inject_spikes(
+        self, neuron_ids: npt.ArrayLike | None = None, times_ms: npt.ArrayLike | None = None
+    ) -> None:
+        """Send a spike to neurons, by their places among those of the device; by default to all and now."""
+        try:
+            self.port.inject_spikes(neuron_ids, times_ms)
+        except (ValueError, TypeError, NeuronSelectionError) as error:
+            raise ValueError(f"{self.parameter}: {error}") from None
+
+
+class RecorderDevice(Device):
+    """What was recorded since the function last ran; of a longer time, that of the last ``keep_ms``."""
+
+    __slots__ = ("_seen", "_until_ms")
+
+    _seen: Any
+    _until_ms: float
+
+    def __init__(self, parameter: str, port: Port, selection: Selection, release: Callable[[], None]) -> None:
+        super().__init__(parameter, port, selection, release)
+        self.reset()
+
+    def refresh(self, now_ns: int) -> None:
+        since_ms, self._until_ms = self._until_ms, milliseconds(now_ns)
+        self._seen = self._recorded(since_ms, self._until_ms)
+
+    def reset(self) -> None:
+        self._until_ms = -inf
+        self._seen = self._recorded(inf, inf)
+
+    def save(self) -> Any:
+        return self._until_ms, self._seen
+
+    def restore(self, saved: Any) -> None:
+        self._until_ms, self._seen = saved
+
+    def _recorded(self, since_ms: float, until_ms: float) -> Any:
+        """Return what was recorded with ``since_ms < t <= until_ms``."""
+        raise NotImplementedError
+
+
+class StateRecorderDevice(RecorderDevice):
+    """Voltages or conductances of its neurons."""
+
+    __slots__ = ()
+
+    def _recorded(self, since_ms: float, until_ms: float) -> Any:
+        return self.port.samples(since_ms, until_ms)
+
+    @property
+    def times(self) -> npt.NDArray[np.float64]:
+        """Times of the samples, ms, shape ``(n,)``."""
+        times: npt.NDArray[np.float64] = self._seen[0]
+        return times
+
+    @property
+    def values(self) -> npt.NDArray[np.float64]:
+        """Samples, mV or uS, shape ``(n, neurons)``."""
+        values: npt.NDArray[np.float64] = self._seen[1]
+        return values
+
+    def shown(self) -> str:
+        return f"{len(self.times)} samples"
+
+
+class SpikeRecorderDevice(RecorderDevice):
+    """Spikes of its neurons."""
+
+    __slots__ = ("_use_ids",)
+
+    options: ClassVar[tuple[str, ...]] = ("use_ids",)
+
+    def __init__(
+        self,
+        parameter: str,
+        port: Port,
+        selection: Selection,
+        release: Callable[[], None],
+        *,
+        use_ids: bool = True,
+    ) -> None:
+        super().__init__(parameter, port, selection, release)
+        self._use_ids = use_ids
+
+    def _recorded(self, since_ms: float, until_ms: float) -> Any:
+        return self.port.spikes(since_ms, until_ms)
+
+    @property
+    def times(self) -> npt.NDArray[np.float64]:
+        """Neuron and time in ms of each spike, ascending in time, shape ``(n, 2)``.
+
+        Neurons are global ids, or with ``use_ids=False`` places within what was selected.
+        """
+        ids = self._seen.neurons
+        if not self._use_ids:
+            order = np.argsort(self.selection.ids, kind="stable")
+            ids = order[np.searchsorted(self.selection.ids, ids, sorter=order)]
+        return np.stack([ids, self._seen.times_ms], axis=1)
+
+    @property
+    def spiked(self) -> bool:
+        """Whether there was any spike."""
+        return len(self._seen) > 0
+
+    @property
+    def neurons(self) -> IntArray:
+        """Global ids of the neurons that are listened to."""
+        return self.selection.ids
+
+    @property
+    def neurons_count(self) -> int:
+        """How many neurons are listened to."""
+        return self.selection.size
+
+    @property
+    def population_name(self) -> str:
+        """The population that the neurons come from."""
+        return self.selection.label
+
+    def shown(self) -> str:
+        return f"{len(self._seen)} spikes"

@@ -1,0 +1,145 @@
+"""The kinds of devices that transfer functions name: ``nrp.poisson``, ``nrp.leaky_integrator_alpha``, ..."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core.brain.devices import sinks, sources, state_recorder
+from nrp_core.brain.devices.sinks import SinkSpec
+from nrp_core.brain.devices.sources import SourceSpec
+from nrp_core.brain.network.data import IntArray
+from nrp_core.dsl.devices import devices
+from nrp_core.dsl.devices.devices import Device
+from nrp_core.dsl.parameters.binding import Binding
+from nrp_core.dsl.selection.selection import Selection
+from nrp_core.seeds import Seeds
+
+_MODES: Final = ("AllToAll", "OneToOne", "Fixed")
+_CONNECTED: Final = (
+    sources.PoissonSource, sources.FixedFrequencySource, sinks.LeakyIntegratorAlpha, sinks.LeakyIntegratorExp,
+)  # fmt: skip
+"""The devices that have synapses with weights and delays."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class DeviceKind:
+    """A kind of device.
+
+    Args:
+        name: what users write.
+        spec: the device of the brain interface; its fields are the keyword arguments.
+        device: what the function sees.
+        defaults: where they differ from those of ``spec``.
+    """
+
+    name: str
+    spec: type[SourceSpec] | type[SinkSpec]
+    device: type[Device]
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def drives(self) -> bool:
+        """Whether it acts on neurons (else it listens to them)."""
+        return issubclass(self.spec, SourceSpec)
+
+    @property
+    def options(self) -> list[str]:
+        """Names of the keyword arguments."""
+        names = [item.name for item in dataclasses.fields(self.spec)]
+        connected = ["connector"] if self.spec in _CONNECTED else []
+        return [*names, *connected, *self.device.options]
+
+    def open(
+        self, binding: Binding, selection: Selection, options: Mapping[str, Any], *, parameter: str, name: str
+    ) -> Device:
+        """Put a device to work.
+
+        Args:
+            binding: the brain.
+            selection: the neurons.
+            options: keyword arguments, their names checked.
+            parameter: for messages.
+            name: names its random stream.
+
+        Raises:
+            ValueError: an option has a value that cannot be.
+        """
+        brain = binding.brain
+        given, ids = self._connected({**self.defaults, **options}, selection.ids, brain.seed, name)
+        of_device = {key: given.pop(key) for key in self.device.options if key in given}
+        for item in dataclasses.fields(self.spec):
+            if item.type in ("float", "int") and isinstance(given.get(item.name), str):
+                raise ValueError(f"{item.name} must be a number, not {given[item.name]!r}")
+        spec = self.spec(**given)
+        port: devices.Port
+        if isinstance(spec, SourceSpec):
+            port = brain.add_source(spec, ids, name=name)
+        else:
+            port = brain.add_sink(spec, ids, name=name)
+        return self.device(parameter, port, selection, partial(brain.remove, port), **of_device)
+
+    def _connected(
+        self, given: dict[str, Any], ids: IntArray, seed: int, name: str
+    ) -> tuple[dict[str, Any], IntArray]:
+        """Return settings and neurons that a ``connector`` stands for.
+
+        That is ``{"mode": "AllToAll" | "OneToOne" | "Fixed", "n": ..., "weight": ..., "delay": ...}``. A
+        device reaches each neuron once; with ``Fixed`` a neuron has n generators, and a sink hears n neurons
+        drawn at random.
+        """
+        connector = given.pop("connector", None)
+        if connector is None:
+            return given, ids
+        mode, n = connector.get("mode"), int(connector.get("n", 1))
+        if mode not in _MODES:
+            raise ValueError(f"connector has the mode {' or '.join(_MODES)}, not {mode!r}")
+        if n < 1:
+            raise ValueError(f"connector has n of 1 or more, not {n}")
+        given = {**{key: connector[key] for key in ("weight", "delay") if key in connector}, **given}
+        if mode == "Fixed" and self.drives:
+            given.setdefault("n", n)
+        elif mode == "Fixed":
+            drawn = Seeds(seed).child("brain").child("connector").stream(name)
+            ids = np.sort(drawn.choice(ids, n, replace=n > len(ids)))
+        return given, ids
+
+    def __repr__(self) -> str:
+        return self.name
+
+
+poisson = DeviceKind("poisson", sources.PoissonSource, devices.SpikeGenerator)
+fixed_frequency = DeviceKind("fixed_frequency", sources.FixedFrequencySource, devices.SpikeGenerator)
+dc_source = DeviceKind("dc_source", sources.DCSource, devices.CurrentGenerator)
+ac_source = DeviceKind("ac_source", sources.ACSource, devices.SineCurrentGenerator)
+nc_source = DeviceKind("nc_source", sources.NoisyCurrentSource, devices.NoiseCurrentGenerator)
+injector = DeviceKind("injector", sources.SpikeInjector, devices.SpikeInjectorDevice)
+leaky_integrator_alpha = DeviceKind(
+    "leaky_integrator_alpha", sinks.LeakyIntegratorAlpha, devices.LeakyIntegratorDevice
+)
+leaky_integrator_exp = DeviceKind(
+    "leaky_integrator_exp", sinks.LeakyIntegratorExp, devices.LeakyIntegratorDevice
+)
+population_rate = DeviceKind("population_rate", sinks.PopulationRate, devices.PopulationRateDevice)
+spike_recorder = DeviceKind(
+    "spike_recorder", sinks.SpikeRecorder, devices.SpikeRecorderDevice, {"keep_ms": 10_000.0}
+)
+voltage_recorder = DeviceKind(
+    "voltage_recorder", state_recorder.VoltageRecorder, devices.StateRecorderDevice, {"keep_ms": 10_000.0}
+)
+conductance_recorder = DeviceKind(
+    "conductance_recorder", state_recorder.ConductanceRecorder, devices.StateRecorderDevice,
+    {"keep_ms": 10_000.0},
+)  # fmt: skip
+
+KINDS = (
+    poisson, fixed_frequency, dc_source, ac_source, nc_source, injector,
+    leaky_integrator_alpha, leaky_integrator_exp, population_rate, spike_recorder,
+    voltage_recorder, conductance_recorder,
+)  # fmt: skip
+"""All kinds."""

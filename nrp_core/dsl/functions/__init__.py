@@ -1,0 +1,1 @@
+"""Transfer functions and the decorators that make them."""

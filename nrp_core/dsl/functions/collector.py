@@ -1,0 +1,52 @@
+"""Where transfer functions register: with whoever loads them, never process-wide."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from nrp_core.dsl.functions.function import TransferFunction
+
+_collected: ContextVar[list[TransferFunction] | None] = ContextVar("collected", default=None)
+
+
+@contextmanager
+def collecting() -> Iterator[list[TransferFunction]]:
+    """Collect the transfer functions that are declared in this context, in their order.
+
+    A context is a thread's or task's own, so two experiments that load at once do not meet.
+    """
+    functions: list[TransferFunction] = []
+    token = _collected.set(functions)
+    try:
+        yield functions
+    finally:
+        _collected.reset(token)
+
+
+def register(function: TransferFunction) -> None:
+    """Add a function to the current collection, if there is one.
+
+    Raises:
+        TransferFunctionError: it has one of that name already.
+    """
+    functions = _collected.get()
+    if functions is not None:
+        require_new_name(function, functions)
+        functions.append(function)
+
+
+def require_new_name(function: TransferFunction, others: Iterable[TransferFunction]) -> None:
+    """Refuse a function whose name another one has.
+
+    Raises:
+        TransferFunctionError: it is taken.
+    """
+    for other in others:
+        if other.name == function.name:
+            raise function.place.error(
+                f"there is a transfer function '{function.name}' already, at {other.place}; rename one"
+            )

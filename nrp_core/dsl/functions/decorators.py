@@ -1,0 +1,98 @@
+"""The decorators that turn a function into a transfer function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import isfinite
+from typing import Any, ClassVar
+
+from nrp_core.dsl.functions.collector import register
+from nrp_core.dsl.functions.function import TIME, Flow, TransferFunction
+from nrp_core.dsl.parameters.place import Place
+from nrp_core.dsl.parameters.topics import Topic
+
+
+class _FunctionDecorator:
+    """What the decorators share; :class:`Robot2Neuron` documents the arguments."""
+
+    flow: ClassVar[Flow]
+    topic: Topic | None = None
+
+    def __init__(
+        self,
+        triggers: str | Sequence[str] | None = None,
+        throttling_rate: float | None = None,
+        *,
+        priority: int = 0,
+    ) -> None:
+        self.place = Place.of_caller()
+        if not (triggers is None or isinstance(triggers, (str, list, tuple))):
+            raise self.place.error(f"triggers are names of parameters, not {triggers!r}")
+        if not (throttling_rate is None or _is_positive(throttling_rate)):
+            raise self.place.error(f"throttling_rate is a positive rate in Hz, not {throttling_rate!r}")
+        if not isinstance(priority, int):
+            raise self.place.error(f"priority is an integer, not {priority!r}")
+        self._triggers = TIME if triggers is None else triggers
+        self._throttling_rate = throttling_rate
+        self._priority = priority
+
+    def __call__(self, function: Callable[..., Any]) -> TransferFunction:
+        """Return the transfer function, registered with the current collector."""
+        if isinstance(function, TransferFunction):
+            raise self.place.error(
+                f"'{function.name}' is a transfer function already; "
+                f"@{self.flow.value} stands last, right above the function"
+            )
+        if not hasattr(function, "__code__"):
+            raise self.place.error(f"@{self.flow.value} decorates a function, not {function!r}")
+        made = self._made(function)
+        register(made)
+        return made
+
+    def _made(self, function: Callable[..., Any]) -> TransferFunction:
+        return TransferFunction(
+            function, flow=self.flow, topic=self.topic, triggers=self._triggers,
+            throttling_rate=self._throttling_rate, priority=self._priority,
+        )  # fmt: skip
+
+
+class Neuron2Robot(_FunctionDecorator):
+    """Marks a function from the brain to the robot.
+
+    Args:
+        robot_topic: where the return value is sent, unless it is None; without a topic it is not used.
+        triggers, throttling_rate, priority: as of :class:`Robot2Neuron`.
+    """
+
+    flow = Flow.NEURON_TO_ROBOT
+
+    def __init__(
+        self,
+        robot_topic: Topic | str | None = None,
+        triggers: str | Sequence[str] | None = None,
+        throttling_rate: float | None = None,
+        *,
+        priority: int = 0,
+    ) -> None:
+        super().__init__(triggers, throttling_rate, priority=priority)
+        self.topic = None if robot_topic is None else Topic.of(robot_topic)
+
+
+class Robot2Neuron(_FunctionDecorator):
+    """Marks a function from the robot to the brain; its return value is not used.
+
+    Args:
+        triggers: names of subscribed parameters whose messages make the function run; by
+            default it runs every step.
+        throttling_rate: runs a second at most.
+        priority: functions with a higher one run first within a step.
+
+    Raises:
+        TransferFunctionError: an argument cannot be.
+    """
+
+    flow = Flow.ROBOT_TO_NEURON
+
+
+def _is_positive(rate: object) -> bool:
+    return isinstance(rate, (int, float)) and not isinstance(rate, bool) and isfinite(rate) and rate > 0

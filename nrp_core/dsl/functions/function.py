@@ -1,0 +1,284 @@
+"""The transfer function: a function, what its parameters are bound to, and when it runs."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from enum import Enum
+from typing import Any, Self
+
+from nrp_core.brain.interface import Brain
+from nrp_core.clock import seconds
+from nrp_core.dsl.functions.throttle import Throttle
+from nrp_core.dsl.parameters.binding import Adapter, Binding, Mapping
+from nrp_core.dsl.parameters.place import Place
+from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
+from nrp_core.errors import ExperimentError, LifecycleError, TopicError, did_you_mean
+from nrp_core.world.interface import World
+
+TIME = "t"
+
+
+class Flow(Enum):
+    """Which way a transfer function mainly carries information."""
+
+    NEURON_TO_ROBOT = "Neuron2Robot"
+    ROBOT_TO_NEURON = "Robot2Neuron"
+
+
+class TransferFunction:
+    """A decorated function. Calling it calls the plain function, with whatever arguments.
+
+    Once bound, what a parameter stands for is an attribute: ``linear_twist.left_wheel_neuron``.
+
+    Args:
+        function: first parameter ``t``, the simulation time in seconds; a mapping binds each other.
+        flow: which way it goes.
+        topic: where its return value is sent; None: the value is not used.
+        triggers: names of parameters whose news make it run; ``t``: every step.
+        throttling_rate: runs a second at most.
+        priority: higher ones run first within a step.
+
+    Raises:
+        TransferFunctionError: the function does not have this form.
+    """
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        *,
+        flow: Flow,
+        topic: Topic | None = None,
+        triggers: Sequence[str] = (TIME,),
+        throttling_rate: float | None = None,
+        priority: int = 0,
+    ) -> None:
+        self.function = function
+        self.name = function.__name__
+        self.place = Place.of_code(inspect.unwrap(function).__code__)
+        self.__doc__ = function.__doc__
+        self.flow, self.topic, self.priority = flow, topic, priority
+        self.parameters = self._parameters_of(function)
+        self.triggers = self._checked_triggers(triggers)
+        self.throttle = Throttle(throttling_rate)
+        self.mappings: dict[str, Mapping] = {}
+        self._adapters: dict[str, Adapter] = {}
+        self._arguments: tuple[Adapter, ...] | None = None
+        self._active = True
+
+    # -- declaration
+
+    def _parameters_of(self, function: Callable[..., Any]) -> tuple[str, ...]:
+        if not _runs_when_called(function):
+            raise self._error("must be a plain function, no generator and not async")
+        given = inspect.signature(function).parameters.values()
+        if any(p.kind is not inspect.Parameter.POSITIONAL_OR_KEYWORD for p in given):
+            raise self._error("takes plain parameters only: no *, ** or /")
+        names = [parameter.name for parameter in given]
+        if names[:1] != [TIME]:
+            raise self._error("must have the time, t, as its first parameter")
+        return tuple(names[1:])
+
+    def _checked_triggers(self, triggers: Sequence[str]) -> tuple[str, ...]:
+        names = (triggers,) if isinstance(triggers, str) else tuple(triggers)
+        for name in names:
+            if name not in (TIME, *self.parameters):
+                hint = did_you_mean(name, self.parameters)
+                raise self._error(f"cannot be triggered by '{name}', which is no parameter of it{hint}")
+        return names
+
+    def add(self, mapping: Mapping) -> None:
+        """Say what a parameter is bound to.
+
+        Raises:
+            TransferFunctionError: there is no such parameter, or it is bound to something already.
+        """
+        name = mapping.parameter
+        if name == TIME:
+            raise mapping.place.error("the parameter 't' is the simulation time and cannot be mapped")
+        if name not in self.parameters:
+            hint = did_you_mean(name, self.parameters)
+            raise mapping.place.error(f"'{self.name}' has no parameter '{name}' to map{hint}")
+        if name in self.mappings:
+            first = self.mappings[name].place
+            raise mapping.place.error(f"'{self.name}': parameter '{name}' is mapped twice, first at {first}")
+        self.mappings[name] = mapping
+
+    @property
+    def subscribed(self) -> list[Topic]:
+        """The topics that it reads."""
+        return [mapping.reads for mapping in self.mappings.values() if mapping.reads is not None]
+
+    @property
+    def published(self) -> list[Topic]:
+        """The topics that it publishes on, that of its return value included."""
+        written = [mapping.writes for mapping in self.mappings.values() if mapping.writes is not None]
+        return written if self.topic is None else [*written, self.topic]
+
+    # -- binding
+
+    @property
+    def is_bound(self) -> bool:
+        """Whether the parameters stand for something in a brain and a world."""
+        return self._arguments is not None
+
+    @property
+    def adapters(self) -> dict[str, Adapter]:
+        """What each parameter stands for, once bound."""
+        return self._adapters
+
+    def bind(self, brain: Brain, world: World, *, variables: dict[str, Any] | None = None) -> Self:
+        """Let every parameter stand for its device, topic or variable.
+
+        Args:
+            brain: the side of the neurons.
+            world: the side of the robot.
+            variables: the variables that functions share; by default it shares none.
+
+        Raises:
+            ExperimentError: a parameter is not mapped, or names what does not exist.
+            LifecycleError: the function is bound already.
+        """
+        if self.is_bound:
+            raise LifecycleError(f"transfer function '{self.name}' is bound already; unbind() it first")
+        for parameter in self.parameters:
+            if parameter not in self.mappings:
+                raise self._error(f"maps nothing to its parameter '{parameter}', e.g. with MapSpikeSink")
+        binding = Binding(self.name, brain, world, {} if variables is None else variables)
+        try:
+            self._connect(binding)
+        except BaseException:
+            self.unbind()
+            raise
+        return self
+
+    def _connect(self, binding: Binding) -> None:
+        for parameter in self.parameters:
+            self._adapters[parameter] = self.mappings[parameter].bind(binding)
+        self._publisher = self._publisher_of(binding)
+        self._triggering = [self._trigger(name) for name in self.triggers if name != TIME]
+        still = Adapter.refresh
+        self._refreshed = [a for a in self._adapters.values() if type(a).refresh is not still]
+        self._arguments = tuple(self._adapters.values())
+        self.active = self._active
+
+    def _trigger(self, name: str) -> SubscribedTopic:
+        adapter = self._adapters[name]
+        if not isinstance(adapter, SubscribedTopic):
+            raise self._error(f"cannot be triggered by '{name}'; only subscribed topics trigger")
+        return adapter
+
+    def _publisher_of(self, binding: Binding) -> PublishedTopic | None:
+        try:
+            return None if self.topic is None else PublishedTopic(binding.world, self.topic)
+        except TopicError as error:
+            context = f"return value of transfer function '{self.name}'"
+            raise self.place.located(error, context) from None
+
+    def unbind(self) -> None:
+        """Give everything back to brain and world."""
+        for adapter in self._adapters.values():
+            adapter.release()
+        self._adapters = {}
+        self._arguments = None
+
+    # -- running
+
+    @property
+    def active(self) -> bool:
+        """Whether it runs; an inactive function's devices are silent."""
+        return self._active
+
+    @active.setter
+    def active(self, active: bool) -> None:
+        self._active = active
+        for adapter in self._adapters.values():
+            adapter.set_active(active)
+
+    def is_due(self, t_ns: int) -> bool:
+        """Whether it runs in the step that began at ``t_ns``; asked once a step."""
+        return self._active and self._is_triggered() and self.throttle.admits(t_ns)
+
+    def _is_triggered(self) -> bool:
+        return TIME in self.triggers or any(topic.pending for topic in self._triggering)
+
+    def run(self, now_ns: int, t: float | None = None) -> Any:
+        """Run it with what its parameters stand for, and send what it returns to its topic.
+
+        Args:
+            now_ns: the time that brain and world have reached.
+            t: the time in seconds that the function is told; by default the same.
+
+        Raises:
+            LifecycleError: it is not bound.
+            TopicError: its topic cannot carry what it returned.
+        """
+        if self._arguments is None:
+            raise LifecycleError(f"transfer function '{self.name}' is not bound; bind(brain, world) it first")
+        for adapter in self._refreshed:
+            adapter.refresh(now_ns)
+        result = self.function(seconds(now_ns) if t is None else t, *self._arguments)
+        if result is not None and self._publisher is not None:
+            try:
+                self._publisher.send_message(result)
+            except TopicError as error:
+                raise self.place.located(error, f"return value of '{self.name}'") from None
+        return result
+
+    def reset(self) -> None:
+        """Return to the state at time 0."""
+        self.throttle.reset()
+        for adapter in self._adapters.values():
+            adapter.reset()
+
+    def save(self) -> Any:
+        """Return what changes while running, besides what brain and world save."""
+        adapters = {name: (type(adapter), adapter.save()) for name, adapter in self._adapters.items()}
+        return self._active, self.throttle.save(), adapters
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave, for this function or one of the same name.
+
+        Parameters that are new, or bound to something of another kind, stay as they are.
+        """
+        self._active, throttle, adapters = saved
+        self.throttle.restore(throttle)
+        for name, (kind, state) in adapters.items():
+            if type(self._adapters.get(name)) is kind:
+                self._adapters[name].restore(state)
+
+    def inputs(self) -> dict[str, str]:
+        """Return what the function sees in its parameters, as text, for reports."""
+        shown = {name: adapter.shown() for name, adapter in self._adapters.items()}
+        return {name: text for name, text in shown.items() if text}
+
+    # -- as an object
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        return self.function(*args, **kwargs)
+
+    def __getattr__(self, name: str) -> Any:
+        adapters, parameters = self.__dict__.get("_adapters", {}), self.__dict__.get("parameters", ())
+        if name in adapters:
+            return adapters[name]
+        if name in parameters:
+            raise AttributeError(f"'{self.name}' is not bound: bind(brain, world) gives it its '{name}'")
+        raise AttributeError(f"transfer function has no attribute '{name}'{did_you_mean(name, parameters)}")
+
+    def __repr__(self) -> str:
+        parameters = ", ".join((TIME, *self.parameters))
+        return f"<{self.flow.value} {self.name}({parameters}) at {self.place}>"
+
+    def __str__(self) -> str:
+        lines = [f"{self.flow.value} {self.name}, {self.place}"]
+        lines += [f"  {name}: {self.mappings.get(name, 'not mapped')}" for name in self.parameters]
+        lines += [] if self.topic is None else [f"  returns to {self.topic}"]
+        return "\n".join(lines)
+
+    def _error(self, message: str) -> ExperimentError:
+        return self.place.error(f"transfer function '{self.name}' {message}")
+
+
+def _runs_when_called(function: Callable[..., Any]) -> bool:
+    waiting = (inspect.isgeneratorfunction, inspect.iscoroutinefunction, inspect.isasyncgenfunction)
+    return not any(waits(function) for waits in waiting)

@@ -1,0 +1,60 @@
+"""Variables that a transfer function keeps from run to run."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.brief import brief
+
+GLOBAL = "global_scope"
+"""One variable for all transfer functions of an experiment."""
+TRANSFER_FUNCTION_LOCAL = "transfer_function_scope"
+"""A variable of one transfer function."""
+SCOPES = (GLOBAL, TRANSFER_FUNCTION_LOCAL)
+
+
+class Variable(Adapter):
+    """A value that stays.
+
+    Args:
+        name: for messages.
+        initial: the value at time 0, copied, so that changing it in place does not outlive a reset;
+            what cannot be copied, such as an open file, stays the same object.
+
+    Attributes:
+        value: the value now.
+    """
+
+    __slots__ = ("_initial", "name", "value")
+
+    def __init__(self, name: str, initial: Any = None) -> None:
+        self.name = name
+        self._initial = _copied(initial)
+        self.reset()
+
+    def begin_with(self, initial: Any) -> None:
+        """Take an initial value, unless there is one."""
+        if self._initial is None and initial is not None:
+            self._initial = _copied(initial)
+            self.reset()
+
+    def reset(self) -> None:
+        self.value: Any = _copied(self._initial)
+
+    def save(self) -> Any:
+        return self.value
+
+    def restore(self, saved: Any) -> None:
+        self.value = saved
+
+    def shown(self) -> str:
+        return f"value = {brief(self.value)}"
+
+
+def _copied(value: Any) -> Any:
+    try:
+        return copy.deepcopy(value)
+    except (TypeError, copy.Error):
+        return value

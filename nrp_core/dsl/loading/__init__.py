@@ -1,0 +1,1 @@
+"""Files of transfer functions: their imports, their listing, their execution."""

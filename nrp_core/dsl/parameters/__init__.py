@@ -1,0 +1,1 @@
+"""Parameters of transfer functions: bindings, topics, messages."""

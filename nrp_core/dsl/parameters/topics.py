@@ -1,0 +1,230 @@
+"""Topics as a transfer function names and sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.brief import brief
+from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.dsl.parameters.place import Place
+from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.world.interface import World
+from nrp_core.world.messages.base import type_name
+from nrp_core.world.topics import Publication, Stamped, TopicInfo
+
+
+def _unchanged(message: Any) -> Any:
+    return message
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic of the robot or of the user's own.
+
+    Args:
+        name: absolute, ``/husky/camera``.
+        topic_type: the message class, or its ROS name; None where the world knows it.
+
+    Raises:
+        TopicError: there is no such message type.
+    """
+
+    name: str
+    topic_type: Any = None
+
+    def __post_init__(self) -> None:
+        place = Place.of_caller()
+        if not isinstance(self.name, str) or not self.name:
+            raise place.error(f"a topic has a name such as '/husky/camera', not {self.name!r}")
+        if self.topic_type is not None:
+            try:
+                object.__setattr__(self, "topic_type", message_type(self.topic_type))
+            except TopicError as error:
+                raise place.located(error, f"topic '{self.name}'") from None
+
+    @classmethod
+    def of(cls, given: Topic | str) -> Topic:
+        """Return a topic given as such or by its name."""
+        if isinstance(given, (Topic, str)):
+            return given if isinstance(given, Topic) else cls(given)
+        raise Place.of_caller().error(f"expected a Topic or the name of one, not {given!r}")
+
+    @property
+    def process(self) -> Callable[[Any], Any]:
+        """What becomes of a message on its way."""
+        return _unchanged
+
+    def require_type(self, info: TopicInfo) -> None:
+        """Refuse a topic that carries something else.
+
+        Raises:
+            TopicError: it does.
+        """
+        if self.topic_type is not None and type_name(self.topic_type) != type_name(info.type):
+            raise TopicError(
+                f"'{self.name}' carries {type_name(info.type)}, not {type_name(self.topic_type)}"
+            )
+
+    def __str__(self) -> str:
+        return self.name if self.topic_type is None else f"{self.name} ({type_name(self.topic_type)})"
+
+
+@dataclass(frozen=True, slots=True)
+class PreprocessedTopic(Topic):
+    """A topic whose messages are changed on their way.
+
+    Args:
+        name, topic_type: what the topic carries.
+        pre_processing: called with each message: of one that is read, it makes the ``value`` that the
+            function sees; of what the function sends, the message.
+    """
+
+    pre_processing: Callable[[Any], Any] = _unchanged
+
+    def __post_init__(self) -> None:
+        Topic.__post_init__(self)
+        if not callable(self.pre_processing):
+            raise Place.of_caller().error(
+                f"topic '{self.name}': pre_processing is a function, not {self.pre_processing!r:.60}"
+            )
+
+    @property
+    def process(self) -> Callable[[Any], Any]:
+        return self.pre_processing
+
+
+class SubscribedTopic(Adapter):
+    """What came on a topic by the time the function runs.
+
+    Attributes:
+        value: the last message, or the initial value before the first.
+        changed: whether a message came since the function last ran; what can be read at any
+            time, such as the poses of all models, always counts as changed.
+    """
+
+    __slots__ = ("_initial", "_process", "_seen", "_subscription", "_world", "changed", "value")
+
+    def __init__(self, world: World, topic: Topic, initial: Any = None) -> None:
+        _require(topic, world)
+        self._world = world
+        self._subscription = world.subscribe(topic.name)
+        self._initial = initial
+        self._process = topic.process
+        self._seen: Stamped | None = None
+        self.value = initial
+        self.changed = False
+        try:
+            topic.require_type(self._subscription.topic)
+        except TopicError:
+            self.release()
+            raise
+
+    @property
+    def info(self) -> TopicInfo:
+        """What is known of the topic."""
+        return self._subscription.topic
+
+    @property
+    def name(self) -> str:
+        """Name of the topic."""
+        return self.info.name
+
+    @property
+    def pending(self) -> bool:
+        """Whether a message came that the function has not seen."""
+        latest = self._subscription.latest
+        return latest is not None and latest is not self._seen
+
+    def refresh(self, now_ns: int) -> None:
+        latest = self._subscription.latest
+        self.changed = latest is not None and latest is not self._seen
+        if latest is not None:
+            if self.changed:
+                self.value = self._process(latest.message)
+            self._seen = latest
+
+    def reset(self) -> None:
+        self._seen = None
+        self.value = self._initial
+        self.changed = False
+
+    def save(self) -> Any:
+        kept = self._subscription.kept()
+        is_latest = bool(kept) and kept[-1] is self._seen
+        return self.value, self.changed, self._seen, is_latest, kept
+
+    def restore(self, saved: Any) -> None:
+        self.value, self.changed, self._seen, is_latest, kept = saved
+        if not self._subscription.kept():  # it began to listen only now
+            for stamped in kept:
+                self._subscription.push(stamped)
+        now_kept = self._subscription.kept()
+        if is_latest and now_kept:
+            self._seen = now_kept[-1]
+
+    def release(self) -> None:
+        self._world.unsubscribe(self._subscription)
+
+    def shown(self) -> str:
+        return f"value = {brief(self.value)}"
+
+
+class PublishedTopic(Adapter):
+    """A topic that the function publishes on."""
+
+    __slots__ = ("_process", "_publication", "_wrap")
+
+    def __init__(self, world: World, topic: Topic) -> None:
+        _require(topic, world)
+        self._publication: Publication = world.advertise(topic.name)
+        topic.require_type(self._publication.topic)
+        self._process = topic.process
+        self._wrap = _wrapper(self._publication.topic.type)
+
+    @property
+    def info(self) -> TopicInfo:
+        """What is known of the topic."""
+        return self._publication.topic
+
+    def send_message(self, message: Any) -> None:
+        """Send a message; it takes effect in the next step.
+
+        A number or text is taken for the one field of a message that has one field.
+
+        Raises:
+            TopicError: the message is of another type or holds a number that is not finite.
+        """
+        message = self._process(message)
+        self._publication.publish(self._wrap(message) if isinstance(message, _PLAIN) else message)
+
+
+_OWN = "; one of the experiment's own stands under 'topics', or is sent by one function and read by another"
+
+
+def _require(topic: Topic, world: World) -> None:
+    """Refuse a topic that there is not.
+
+    Raises:
+        TopicError: it does not exist.
+    """
+    if topic.name in world.topics:
+        return
+    hint = did_you_mean(topic.name, world.topics)
+    if "did you mean" not in hint:
+        hint = _OWN
+        if topic.topic_type is None:
+            hint += f", which needs its type: Topic('{topic.name}', TYPE)"
+    raise TopicError(f"no topic '{topic.name}'{hint}")
+
+
+_PLAIN = (bool, int, float, str)
+
+
+def _wrapper(kind: type) -> Callable[[Any], Any]:
+    """Return what makes a plain value a message of a type, or leaves it to be refused."""
+    if is_dataclass(kind) and len(fields(kind)) == 1:
+        return kind
+    return lambda value: value

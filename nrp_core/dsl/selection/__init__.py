@@ -1,0 +1,1 @@
+"""Neurons, chosen by name, index and location."""

@@ -1,0 +1,121 @@
+"""Neurons of a brain that is there, chosen by name, index and location."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.network.data import FloatArray, IntArray, Network
+from nrp_core.dsl.selection.regions import Region, distances_um, point
+from nrp_core.errors import NeuronSelectionError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selection:
+    """Some neurons, in an order.
+
+    An index means what it means to a NumPy array, but that a single one gives one neuron and a
+    tuple joins what its items give: ``sensors[0, 2]``, ``sensors[0, 3:5]``.
+
+    Args:
+        ids: global ids, shape ``(n,)``.
+        label: the population or view they come from.
+        network: that they are part of, for what asks where they lie.
+    """
+
+    ids: IntArray
+    label: str
+    network: Network | None = None
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    @property
+    def size(self) -> int:
+        """Number of neurons."""
+        return len(self.ids)
+
+    def __getitem__(self, index: Any) -> Selection:
+        return self._of(self._chosen(index))
+
+    def __add__(self, other: Selection) -> Selection:
+        if not isinstance(other, Selection):
+            return NotImplemented
+        ids = np.concatenate([self.ids, other.ids])
+        return Selection(ids, f"{self.label} + {other.label}", self.network)
+
+    def __radd__(self, other: int) -> Selection:
+        if other != 0:  # sum() begins with it
+            return NotImplemented
+        return self
+
+    @property
+    def positions_um(self) -> FloatArray:
+        """Where they lie, shape ``(n, 3)``.
+
+        Raises:
+            NeuronSelectionError: the network does not say.
+        """
+        if self.network is None:
+            raise NeuronSelectionError(f"'{self.label}' has no positions")
+        return self.network.positions_of(self.ids)
+
+    def within(self, region: Region) -> Selection:
+        """Return those that lie in a region, in their order; there may be none.
+
+        Raises:
+            NeuronSelectionError: they have no positions, or that is no region.
+        """
+        if not isinstance(region, Region):
+            raise NeuronSelectionError(f"neurons lie within a Box or a Sphere, not within {region!r}")
+        return self._of(self.ids[region.contains(self.positions_um)])
+
+    def nearest(self, center: Sequence[float], n: int = 1) -> Selection:
+        """Return the ``n`` that lie nearest to a point (um), the nearest first; of equals the first ones.
+
+        Raises:
+            NeuronSelectionError: they have no positions, that is no point, or they are fewer than ``n``.
+        """
+        if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or not 0 < n <= self.size:
+            raise NeuronSelectionError(
+                f"'{self.label}' has {self.size} neurons; {n!r} of them cannot be nearest"
+            )
+        distances = distances_um(self.positions_um, point(center, "what neurons are near", finite=True))
+        return self._of(self.ids[np.argsort(distances, kind="stable")[:n]])
+
+    def _of(self, ids: IntArray) -> Selection:
+        return Selection(ids, self.label, self.network)
+
+    def _chosen(self, index: Any) -> IntArray:
+        if isinstance(index, tuple):
+            return np.concatenate([self.ids[:0], *map(self._chosen, index)])
+        if isinstance(index, slice):
+            return self.ids[index]
+        wanted = np.asarray(index)
+        if wanted.size == 0:
+            return self.ids[:0]
+        if wanted.dtype.kind not in ("iu" if wanted.ndim == 0 else "iub") or wanted.ndim > 1:
+            raise NeuronSelectionError(f"neurons are chosen by integers, slices and lists, not {index!r}")
+        try:
+            return np.atleast_1d(self.ids[wanted])
+        except IndexError:
+            raise NeuronSelectionError(
+                f"'{self.label}' has {self.size} neurons, 0..{self.size - 1}; {index!r} is not among them"
+            ) from None
+
+
+class BrainRoot:
+    """What ``nrp.brain`` means: every population and view of a network by its name."""
+
+    __slots__ = ("_network",)
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+
+    def __getattr__(self, name: str) -> Selection:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return Selection(self._network.neurons(name), name, self._network)

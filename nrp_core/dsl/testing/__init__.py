@@ -1,0 +1,1 @@
+"""Mocks and a rig to test transfer functions without simulators."""

@@ -1,0 +1,139 @@
+"""A brain and a world without simulators, to test loops and transfer functions in milliseconds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.brain.interface import Brain, BrainCapabilities
+from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population
+from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.clock import NS_PER_MS
+from nrp_core.world.interface import World, WorldCapabilities
+from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Wrench
+from nrp_core.world.scene.model import Rgba, Scene
+
+_CELL = "MockCell"
+_EMPTY = Scene(())
+_REST = {"v": -65.0, "gsyn_exc": 0.0, "gsyn_inh": 0.0}
+
+
+class MockBrain(Brain):
+    """Neurons that fire when they are told to.
+
+    Args:
+        populations: size of each population, by name; or a whole network.
+        step_ns: its grid, None for any time.
+        releases_gil: what it declares.
+        capabilities: all that it declares; by default it has whatever the network needs.
+
+    Attributes:
+        values: what its neurons show, by variable, shape ``(network.size,)``.
+
+    Raises:
+        CapabilityError: the capabilities given do not cover the network.
+    """
+
+    def __init__(
+        self,
+        populations: Mapping[str, int] | Network,
+        *,
+        step_ns: int | None = None,
+        releases_gil: bool = False,
+        capabilities: BrainCapabilities | None = None,
+    ) -> None:
+        if isinstance(populations, Network):
+            network = populations
+        else:
+            network = Network({name: Population(name, n, _CELL, {}) for name, n in populations.items()})
+        needed = BrainCapabilities(
+            cells=frozenset(population.cell_type for population in network.populations.values()),
+            synapses=frozenset(projection.synapse_type for projection in network.projections),
+            resolution_ns=step_ns,
+            state_variables=frozenset(_REST),
+            releases_gil=releases_gil,
+        )
+        self.values = {name: np.full(network.size, value) for name, value in _REST.items()}
+        super().__init__(network, seed=0, capabilities=capabilities or needed, identity="mock")
+        self._planned: list[Spikes] = []
+
+    def fire(self, neurons: npt.ArrayLike, times_ms: npt.ArrayLike) -> None:
+        """Let neurons (global ids) fire at times of the next step, ascending."""
+        ids, times = np.broadcast_arrays(np.atleast_1d(neurons), np.atleast_1d(times_ms))
+        self._planned.append(Spikes(ids.astype(np.int64), times.astype(float)))
+
+    def _do_run_until(self, t_ns: int) -> None: ...
+
+    def _do_take_spikes(self) -> Spikes:
+        spikes, self._planned = Spikes.merged(self._planned), []
+        return spikes
+
+    def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None: ...
+
+    def _do_inject(self, events: SynapticEvents) -> None: ...
+
+    def _do_set_current(self, currents_na: FloatArray) -> None: ...
+
+    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
+        return self.values[variable][neurons]
+
+    def _do_reset(self, seed: int) -> None:
+        self._planned = []
+
+    def _do_close(self) -> None: ...
+
+
+class MockWorld(World):
+    """Topics without anything behind them: they carry what is put on them.
+
+    Args:
+        topics: message class of each topic, by name.
+        scene: models that never move, with their own topics; empty by default.
+        step_ns: its physics step.
+    """
+
+    def __init__(
+        self, topics: Mapping[str, type] | None = None, *, scene: Scene = _EMPTY, step_ns: int = NS_PER_MS
+    ) -> None:
+        capabilities = WorldCapabilities(step_ns, ball_joints=True, coupled_joints=True)
+        super().__init__(scene, seed=0, capabilities=capabilities, identity="mock")
+        self._sent: list[tuple[str, Any]] = []
+        self.add_observer(lambda topic, stamped: self._sent.append((topic, stamped.message)))
+        for name, type_ in (topics or {}).items():
+            self.declare(name, type_)
+
+    def put(self, topic: str, message: Any) -> None:
+        """Send a message as the robot would."""
+        self.advertise(topic).publish(message)
+
+    def sent(self, topic: str) -> list[Any]:
+        """Return every message on a topic since reset, oldest first."""
+        name = self._info(topic).name
+        return [message for sent_on, message in self._sent if sent_on == name]
+
+    def _do_advance(self, steps: int) -> None: ...
+
+    def _do_reset(self, seed: int) -> None:
+        self._sent.clear()
+
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        return ModelMotion(self.scene.model(model).pose)
+
+    def _do_joint_states(self, model: str) -> JointStates:
+        names = tuple(name for joint in self.scene.model(model).joints for name in joint.coordinates)
+        return JointStates(names, *np.zeros((3, len(names))))
+
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None: ...
+
+    def _do_set_color(self, visual: str, rgba: Rgba) -> None: ...
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None: ...
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None: ...
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None: ...
+
+    def _do_close(self) -> None: ...

@@ -1,0 +1,1 @@
+"""Events and criteria of a running experiment."""

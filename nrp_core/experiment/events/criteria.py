@@ -1,0 +1,234 @@
+"""Criteria of a running experiment: look at every step, say passed, failed or not decided yet."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import hypot, inf
+from numbers import Real
+from typing import Any, final
+
+from nrp_core.clock import seconds
+from nrp_core.experiment.events.conditions import Times, TopicSays
+from nrp_core.experiment.events.geometry import GroundPoint
+from nrp_core.experiment.events.ground_positions import Proximity, Whereabouts
+from nrp_core.experiment.model.event_schema import (
+    START,
+    Criterion,
+    During,
+    Near,
+    StaysWithin,
+    TopicStays,
+    WithinOf,
+)
+from nrp_core.world.interface import World
+from nrp_core.world.scene.model import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a criterion.
+
+    Args:
+        passed: None: not decided.
+        decided_s: simulated time of the decision, s.
+        took_s: from when the criterion began to count until then, s.
+        distance: what decides, m: the least distance of a ``near``, the greatest of a ``stays_within``.
+        limit: what it is compared with, m; None where no distance decides.
+        reason: the same in words.
+    """
+
+    passed: bool | None
+    decided_s: float | None
+    took_s: float | None
+    distance: float | None
+    limit: float | None
+    reason: str
+
+
+class Judge(ABC):
+    """Decides one criterion.
+
+    Args:
+        begins: the moment from which on it counts.
+        limit: the distance that decides, m, if one does.
+    """
+
+    def __init__(self, begins: int | str, limit: float | None = None) -> None:
+        self._begins, self._limit = begins, limit
+        self._began_ns: int | None = None
+        self._decided_ns: int | None = None
+        self._passed: bool | None = None
+        self._distance: float | None = None
+        self._reason = "not decided"
+
+    @final
+    def look(self, now_ns: int, times: Times, where: Whereabouts) -> None:
+        """Take one step into account; ``times`` are those of the events so far."""
+        if self._passed is not None:
+            return
+        if self._began_ns is None:
+            begins_ns = moment_ns(self._begins, times)
+            if begins_ns is None or now_ns < begins_ns:
+                return
+            self._began_ns = begins_ns
+        self._look(now_ns, self._began_ns, times, where)
+
+    @final
+    def finish(self, now_ns: int) -> None:
+        """Decide what is left at the end of a whole run (one that was cut short decides nothing)."""
+        if self._passed is not None:
+            return
+        if self._began_ns is None:
+            self._decide(False, now_ns, f"never began to count: {self._begins} did not come")
+        else:
+            self._finish(now_ns)
+
+    @property
+    def outcome(self) -> Outcome:
+        """What is known by now."""
+        decided, began = self._decided_ns, self._began_ns
+        took_s = None if decided is None or began is None else seconds(decided - began)
+        decided_s = None if decided is None else seconds(decided)
+        return Outcome(self._passed, decided_s, took_s, self._distance, self._limit, self._reason)
+
+    def save(self) -> Any:
+        """Return what changes while running."""
+        return self._began_ns, self._decided_ns, self._passed, self._distance, self._reason
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+        self._began_ns, self._decided_ns, self._passed, self._distance, self._reason = saved
+
+    def _decide(self, passed: bool, now_ns: int, reason: str) -> None:
+        self._passed, self._decided_ns, self._reason = passed, now_ns, reason
+
+    @abstractmethod
+    def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None: ...
+
+    @abstractmethod
+    def _finish(self, now_ns: int) -> None: ...
+
+
+class ComesNear(Judge):
+    """A model comes near something, soon enough."""
+
+    def __init__(self, near: Near, within_of: WithinOf | None, scene: Scene) -> None:
+        super().__init__(START if within_of is None else within_of.event, near.within)
+        self._proximity, self._within = Proximity(near, scene), near.within
+        self._time_ns = None if within_of is None else within_of.time
+
+    def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None:
+        if self._time_ns is not None and now_ns > began_ns + self._time_ns:
+            self._decide(False, now_ns, f"{self._nearest()} after {seconds(self._time_ns):g} s")
+            return
+        distance = self._proximity.distance(where)
+        self._distance = min(distance, inf if self._distance is None else self._distance)
+        if distance <= self._within:
+            self._decide(True, now_ns, f"{distance:.2f} m after {seconds(now_ns - began_ns):g} s")
+
+    def _finish(self, now_ns: int) -> None:
+        self._decide(False, now_ns, f"{self._nearest()} by the end of the run")
+
+    def _nearest(self) -> str:
+        return f"no nearer than {self._distance:.2f} m, not {self._within:g} m,"
+
+
+class Throughout(Judge):
+    """Something is so at every step of a part of the run."""
+
+    def __init__(self, during: During, limit: float | None = None) -> None:
+        super().__init__(during.since, limit)
+        self._until = during.until
+
+    def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None:
+        until_ns = moment_ns(self._until, times)
+        if until_ns is None or now_ns <= until_ns:
+            wrong = self._wrong(now_ns, times, where)
+            if wrong is not None:
+                self._decide(False, now_ns, wrong)
+                return
+        if until_ns is not None and now_ns >= until_ns:
+            self._finish(now_ns)
+
+    @abstractmethod
+    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
+        """Return in words what is not as it should be now, if anything is."""
+
+
+class Stays(Throughout):
+    """A model does not leave a circle on the ground."""
+
+    def __init__(self, stays: StaysWithin, scene: Scene) -> None:
+        super().__init__(stays.during, stays.distance)
+        self._model, self._radius = scene.model(stays.model).name, stays.distance
+        self._centre: GroundPoint | None = None if isinstance(stays.of, str) else stays.of
+
+    def save(self) -> Any:
+        return super().save(), self._centre
+
+    def restore(self, saved: Any) -> None:
+        judged, self._centre = saved
+        super().restore(judged)
+
+    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
+        x, y = where.ground(self._model)
+        self._centre = self._centre or (x, y)
+        distance = hypot(x - self._centre[0], y - self._centre[1])
+        self._distance = max(distance, self._distance or 0.0)
+        return f"{distance:.2f} m away, more than {self._radius:g} m" if distance > self._radius else None
+
+    def _finish(self, now_ns: int) -> None:
+        self._decide(True, now_ns, f"never more than {self._distance or 0.0:.2f} m away")
+
+
+class StaysSo(Throughout):
+    """A topic keeps saying something."""
+
+    def __init__(self, stays: TopicStays, world: World) -> None:
+        super().__init__(stays.during)
+        self._topic, self._says = stays.name, TopicSays(stays, world)
+        bounds = {"above": stays.above, "below": stays.below, "equal to": stays.equals}
+        self._wanted = " and ".join(f"{how} {value}" for how, value in bounds.items() if value is not None)
+
+    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
+        if self._says(now_ns, times):
+            return None
+        value = self._says.value
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        said = "nothing" if value is None else f"{value:.6g}" if is_number else repr(value)
+        return f"{self._topic} said {said} at {seconds(now_ns):g} s, not {self._wanted}"
+
+    def _finish(self, now_ns: int) -> None:
+        self._decide(True, now_ns, f"{self._topic} stayed {self._wanted}")
+
+
+def judge_of(criterion: Criterion, world: World) -> Judge:
+    """Return what decides a criterion.
+
+    Raises:
+        SceneError: it names something that is not in the scene.
+        TopicError: it names a topic or a field that does not exist.
+    """
+    if criterion.stays_within is not None:
+        return Stays(criterion.stays_within, world.scene)
+    if criterion.topic_stays is not None:
+        return StaysSo(criterion.topic_stays, world)
+    assert criterion.near is not None  # checked when it was read
+    return ComesNear(criterion.near, criterion.within_of, world.scene)
+
+
+def moment_ns(moment: int | str, times: Times) -> int | None:
+    """Return when a moment is or was: a time, ``start``, or an event; None for what has not come."""
+    if isinstance(moment, int):
+        return moment
+    return 0 if moment == START else times.get(moment)
+
+
+def all_passed(outcomes: Iterable[Outcome]) -> bool | None:
+    """Return whether all passed: False as soon as one failed, None while one is not decided."""
+    decisions = {outcome.passed for outcome in outcomes}
+    if False in decisions:
+        return False
+    return None if None in decisions else True

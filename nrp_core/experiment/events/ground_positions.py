@@ -1,0 +1,115 @@
+"""Where the models of a running world are, and how far from each other on the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.experiment.events.geometry import Footprint, GroundPoint
+from nrp_core.experiment.model.event_schema import Near
+from nrp_core.world.interface import World
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.scene.model import Link, Model, Scene
+from nrp_core.world.scene.pose import Pose
+
+
+class Whereabouts:
+    """The poses of all models, as the world publishes them; read once a step, used by many.
+
+    Args:
+        world: a world, opened.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._states = world.subscribe(MODEL_STATES)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read where everything is now."""
+        stamped = self._states.latest
+        assert stamped is not None  # a topic without a rate always has a value
+        self._poses = dict(zip(stamped.message.name, stamped.message.pose, strict=True))
+
+    def __contains__(self, model: object) -> bool:
+        return model in self._poses
+
+    def pose(self, model: str) -> Pose:
+        """Return the pose of a model."""
+        p, q = self._poses[model].position, self._poses[model].orientation
+        return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+
+    def ground(self, model: str) -> GroundPoint:
+        """Return where a model's origin is, seen from above."""
+        position = self._poses[model].position
+        return position.x, position.y
+
+
+class Proximity:
+    """The horizontal distance that a :class:`~nrp_core.experiment.model.event_schema.Near` speaks of.
+
+    Args:
+        near: from which model to what.
+        scene: what the world is opened with.
+
+    Raises:
+        SceneError: the scene has no such model or visual, or a joint moves the visual against its model.
+        CapabilityError: the visual is a mesh.
+    """
+
+    def __init__(self, near: Near, scene: Scene) -> None:
+        self._model = scene.model(near.model).name
+        self._target = _target(near, scene)
+
+    def distance(self, where: Whereabouts) -> float:
+        """Return the distance now, m."""
+        return self._target(where).distance(where.ground(self._model))
+
+
+def _target(near: Near, scene: Scene) -> Callable[[Whereabouts], Footprint]:
+    if near.visual is not None:
+        return _VisualFootprint(near.visual, scene)
+    if near.other is not None:
+        other = scene.model(near.other).name
+        return lambda where: Footprint((where.ground(other),))
+    assert near.point is not None  # checked when it was read
+    place = Footprint((near.point,))
+    return lambda _where: place
+
+
+class _VisualFootprint:
+    """What a visual covers on the ground; computed anew only when its model has moved."""
+
+    def __init__(self, path: str, scene: Scene) -> None:
+        if path not in scene.visuals:
+            raise SceneError(f"the scene has no visual '{path}'{did_you_mean(path, scene.visuals)}")
+        model, link = next(
+            (model, link)
+            for model, link in scene.links()
+            if any(f"{model.name}/{link.name}/{visual.name}" == path for visual in link.visuals)
+        )
+        _require_rigid(model, link)
+        visual = scene.visuals[path]
+        self._model, self._geometry = model.name, visual.geometry
+        self._on_model = link.pose @ visual.pose
+        self._pose = model.pose
+        self._footprint = Footprint.of(self._geometry, self._pose @ self._on_model)
+
+    def __call__(self, where: Whereabouts) -> Footprint:
+        pose = where.pose(self._model)
+        if pose != self._pose:
+            self._pose = pose
+            self._footprint = Footprint.of(self._geometry, pose @ self._on_model)
+        return self._footprint
+
+
+def _require_rigid(model: Model, link: Link) -> None:
+    """Refuse a link that a joint moves against its model."""
+    holding = {joint.child: joint for joint in model.joints}
+    name = link.name
+    while name in holding:
+        joint = holding[name]
+        if joint.kind != "fixed":
+            raise SceneError(
+                f"the distance to link '{model.name}/{link.name}' is not known: joint '{joint.name}' moves it"
+            )
+        name = joint.parent

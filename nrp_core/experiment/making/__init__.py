@@ -1,0 +1,1 @@
+"""The parts of an experiment, made from its file."""

@@ -1,0 +1,136 @@
+"""How the parts of an experiment are made from what it names.
+
+A reader of another format brings a :class:`Maker` of its own where a part is not simply a file in ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from nrp_core.brain.network.data import Network
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.loading.listing import Listing
+from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
+from nrp_core.experiment.making.networks import network_from
+from nrp_core.findings import Code, Level
+from nrp_core.registry import Registry, plugins
+from nrp_core.world.interface import World
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.reading.left_out import read_without
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+if TYPE_CHECKING:
+    from nrp_core.experiment.making.collector import Collector
+    from nrp_core.experiment.model.experiment import Experiment
+    from nrp_core.experiment.running.run import Run
+
+LOADERS_GROUP = "nrp_core.transfer_functions"
+LISTINGS_GROUP = "nrp_core.transfer_function_listings"
+
+Build: TypeAlias = Callable[[Callable[[], Network]], Network]
+"""Makes a network by calling what makes it, which can be pickled; maybe not in this process."""
+
+
+class SlowScriptError(NetworkError):
+    """A brain script takes longer than a check may last."""
+
+
+def build_here(make: Callable[[], Network]) -> Network:
+    """Make a network in this process."""
+    return make()
+
+
+class Maker:
+    """Makes each part from the file that the experiment names; override what is made otherwise."""
+
+    @property
+    def can_be_saved(self) -> bool:
+        """Whether what takes part in a run through :meth:`begin` has no state of its own."""
+        return True
+
+    def room(self, experiment: Experiment) -> Scene:
+        """Return the scene without robots; if the experiment is not strict, without what cannot be used.
+
+        Raises:
+            SceneError: it cannot be read.
+        """
+        path, models = experiment.world.scene, experiment.models
+        if experiment.strict:
+            return read_scene(path, search_path=models)
+        read = partial(read_scene, path, search_path=models, lenient=True)
+        scene, left_out = read_without(lambda without: read(without=without))
+        return replace(scene, warnings=(*scene.warnings, *left_out))
+
+    def robot(self, experiment: Experiment, name: str) -> Model:
+        """Return a robot; if the experiment is not strict, without what cannot be used.
+
+        Raises:
+            SceneError: it cannot be read.
+        """
+        section, models = experiment.world.robots[name], experiment.models
+        read = partial(read_model, section.model, name=name, pose=section.start, search_path=models)
+        if experiment.strict:
+            return read()
+        model, left_out = read_without(lambda without: read(without=without))
+        return replace(model, warnings=(*model.warnings, *left_out))
+
+    def network(self, experiment: Experiment, build: Build = build_here) -> Network:
+        """Return the network of the brain.
+
+        Args:
+            experiment: the experiment.
+            build: makes it.
+
+        Raises:
+            NetworkError: it cannot be made.
+            NeuronSelectionError: a population reaches outside of it.
+        """
+        brain = experiment.brain
+        return build(partial(network_from, brain.model, populations=brain.populations, seed=experiment.seed))
+
+    def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
+        """Yield new transfer functions; what is wrong with one goes to the collector."""
+        for i, path in enumerate(experiment.transfer_functions):
+            with collector.during(Code.NRP210, "transfer_functions", i):
+                yield from load_functions(path)
+
+    def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
+        """Yield what :meth:`functions` would execute; what is wrong with it goes to the collector."""
+        loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
+        readers = plugins(LISTINGS_GROUP, "reader of transfer functions")
+        for i, path in enumerate(experiment.transfer_functions):
+            with collector.during(Code.NRP210, "transfer_functions", i):
+                if _suffix(path, loaders) in readers.names():
+                    yield readers.load(path.suffix)(path)
+                else:
+                    message = f"'{path.name}' is known only when it runs"
+                    collector.add(Code.NRP239, message, "transfer_functions", i, level=Level.NOTE)
+
+    def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
+        """Add to a world what these functions expect of it, such as further names of its topics."""
+
+    def begin(self, run: Run) -> None:
+        """Take part in a run that is about to begin, through the hooks of its loop."""
+
+
+def load_functions(path: Path) -> list[TransferFunction]:
+    """Return the transfer functions of a file of any kind that is known.
+
+    Raises:
+        ExperimentError: it is of no kind that is known, or something in it is wrong.
+    """
+    loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
+    loaded: list[TransferFunction] = loaders.load(_suffix(path, loaders))(path)
+    return loaded
+
+
+def _suffix(path: Path, loaders: Registry[Any]) -> str:
+    """Return the suffix of a file that some loader knows."""
+    if path.suffix not in loaders.names():
+        valid = did_you_mean(path.suffix, loaders.names())
+        raise ExperimentError(f"no transfer functions are read from '{path.name}'{valid}")
+    return path.suffix

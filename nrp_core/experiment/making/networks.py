@@ -1,0 +1,38 @@
+"""The network of an experiment, whatever kind of file it is in.
+
+An entry point in ``nrp_core.networks``, named by a suffix, is a function
+``read(path, populations=..., seed=...)`` that returns a :class:`~nrp_core.brain.network.data.Network`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import cast
+
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.picking import Selection
+from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.registry import plugins
+
+NETWORKS_GROUP = "nrp_core.networks"
+
+
+def network_from(path: Path, *, populations: Mapping[str, Selection] | None = None, seed: int = 0) -> Network:
+    """Read a brain script or any other file that a reader is installed for.
+
+    Args:
+        path: the file.
+        populations: names for neurons of its circuit.
+        seed: what its random numbers follow from.
+
+    Raises:
+        NetworkError: nobody reads such files, or it cannot be read.
+        NeuronSelectionError: ``populations`` reaches outside the circuit.
+        CapabilityError: it holds what networks cannot.
+    """
+    readers = plugins(NETWORKS_GROUP, "reader of networks")
+    if path.suffix not in readers.names():
+        valid = did_you_mean(path.suffix, readers.names())
+        raise NetworkError(f"no network is read from files that end in '{path.suffix}'{valid}", path=path)
+    return cast(Network, readers.load(path.suffix)(path, populations=populations, seed=seed))

@@ -1,0 +1,113 @@
+"""What an experiment adds to its world: topics and aliases, and a watch over events and criteria."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from nrp_core.cle.wiring import declare_unserved
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.experiment.events.conditions import trigger
+from nrp_core.experiment.events.criteria import Judge, Outcome, judge_of
+from nrp_core.experiment.events.events import Action, Events, action_of
+from nrp_core.experiment.events.ground_positions import Whereabouts
+from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.findings import Code, Level, has_errors
+from nrp_core.world.interface import World
+
+
+def declare_own(experiment: Experiment, world: World, collector: Collector) -> bool:
+    """Give a world the topics and aliases of an experiment; what is wrong goes to the collector.
+
+    Returns:
+        whether nothing is that keeps it from running.
+    """
+    findings_before = len(collector.findings)
+    for name, kind in experiment.topics.items():
+        with collector.during(Code.NRP212, "topics", name):
+            world.declare(name, kind)
+    for alias, topic in experiment.aliases.items():
+        with collector.during(Code.NRP212, "aliases", alias, level=_lapse(experiment)):
+            world.add_alias(alias, topic)
+    return not has_errors(collector.findings[findings_before:])
+
+
+def _lapse(experiment: Experiment) -> Level:
+    """How bad a topic is that nobody serves."""
+    return Level.ERROR if experiment.strict else Level.WARNING
+
+
+def furnish(experiment: Experiment, world: World, functions: Sequence[TransferFunction]) -> list[str]:
+    """Give a world what the functions of an experiment expect of it.
+
+    Returns:
+        the topics that nobody serves and that are there now only because the experiment is not strict.
+    """
+    experiment.maker.furnish(world, functions)
+    if experiment.strict:
+        return []
+    declared = declare_unserved(functions, world)
+    published = {topic.name for function in functions for topic in function.published}
+    return [topic for topic in declared if topic not in published]
+
+
+class Watch:
+    """Lets the events of an experiment happen, and decides its criteria, while a world runs.
+
+    Args:
+        experiment: whose events and criteria.
+        world: with the topics and aliases of the experiment.
+        collector: takes what is wrong; the rest works.
+    """
+
+    def __init__(self, experiment: Experiment, world: World, collector: Collector) -> None:
+        self.where = Whereabouts(world)
+        self.events = Events()
+        for name, event in experiment.events.items():
+            actions: list[Action] = []
+            for i, publish in enumerate(event.publish):
+                with collector.during(Code.NRP213, "events", name, "publish", i, level=_lapse(experiment)):
+                    actions.append(action_of(publish, world))
+            with collector.during(Code.NRP213, "events", name, "when"):
+                self.events.add(name, trigger(event, world, self.where), actions)
+        self._judges: dict[str, Judge] = {}
+        for name, criterion in experiment.criteria.items():
+            with collector.during(Code.NRP213, "criteria", name, "near", "stays_within", "topic_stays"):
+                self._judges[name] = judge_of(criterion, world)
+        self._unspoilt = {name: judge.save() for name, judge in self._judges.items()}
+
+    def reset(self) -> None:
+        """Begin anew at time 0."""
+        self.events.reset()
+        for name, judge in self._judges.items():
+            judge.restore(self._unspoilt[name])
+
+    def save(self) -> Any:
+        """Return which events have happened and what the criteria have seen."""
+        return dict(self.events.times), {name: judge.save() for name, judge in self._judges.items()}
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave, for the same experiment."""
+        times, judges = saved
+        self.events.restore(times)
+        for name, judge in self._judges.items():
+            if name in judges:
+                judge.restore(judges[name])
+
+    def look(self, now_ns: int) -> None:
+        """Take in the time that the world has reached; call it once for each."""
+        self.where.refresh()
+        self.events.fire_due(now_ns)
+        for judge in self._judges.values():
+            judge.look(now_ns, self.events.times, self.where)
+
+    def finish(self, now_ns: int) -> None:
+        """Decide what is left at the end of a whole run."""
+        for judge in self._judges.values():
+            judge.finish(now_ns)
+
+    @property
+    def outcomes(self) -> dict[str, Outcome]:
+        """What came of each criterion."""
+        return {name: judge.outcome for name, judge in self._judges.items()}

@@ -1,0 +1,207 @@
+"""Events and criteria as the experiment file writes them: what happens when, and what shall happen."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
+
+from nrp_core.experiment.model.section import Name, Section, TopicName
+from nrp_core.quantities import DurationNs, LengthM, TimeNs, length_m, time_ns
+
+START, END = "start", "end"
+"""Moments that every run has; no event can be called so."""
+
+Point = tuple[LengthM, LengthM]
+"""A place on the ground, x and y."""
+
+
+def _moment(value: object) -> int | str:
+    if isinstance(value, str) and value.isidentifier():
+        return str(value)
+    try:
+        return time_ns(value)
+    except ValueError as error:
+        raise ValueError(f"{error}; or the name of an event, 'start' or 'end'") from None
+
+
+Moment = Annotated[
+    int | str,
+    PlainValidator(_moment),
+    WithJsonSchema({"type": ["string", "number"], "description": "a time, an event, 'start' or 'end'"}),
+]
+"""A time in ns, the name of an event, ``start`` or ``end`` (of the run)."""
+
+
+def _centre(value: object) -> str | Point:
+    if value == START:
+        return START
+    if isinstance(value, (list, tuple)) and len(value) == 2:
+        x, y = map(length_m, value)
+        return x, y
+    raise ValueError(f"is 'start' or a place [x, y], not {value!r}")
+
+
+Centre = Annotated[
+    str | Point,
+    PlainValidator(_centre),
+    WithJsonSchema({"anyOf": [{"const": START}, {"type": "array", "minItems": 2, "maxItems": 2}]}),
+]
+"""Where a model starts, or a place on the ground."""
+
+
+class Near(Section):
+    """A model is near something: the horizontal distance of its origin to it."""
+
+    model: Name
+    """The model whose origin counts."""
+    visual: str | None = None
+    """Near this visual, ``model/link/visual``: its nearest point counts."""
+    other: Name | None = None
+    """Near the origin of this model."""
+    point: Point | None = None
+    """Near this place on the ground."""
+    within: Annotated[LengthM, Field(gt=0)]
+    """How near."""
+
+    @model_validator(mode="after")
+    def _one_target(self) -> Near:
+        self._require_one_of(("visual", "other", "point"))
+        if self.other == self.model:
+            raise ValueError(f"'{self.model}' is always near itself: 'other' is another model")
+        return self
+
+
+class TopicIs(Section):
+    """What a topic says."""
+
+    name: TopicName
+    """The topic."""
+    field: str = "data"
+    """The field of its message, dotted: ``linear.x``."""
+    above: float | None = None
+    """More than this."""
+    below: float | None = None
+    """Less than this."""
+    equals: Any = None
+    """Exactly this."""
+
+    @model_validator(mode="after")
+    def _some_bound(self) -> TopicIs:
+        if self.above is None and self.below is None and self.equals is None:
+            raise ValueError("needs 'above', 'below' or 'equals'")
+        return self
+
+
+class When(Section):
+    """A condition; where several are given, all must hold at once."""
+
+    near: Near | None = None
+    """A model is near something."""
+    event: Name | None = None
+    """Another event has happened."""
+    after: TimeNs = 0
+    """That long ago at least; needs ``event``."""
+    topic: TopicIs | None = None
+    """A topic says something."""
+
+    @model_validator(mode="after")
+    def _some_condition(self) -> When:
+        if self.near is None and self.event is None and self.topic is None:
+            raise ValueError("needs 'near', 'event' or 'topic'")
+        if "after" in self.model_fields_set and self.event is None:
+            raise ValueError("'after' needs 'event': after which one?")
+        return self
+
+
+class Publish(Section):
+    """A message to publish."""
+
+    topic: TopicName
+    """The topic; it must take messages."""
+    value: Any
+    """The message: a number, a text, a colour (name, Gazebo material or r, g, b), or its fields."""
+
+
+def _one_or_more(value: Any) -> Any:
+    return [value] if isinstance(value, dict) else value
+
+
+OneOrMore = Annotated[
+    tuple[Publish, ...], BeforeValidator(_one_or_more, json_schema_input_type=Publish | tuple[Publish, ...])
+]
+"""A list, or the one thing that would be in it."""
+
+
+class Event(Section):
+    """Something that happens once, at a time or by a condition, between two steps."""
+
+    at: TimeNs | None = None
+    """When: at the first step not before this time."""
+    when: When | None = None
+    """When: after the first step at whose end this holds."""
+    publish: OneOrMore = ()
+    """What is published then, one or a list; without it the event is only noted."""
+
+    @model_validator(mode="after")
+    def _one_trigger(self) -> Event:
+        self._require_one_of(("at", "when"))
+        return self
+
+
+class WithinOf(Section):
+    """Soon enough after an event."""
+
+    event: Name
+    """The event from which time counts."""
+    time: DurationNs
+    """How long it may take."""
+
+
+class During(Section):
+    """A part of the run."""
+
+    since: Moment = START
+    """Its first moment."""
+    until: Moment = END
+    """Its last moment."""
+
+
+class StaysWithin(Section):
+    """A model does not leave a circle on the ground."""
+
+    model: Name
+    """The model whose origin counts."""
+    distance: Annotated[LengthM, Field(gt=0)]
+    """Radius of the circle."""
+    of: Centre = START
+    """Its centre: where the model is at the first moment that counts, or a place."""
+    during: During = During()
+    """When it counts; by default the whole run."""
+
+
+class TopicStays(TopicIs):
+    """A topic keeps saying something."""
+
+    during: During = During()
+    """When it counts; by default the whole run."""
+
+
+class Criterion(Section):
+    """What must be so for the run to pass."""
+
+    near: Near | None = None
+    """A model comes near something."""
+    within_of: WithinOf | None = None
+    """Soon enough after an event; without it at any time. Goes with ``near``."""
+    stays_within: StaysWithin | None = None
+    """A model stays where it is."""
+    topic_stays: TopicStays | None = None
+    """A topic keeps saying something."""
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Criterion:
+        self._require_one_of(("near", "stays_within", "topic_stays"))
+        if self.within_of is not None and self.near is None:
+            raise ValueError("'within_of' goes with 'near'")
+        return self

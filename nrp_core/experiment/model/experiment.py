@@ -1,0 +1,284 @@
+"""The experiment file as typed data; its keys, units and defaults are documented here.
+
+:func:`nrp_core.experiment.reading.find.load_experiment` reads one; made in Python it is the same thing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    PrivateAttr,
+    StrictInt,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
+
+from nrp_core.clock import milliseconds
+from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.experiment.making.maker import Maker
+from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
+from nrp_core.experiment.model.ranges import Range
+from nrp_core.experiment.model.section import Name, Section, TopicName
+from nrp_core.experiment.model.tree import Key, Place, Tree
+from nrp_core.paths import ExistingFile, ExistingFolder
+from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
+from nrp_core.world.scene.pose import Pose
+
+_SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
+
+
+def _selection(value: object) -> str | int | list[int]:
+    match value:
+        case str() if _SLICE.fullmatch(value):
+            return str(value)
+        case int() if not isinstance(value, bool):
+            return value
+        case list() if all(isinstance(item, int) for item in value):
+            return value
+    raise ValueError(f"neurons are '0:5', '0:6:2', 3 or [0, 2], not {value!r}")
+
+
+def _pace(value: object) -> str | float:
+    if value in ("max", "realtime"):
+        return str(value)
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value < float("inf"):
+        return float(value)
+    raise ValueError(f"a pace is 'max', 'realtime' or a factor above 0, not {value!r}")
+
+
+def _six_values(value: object) -> object:
+    if isinstance(value, (list, tuple)) and len(value) != 6:
+        raise ValueError(f"a pose is [x, y, z, roll, pitch, yaw], 6 values, not {len(value)}")
+    return value
+
+
+def _limit(value: object) -> object:
+    try:
+        return None if value in (None, "off") else time_ns(value)
+    except ValueError as error:
+        raise ValueError(f"{error}; or 'off' for no limit") from None
+
+
+Selection = Annotated[
+    str | int | list[int],
+    PlainValidator(_selection),
+    WithJsonSchema({"type": ["string", "integer", "array"], "examples": ["0:5", 3, [0, 2]]}),
+]
+Pace = Annotated[
+    str | float,
+    PlainValidator(_pace),
+    WithJsonSchema({"type": ["string", "number"], "examples": ["max", "realtime", 2.0]}),
+]
+TimeLimit = Annotated[
+    Annotated[int, Field(gt=0)] | None,
+    BeforeValidator(_limit),
+    WithJsonSchema({"type": ["string", "number"], "examples": ["60 s", "off"]}),
+]
+MessageType = Annotated[
+    type, PlainValidator(message_type), WithJsonSchema({"type": "string", "examples": ["std_msgs/Float64"]})
+]
+VariedRange = Annotated[
+    Range, PlainValidator(Range.parse), WithJsonSchema({"type": "string", "examples": ["4..8 s"]})
+]
+PoseList = Annotated[
+    tuple[LengthM, LengthM, LengthM, AngleRad, AngleRad, AngleRad], BeforeValidator(_six_values)
+]
+
+
+class BackendSection(Section):
+    """Which backend runs one side, and how."""
+
+    backend: str
+    """Name of an installed backend; ``nrp backends`` lists them."""
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Options of that backend."""
+
+
+class BrainSection(BackendSection):
+    """The brain side."""
+
+    model: ExistingFile
+    """The brain: a PyNN script, a network file (``.nrpnet``) or a SONATA configuration (``.json``)."""
+    populations: dict[Name, Selection] = Field(default_factory=dict)
+    """Names for groups of neurons of its ``circuit``; of a file without one, of all its neurons."""
+
+
+class RobotSection(Section):
+    """One robot."""
+
+    model: ExistingFile
+    """Its body: an SDF file."""
+    pose: PoseList | None = None
+    """Where it starts: x, y, z, roll, pitch, yaw; by default where its file says."""
+
+    @property
+    def start(self) -> Pose | None:
+        """The pose at which it starts, if it is given."""
+        if self.pose is None:
+            return None
+        x, y, z, roll, pitch, yaw = self.pose
+        return Pose.from_rpy((x, y, z), roll, pitch, yaw)
+
+
+class SensorSection(Section):
+    """How a sensor differs from what its robot's file says."""
+
+    noise: float | None = Field(default=None, ge=0)
+    """Standard deviation of Gaussian noise on every number, in its own unit; 1 is full brightness."""
+    bias: float = 0.0
+    """Mean of that noise."""
+    delay: DurationNs | None = None
+    """From the measurement to the arrival of its message."""
+    drop_out: float | None = Field(default=None, ge=0, le=1)
+    """Share of the messages that get lost."""
+
+    @model_validator(mode="after")
+    def _bias_of_noise(self) -> SensorSection:
+        if "bias" in self.model_fields_set and self.noise is None:
+            raise ValueError("'bias' is the mean of 'noise': give that too; 'noise: 0' for the bias alone")
+        return self
+
+
+class WorldSection(BackendSection):
+    """The world side."""
+
+    scene: ExistingFile
+    """The room: an SDF file."""
+    robots: dict[Name, RobotSection] = Field(default_factory=dict)
+    """The robots in it; a robot's name is that of its model in the scene."""
+    sensors: dict[TopicName, SensorSection] = Field(default_factory=dict)
+    """Sensors that are worse than their files have them, by their topics."""
+
+
+class ComparisonSection(Section):
+    """What ``nrp diff`` is told by the experiment itself."""
+
+    vary: dict[str, VariedRange] = Field(default_factory=dict)
+    """Settings on whose exact value the finding must not hang, drawn with the seed: ``key: 4..8 s``."""
+
+
+class CompatibilitySection(Section):
+    """Another platform, whose names and modules the files of this experiment use."""
+
+    platform: str
+    """Name of an installed platform: ``hbp_nrp`` is the original one."""
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Options of that platform."""
+
+
+class Experiment(Section):
+    """A brain, a world, what connects them, and what shall happen."""
+
+    name: str
+    """What the experiment is called."""
+    description: str = ""
+    """What it shows, for people."""
+    timestep: DurationNs = 20_000_000
+    """Period of the closed loop."""
+    duration: DurationNs
+    """Simulated time of a run."""
+    seed: StrictInt = 0
+    """Everything random follows from it."""
+    brain: BrainSection
+    """The brain side."""
+    world: WorldSection
+    """The world side."""
+    transfer_functions: tuple[ExistingFile, ...] = ()
+    """Files with transfer functions."""
+    topics: dict[TopicName, MessageType] = Field(default_factory=dict)
+    """Topics of the experiment's own, with their message types."""
+    aliases: dict[TopicName, TopicName] = Field(default_factory=dict)
+    """More names for topics: ``alias: topic``."""
+    events: dict[Name, Event] = Field(default_factory=dict)
+    """What happens when."""
+    criteria: dict[Name, Criterion] = Field(default_factory=dict)
+    """What must be so for the run to pass."""
+    comparison: ComparisonSection = ComparisonSection()
+    """How the finding is compared between simulators."""
+    on_error: Literal["stop", "quarantine"] = "stop"
+    """What a transfer function that raises, or does not return, does: stop the run, or be set aside."""
+    function_time_limit: TimeLimit = 60_000_000_000
+    """Wall time that one call of a transfer function may take, or ``off``; see ``on_error``."""
+    tf_time: Literal["end", "start"] = "end"
+    """Which time transfer functions get: that of their data, or the start of the step."""
+    strict: bool = True
+    """Whether a transfer function that cannot be bound, a robot or a part of the scene that cannot be
+    read, or a topic that nobody serves is an error; else these are left out, the topic stays silent, and a
+    warning says so."""
+    pace: Pace = "max"
+    """How fast to run: ``max``, ``realtime`` or a multiple of real time."""
+    models: tuple[ExistingFolder, ...] = ()
+    """Folders that ``model://`` and other files of rooms and robots are looked for in."""
+    compatibility: CompatibilitySection | None = None
+    """The platform that its files were written for, where they need what only that one has."""
+    csv_folder: Path = Path("csv")
+    """Where a run that is not recorded puts the files of its CSV recorders."""
+
+    _source: Tree = PrivateAttr(default_factory=lambda: Tree({}))
+    _maker: Maker = PrivateAttr(default_factory=Maker)
+    _overrides: tuple[str, ...] = PrivateAttr(default=())
+
+    @field_validator("duration")
+    @classmethod
+    def _whole_steps(cls, duration: int, before: ValidationInfo) -> int:
+        timestep = before.data.get("timestep")
+        if timestep and duration % timestep:
+            raise ValueError(
+                f"{milliseconds(duration):g} ms must be a multiple of the time step, "
+                f"{milliseconds(timestep):g} ms"
+            )
+        return duration
+
+    @field_validator("events")
+    @classmethod
+    def _free_names(cls, events: dict[str, Event]) -> dict[str, Event]:
+        for name in (START, END):
+            if name in events:
+                raise ValueError(f"no event can be called '{name}': that is a moment of every run")
+        return events
+
+    def with_source(self, source: Tree) -> Experiment:
+        """Return the same experiment, knowing where each value was written."""
+        copy = self.model_copy()
+        copy._source = source
+        return copy
+
+    def with_maker(self, maker: Maker) -> Experiment:
+        """Return the same experiment, its parts made by ``maker``."""
+        copy = self.model_copy()
+        copy._maker = maker
+        return copy
+
+    def with_overrides(self, overrides: Sequence[str]) -> Experiment:
+        """Return the same experiment, knowing which ``dotted.key=value`` were laid over its file."""
+        copy = self.model_copy()
+        copy._overrides = tuple(overrides)
+        return copy
+
+    @property
+    def overrides(self) -> tuple[str, ...]:
+        """What was laid over its file."""
+        return self._overrides
+
+    @property
+    def maker(self) -> Maker:
+        """What makes its parts."""
+        return self._maker
+
+    @property
+    def source(self) -> Tree:
+        """What was written, and where; empty for an experiment made in Python."""
+        return self._source
+
+    def place(self, *keys: Key) -> Place:
+        """Return where a value is written, or where the nearest one around it is."""
+        return self._source.nearest(keys)[0].place

@@ -1,0 +1,109 @@
+"""What pydantic says about an experiment, in the words of the experiment file and at its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from nrp_core.errors import did_you_mean
+from nrp_core.experiment.model.tree import Key, Tree
+from nrp_core.findings import Code, Finding
+from nrp_core.paths import MissingFileError
+
+
+def schema_findings(
+    error: ValidationError,
+    model: type[BaseModel],
+    tree: Tree,
+    above: Sequence[Key] = (),
+    code: Code | None = None,
+) -> list[Finding]:
+    """Turn the errors of a validation into findings.
+
+    Args:
+        error: what pydantic raised.
+        model: what was validated.
+        tree: the whole file.
+        above: the keys under which the validated data stands.
+        code: of every finding, where none of those for a schema is meant.
+    """
+    schema = model.model_json_schema()
+    found: dict[tuple[Key, ...], Finding] = {}
+    for detail in error.errors():
+        finding, keys = _finding(detail, schema, tree, above)
+        if keys in found:  # every member of a union complains
+            finding = replace(found[keys], message=f"{found[keys].message}, or {reason(detail)}")
+        found[keys] = finding
+    return [replace(finding, code=code or finding.code) for finding in found.values()]
+
+
+def _finding(
+    detail: ErrorDetails, schema: dict[str, Any], tree: Tree, above: Sequence[Key]
+) -> tuple[Finding, tuple[Key, ...]]:
+    """Return a finding and what it is about; two about the same thing are one."""
+    reached, keys = tree.nearest([*above, *detail["loc"]])
+    last, what = detail["loc"][-1] if detail["loc"] else "", _dotted(keys)
+    if detail["type"] == "extra_forbidden":
+        section = f"'{_dotted(keys[:-1])}'" if len(keys) > 1 else "an experiment"
+        hint = did_you_mean(str(last), keys_at(schema, detail["loc"][:-1]))
+        message = f"{section} has no key '{last}'{hint}"
+        return (reached.key_place or reached.place).finding(Code.NRP201, message), keys
+    if detail["type"] == "missing":
+        thing = f"value {last + 1}" if isinstance(last, int) else f"the key '{last}'"
+        section = f"'{what}'" if what else "an experiment"
+        return reached.place.finding(Code.NRP203, f"{section} needs {thing}"), (*keys, last)
+    cause = detail.get("ctx", {}).get("error")
+    code = Code.NRP204 if isinstance(cause, MissingFileError) else Code.NRP202
+    message = f"{what}: {reason(detail)}" if what else reason(detail)
+    if last == "[key]":
+        return (reached.key_place or reached.place).finding(code, message), (*keys, last)
+    return reached.place.finding(code, message), keys
+
+
+def reason(detail: ErrorDetails) -> str:
+    """Say what is wrong with a value, in words that do without pydantic."""
+    if detail["type"] == "value_error":
+        return str(detail["ctx"]["error"])
+    told = (
+        detail["msg"]
+        .replace("Input should", "should")
+        .replace("tuple", "list")
+        .replace("dictionary", "mapping")
+    )
+    return f"{told}, not {detail['input']!r:.60}"
+
+
+def _dotted(keys: Sequence[Key]) -> str:
+    return ".".join(map(str, keys))
+
+
+def keys_at(schema: dict[str, Any], keys: Sequence[Key]) -> set[str]:
+    """Return the keys that a JSON Schema knows at a place."""
+    nodes = [schema]
+    for key in keys:
+        nodes = [child for node in nodes for plain in _plain(schema, node) for child in _below(plain, key)]
+    return {name for node in nodes for plain in _plain(schema, node) for name in plain.get("properties", {})}
+
+
+def _plain(schema: dict[str, Any], node: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Follow references and alternatives."""
+    if "$ref" in node:
+        yield from _plain(schema, schema["$defs"][node["$ref"].rpartition("/")[2]])
+    for kind in ("anyOf", "oneOf", "allOf"):
+        for part in node.get(kind, ()):
+            yield from _plain(schema, part)
+    yield node
+
+
+def _below(node: dict[str, Any], key: Key) -> Iterator[dict[str, Any]]:
+    if isinstance(key, int):
+        children = [node.get("items")]
+    elif key in node.get("properties", {}):
+        children = [node["properties"][key]]
+    else:
+        children = [node.get("additionalProperties"), *node.get("patternProperties", {}).values()]
+    yield from (child for child in children if isinstance(child, dict))

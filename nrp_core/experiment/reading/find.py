@@ -1,0 +1,125 @@
+"""Find an experiment by what a user calls it, and read it whatever its format is.
+
+A distribution ships an experiment as a package whose folder holds ``experiment.yaml``, named by an entry
+point; other files in the folder are its variants: ``braitenberg_husky`` and ``braitenberg_husky/no_red``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from nrp_core._support.archives import unpacked
+from nrp_core.errors import BackendError, ExperimentError, did_you_mean
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.registry import Registry, plugins
+
+SHIPPED_GROUP = "nrp_core.experiments"
+READERS_GROUP = "nrp_core.experiment_readers"
+STEM = "experiment"
+ARCHIVE = ".zip"
+
+
+def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experiment:
+    """Find and read an experiment.
+
+    Args:
+        text: a shipped experiment (``name`` or ``name/variant``), a file, or a folder or ZIP archive with
+            one.
+        overrides: ``dotted.key=value``.
+
+    Raises:
+        ExperimentError: there is none, or it is wrong.
+    """
+    path = find_file(str(text))
+    if Path(text).suffix.lower() == ARCHIVE:  # what is unpacked is kept where users do not look
+        beside = Path.cwd() / Path(text).expanduser().with_suffix("")
+        overrides = [f"csv_folder={beside / 'csv'}", *overrides]
+    read = _readers().load(path.suffix)
+    experiment: Experiment = read(path, overrides)
+    return experiment
+
+
+def shipped() -> list[str]:
+    """Return the names of all experiments that installed distributions ship, variants included."""
+    names: list[str] = []
+    for package in _shipped().names():
+        with suppress(BackendError):  # a broken one is reported to whoever asks for it
+            names += _variants(package)
+    return names
+
+
+def find_file(text: str, folder: Path | None = None) -> Path:
+    """Return the file of an experiment.
+
+    Args:
+        text: a shipped experiment, a file, or a folder or ZIP archive with one; ``./name`` is never a
+            shipped one.
+        folder: where relative paths start; by default the current one.
+
+    Raises:
+        ExperimentError: there is none, a folder has several, no reader knows the file's suffix, or a name
+            is not of characters.
+    """
+    package = text.partition("/")[0]
+    if package in _shipped().names():
+        variants = _variants(package)
+        if text in variants:
+            return variants[text]
+    path = (folder or Path.cwd()) / Path(text).expanduser()
+    try:
+        str(path.resolve()).encode()
+    except UnicodeEncodeError:  # it could be opened, but be told to nobody and be kept in no recording
+        raise ExperimentError("the name of the file or of a folder above is not UTF-8", path=path) from None
+    if path.is_dir():
+        return _in_folder(path)
+    if not path.is_file():
+        hint = did_you_mean(text, shipped())
+        raise ExperimentError(f"there is no experiment '{text}', nor such a file{hint}")
+    if path.suffix.lower() == ARCHIVE:
+        return _in_archive(path.resolve())
+    if path.suffix not in _readers().names():
+        raise ExperimentError(f"no experiment: files end in {', '.join(_readers().names())}", path=path)
+    return path.resolve()
+
+
+def _in_archive(archive: Path) -> Path:
+    suffixes, top = _readers().names(), unpacked(archive)
+    found = [path for path in top.rglob("*") if path.suffix in suffixes and path.name[:1] != "."]
+    if not found:
+        raise ExperimentError(
+            f"the archive holds no experiment: files end in {', '.join(suffixes)}", path=archive
+        )
+    return _in_folder(
+        min((path.parent for path in found), key=lambda folder: (len(folder.parts), str(folder)))
+    )
+
+
+def _in_folder(folder: Path) -> Path:
+    found = sorted(path for path in folder.iterdir() if path.suffix in _readers().names())
+    named = [path for path in found if path.stem == STEM] or found
+    if len(named) == 1:
+        return named[0].resolve()
+    if not named:
+        raise ExperimentError("the folder holds no experiment (no experiment.yaml)", path=folder)
+    several = ", ".join(path.name for path in named)
+    raise ExperimentError(f"the folder holds several experiments; name one: {several}", path=folder)
+
+
+def _variants(package: str) -> dict[str, Path]:
+    """Return the files of a shipped package by the names that users give them."""
+    folder = Path(_shipped().load(package).__file__).parent
+    suffixes = _readers().names()
+    files = (path for path in folder.iterdir() if path.suffix in suffixes)
+    ordered = sorted(files, key=lambda path: (path.stem != STEM, path.name))
+    return {package if path.stem == STEM else f"{package}/{path.stem}": path for path in ordered}
+
+
+def _shipped() -> Registry[Any]:
+    return plugins(SHIPPED_GROUP, "experiment")
+
+
+def _readers() -> Registry[Any]:
+    return plugins(READERS_GROUP, "experiment reader")

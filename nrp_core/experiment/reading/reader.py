@@ -1,0 +1,107 @@
+"""Read an experiment from YAML: what it extends, overrides, and all that is wrong with it at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.backends import option_findings
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.schema_findings import schema_findings
+from nrp_core.experiment.model.tree import Place, Tree
+from nrp_core.experiment.reading.find import find_file
+from nrp_core.experiment.reading.platforms import with_platform
+from nrp_core.experiment.reading.yaml_tree import parse_tree, read_tree
+from nrp_core.findings import Code, Finding, InvalidExperimentError
+
+EXTENDS = "extends"
+
+
+def read_yaml(path: Path, overrides: Sequence[str] = ()) -> Experiment:
+    """Read an experiment.
+
+    Args:
+        path: the YAML file. ``extends: other`` in it (a file or the name of a shipped experiment, or a
+            list) lays it over others, in this order: mappings join, ``null`` removes a key, all else
+            replaces. What several extend comes first, once.
+        overrides: ``dotted.key=value``, the value in YAML; where two set one key the later counts.
+
+    Raises:
+        InvalidExperimentError: anything is wrong; it carries all findings.
+    """
+    return experiment_of(reduce(Tree.merged, _lineage(path.resolve()).values()), overrides)
+
+
+def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
+    """Return the experiment that a tree means, whatever the file it was read from.
+
+    Args:
+        tree: the keys and values of :class:`~nrp_core.experiment.model.experiment.Experiment`.
+        overrides: as of :func:`read_yaml`.
+
+    Raises:
+        InvalidExperimentError: anything is wrong; it carries all findings.
+    """
+    tree = reduce(overridden, overrides, tree)
+    findings = option_findings(tree)
+    try:
+        experiment = Experiment.model_validate(tree.plain())
+    except ValidationError as error:
+        findings += schema_findings(error, Experiment, tree)
+    if findings:
+        raise InvalidExperimentError(sorted(findings, key=_reading_order))
+    return with_platform(experiment.with_source(tree).with_overrides(overrides))
+
+
+def _reading_order(finding: Finding) -> tuple[str, int, int]:
+    return str(finding.path or ""), finding.line or 0, finding.column or 0
+
+
+def _lineage(path: Path, extending: tuple[Path, ...] = ()) -> dict[Path, Tree]:
+    """Return a file after all that it is laid over, each once; ``extending`` are the files that led here."""
+    try:
+        tree = read_tree(path)
+    except ExperimentError as error:
+        raise InvalidExperimentError([Finding.of(error, Code.NRP200)]) from error
+    lineage: dict[Path, Tree] = {}
+    named = tree.value.pop(EXTENDS, None)
+    for base in [] if named is None else named.value if isinstance(named.value, list) else [named]:
+        trail = (*extending, path)
+        for known, own in _lineage(_base(base, trail), trail).items():
+            lineage.setdefault(known, own)
+    return {**lineage, path: tree}
+
+
+def _base(base: Tree, extending: tuple[Path, ...]) -> Path:
+    try:
+        if not isinstance(base.value, str):
+            raise ExperimentError(f"'{EXTENDS}' takes files or names of experiments, one or a list")
+        path = find_file(base.value, base.place.folder)
+    except ExperimentError as error:
+        raise InvalidExperimentError([base.place.finding(Code.NRP214, str(error))]) from error
+    if path in extending:
+        round_trip = " -> ".join(file.name for file in (*extending[extending.index(path) :], path))
+        message = f"an experiment cannot extend itself: {round_trip}"
+        raise InvalidExperimentError([base.place.finding(Code.NRP214, message)])
+    return path
+
+
+def overridden(tree: Tree, override: str) -> Tree:
+    """Return a tree with one ``dotted.key=value`` applied, the value in YAML.
+
+    Raises:
+        InvalidExperimentError: it cannot be applied.
+    """
+    place = Place(override=override)
+    key, equals, text = override.partition("=")
+    keys = key.strip().split(".")
+    try:
+        if not equals or not all(keys):
+            raise place.error("it must read 'dotted.key=value'")
+        return tree.overridden(keys, parse_tree(text, place))
+    except ExperimentError as error:
+        raise InvalidExperimentError([Finding.of(error, Code.NRP215)]) from error

@@ -1,0 +1,120 @@
+"""YAML text to a :class:`~nrp_core.experiment.model.tree.Tree`: safe types only, each with its place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.model.tree import Place, Tree
+
+_YAML = "tag:yaml.org,2002:"
+MAX_VALUES = 100_000
+"""More values than this (aliases counted every time they are used) is no experiment but an attack."""
+
+
+def read_tree(path: Path) -> Tree:
+    """Read a YAML file.
+
+    Raises:
+        ExperimentError: it cannot be read, is not YAML, uses a key twice, or holds no mapping.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ExperimentError(f"not a text file: {error.reason} at byte {error.start}", path=path) from error
+    except OSError as error:
+        raise ExperimentError(f"cannot be read: {error.strerror}", path=path) from error
+    tree = parse_tree(text, Place(path))
+    if not isinstance(tree.value, dict):
+        raise ExperimentError(
+            "an experiment is a mapping: 'name: ...' and so on", path=path, line=1, column=1
+        )
+    return tree
+
+
+def parse_tree(text: str, place: Place) -> Tree:
+    """Parse YAML text; ``place`` says which file or override it comes from.
+
+    Raises:
+        ExperimentError: it is not YAML, or uses a key twice.
+    """
+    yaml = YAML(typ="safe", pure=True)
+    try:
+        node = yaml.compose(text)
+        return Tree(None, place) if node is None else _Builder(yaml, place).tree(node)
+    except ExperimentError:
+        raise
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        at = place if mark is None or place.path is None else _place(place, mark)
+        what = " ".join(part for part in (error.context, error.problem) if part)
+        raise at.error(f"not YAML: {what}") from error
+    except (YAMLError, ValueError) as error:
+        raise place.error(f"not YAML: {str(error).splitlines()[0]}") from error
+    except RecursionError as error:
+        raise place.error("not an experiment: nested too deeply") from error
+
+
+def _place(place: Place, mark: Any) -> Place:
+    return Place(place.path, mark.line + 1, mark.column + 1)
+
+
+class _Builder:
+    def __init__(self, yaml: YAML, place: Place) -> None:
+        self._yaml, self._place = yaml, place
+        self._values = 0
+        self._open: list[Node] = []
+
+    def tree(self, node: Node) -> Tree:
+        place = self._place_of(node)
+        self._values += 1
+        if self._values > MAX_VALUES or any(node is outer for outer in self._open):
+            raise place.error("aliases make this value endless")
+        self._open.append(node)
+        value: Any
+        if isinstance(node, MappingNode):
+            value = self._mapping(node)
+        elif isinstance(node, SequenceNode):
+            value = [self.tree(item) for item in node.value]
+        else:
+            value = self._scalar(node)
+        self._open.pop()
+        return Tree(value, place)
+
+    def _scalar(self, node: Node) -> Any:
+        if str(node.tag).removeprefix(_YAML) in ("timestamp", "value", "str"):  # a date is a name here
+            return str(node.value)
+        return self._yaml.constructor.construct_object(node)
+
+    def _mapping(self, node: MappingNode) -> dict[str, Tree]:
+        own: dict[str, Tree] = {}
+        inherited: dict[str, Tree] = {}
+        for key_node, value_node in node.value:
+            place = self._place_of(key_node)
+            if key_node.tag == f"{_YAML}merge":
+                inherited = {**self._merge_sources(value_node), **inherited}
+            elif not isinstance(key_node, ScalarNode):
+                raise place.error("a key is a text")
+            elif key_node.value in own:
+                raise place.error(f"the key '{key_node.value}' stands here a second time")
+            else:
+                own[key_node.value] = replace(self.tree(value_node), key_place=place)
+        return {**inherited, **own}
+
+    def _merge_sources(self, node: Node) -> dict[str, Tree]:
+        sources = [self.tree(source) for source in (node.value if isinstance(node, SequenceNode) else [node])]
+        merged: dict[str, Tree] = {}
+        for source in sources:
+            if not isinstance(source.value, dict):
+                raise source.place.error("'<<' takes a mapping or a list of mappings")
+            merged = {**source.value, **merged}
+        return merged
+
+    def _place_of(self, node: Node) -> Place:
+        return self._place if self._place.path is None else _place(self._place, node.start_mark)

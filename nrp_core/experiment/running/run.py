@@ -1,0 +1,356 @@
+"""Run an experiment: open its engines, step the closed loop, watch over it, sum up.
+
+::
+
+    with Run(load_experiment("braitenberg_husky", ["seed=3"])) as simulation:
+        simulation.run_until(5.0)
+        simulation.publish("/screens/left/color", "red")
+        simulation.run()
+        print(simulation.result().passed)
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nrp_core._support.closing import Closing
+from nrp_core._support.stopwatch import work
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import Network
+from nrp_core.cle import ClosedLoop, pacing_of
+from nrp_core.clock import from_seconds, seconds
+from nrp_core.dsl.functions.csv_recorder import write_csv
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.errors import CapabilityError, NrpError, SimulationError, SnapshotError
+from nrp_core.experiment.backends import named
+from nrp_core.experiment.events.criteria import all_passed
+from nrp_core.experiment.events.values import to_message
+from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.making.maker import load_functions
+from nrp_core.experiment.making.prepare import Plan, Say, Side, prepare, quietly
+from nrp_core.experiment.making.watch import Watch, declare_own, furnish
+from nrp_core.experiment.model.experiment import BackendSection, Experiment
+from nrp_core.experiment.running.result import Result, failure_data, pose_data
+from nrp_core.experiment.running.run_totals import SpikeCounter, TrajectoryDigest
+from nrp_core.world.interface import World
+from nrp_core.world.scene.model import Scene
+
+Observer = Callable[["Run"], None]
+
+
+class Run(Closing):
+    """An experiment on its two engines, from opening to result.
+
+    Args:
+        experiment: what to run.
+        say: told what is being done while it opens, for people who wait.
+        revise: may exchange parts of what it opens, such as an engine for one that is recorded.
+
+    Attributes:
+        experiment: what runs.
+        brain, world: the two engines.
+        loop: what steps them.
+        on_step: called after every step, when events have happened and criteria are decided.
+        on_close: called before the engines are released.
+        on_change: called with what was added and removed when transfer functions have been changed.
+        on_activate: called with name and state when a transfer function has been let run or not.
+
+    Raises:
+        BackendError: a backend is missing, broken or does not open.
+        InvalidExperimentError: the experiment is wrong; it carries all findings.
+    """
+
+    _error: BaseException | None
+
+    def __init__(
+        self, experiment: Experiment, say: Say = quietly, *, revise: Callable[[Plan], Plan] | None = None
+    ) -> None:
+        plan = prepare(experiment, say)
+        if revise is not None:
+            plan = revise(plan)
+        self.experiment = experiment
+        self.on_step: list[Observer] = []
+        self.on_close: list[Callable[[], None]] = []
+        self.on_change: list[Callable[[Sequence[TransferFunction | Path], Sequence[str]], None]] = []
+        self.on_activate: list[Callable[[str, bool], None]] = []
+        self._warnings = [str(finding.as_error()) for finding in plan.warnings]
+        self._told = {finding.message for finding in plan.warnings}
+        with ExitStack() as opened:
+            say(f"opening the world ({experiment.world.backend})")
+            self.world: World = opened.enter_context(
+                _open(experiment.world, plan.world, plan.scene, self.seed)
+            )
+            say(f"opening the brain ({experiment.brain.backend})")
+            self.brain: Brain = opened.enter_context(
+                _open(experiment.brain, plan.brain, plan.network, self.seed)
+            )
+            collector = Collector(experiment)
+            declare_own(experiment, self.world, collector)
+            furnish(experiment, self.world, plan.functions)
+            self._watch = Watch(experiment, self.world, collector)
+            collector.raise_errors()
+            self.loop = opened.enter_context(self._close_loop(plan))
+            neurons = np.arange(self.brain.network.size)
+            self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
+            self._begin()
+            experiment.maker.begin(self)
+            self._close = opened.pop_all().close
+
+    def _close_loop(self, plan: Plan) -> ClosedLoop:
+        limit_ns = self.experiment.function_time_limit
+        loop = ClosedLoop(
+            self.brain,
+            self.world,
+            plan.functions,
+            period_ns=self.experiment.timestep,
+            tf_time=self.experiment.tf_time,
+            on_error=self.experiment.on_error,
+            function_time_limit_s=None if limit_ns is None else seconds(limit_ns),
+            pacing=pacing_of(self.experiment.pace),
+        )
+        loop.hooks.before_step.append(self._look)
+        loop.hooks.after_step.append(self._after_step)
+        loop.hooks.after_reset.append(self._after_reset)
+        return loop
+
+    @property
+    def warnings(self) -> list[str]:
+        """What may not be as meant: what was found before the run, and what the engines say so far."""
+        engines = (*self.world.warnings, *self.brain.warnings)
+        new = (warning for warning in engines if warning not in self._told)
+        return list(dict.fromkeys([*self._warnings, *new]))
+
+    @property
+    def seed(self) -> int:
+        """What everything random follows from."""
+        return self.experiment.seed
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time that was reached, s."""
+        return seconds(self.loop.now_ns)
+
+    # -- running
+
+    def publish(self, topic: str, value: Any) -> None:
+        """Publish a message before the next step; any thread may.
+
+        Args:
+            topic: its name or an alias.
+            value: a message, or what :func:`~nrp_core.experiment.events.values.to_message` makes one of:
+                ``"red"``, ``0.5``, ``{"linear": {"x": 1}}``.
+
+        Raises:
+            TopicError: there is no such topic, it takes no messages, or cannot carry this one.
+        """
+        info = self.world.advertise(topic).topic
+        self.loop.publish(topic, to_message(info, value))
+
+    def step(self) -> None:
+        """Take one step."""
+        self.run_until(seconds(self.loop.now_ns + self.experiment.timestep))
+
+    def run_until(self, t_s: float) -> None:
+        """Run to a time.
+
+        Raises:
+            TimestepError: it is not a whole number of steps away.
+            SimulationError: an engine or a transfer function failed.
+        """
+        began = work.now_ns()
+        try:
+            self.loop.run_until(from_seconds(t_s))
+        except BaseException as error:
+            self._error = error
+            raise
+        finally:
+            self._wall_ns += work.now_ns() - began
+
+    def run(self, until_s: float | None = None) -> None:
+        """Run to the end, and decide the criteria unless that is before the experiment's own end.
+
+        Args:
+            until_s: when to end; by default after the experiment's duration.
+        """
+        duration_s = seconds(self.experiment.duration)
+        self.run_until(duration_s if until_s is None else until_s)
+        if self.loop.now_ns >= self.experiment.duration:
+            self._watch.finish(self.loop.now_ns)
+
+    def change(self, add: Iterable[TransferFunction | Path] = (), remove: Iterable[str] = ()) -> None:
+        """Add, replace and remove transfer functions before the next step, or change nothing; any thread may.
+
+        Args:
+            add: functions, or files of them; each takes the place of the one of its name.
+            remove: names of those to take away.
+
+        Raises:
+            ExperimentError: a file or a function is wrong, or there is none of a name.
+        """
+        added, names = tuple(add), tuple(remove)
+        given = ([one] if isinstance(one, TransferFunction) else load_functions(one) for one in added)
+        functions = [function for some in given for function in some]
+
+        def make() -> None:
+            furnish(self.experiment, self.world, functions)
+            self.loop.change(functions, names)
+            for observer in self.on_change:
+                observer(added, names)
+
+        self.loop.between_steps(make)
+
+    def activate(self, name: str, active: bool = True) -> None:
+        """Let a transfer function run or not from the next step on; any thread may ask.
+
+        Raises:
+            ExperimentError: there is none of this name.
+        """
+
+        def make() -> None:
+            self.loop.activate(name, active)
+            for observer in self.on_activate:
+                observer(name, active)
+
+        self.loop.between_steps(make)
+
+    # -- what happens at each step
+
+    def _begin(self) -> None:
+        self._looked_at_ns: int | None = None
+        self._error = None
+        self._wall_ns = 0
+        self._digest = TrajectoryDigest()
+
+    def _look(self, loop: ClosedLoop) -> None:
+        """Watch each time once: after the step that led to it, time 0 before the first step."""
+        if loop.now_ns != self._looked_at_ns:
+            self._looked_at_ns = loop.now_ns
+            self._watch.look(loop.now_ns)
+            self._digest.add(map(self._watch.where.pose, self._robots()))
+
+    def _robots(self) -> list[str]:
+        """Return the robots that there are: one may have been left out, or taken out."""
+        return [name for name in self.experiment.world.robots if name in self._watch.where]
+
+    def _after_step(self, loop: ClosedLoop) -> None:
+        self._look(loop)
+        for observer in self.on_step:
+            observer(self)
+
+    def _after_reset(self, loop: ClosedLoop) -> None:
+        self._watch.reset()
+        self._begin()
+
+    # -- going back
+
+    def snapshot(self) -> bytes:
+        """Return the complete state of the run between two steps.
+
+        Raises:
+            CapabilityError: an engine cannot save its state, or what takes part in the run, such as a
+                state machine; or a variable of a transfer function holds what cannot be saved.
+        """
+        if not self.experiment.maker.can_be_saved:
+            raise CapabilityError("the state machines of an experiment cannot be saved")
+        own = self._looked_at_ns, self._digest.state, self._watch.save()
+        sides = self.brain.snapshot(), self.world.snapshot()
+        try:
+            return pickle.dumps((sides, self.loop.save(), own))
+        except (pickle.PicklingError, TypeError, AttributeError) as error:
+            raise CapabilityError(f"a transfer function keeps what cannot be saved: {error}") from error
+
+    def restore(self, snapshot: bytes) -> None:
+        """Return to a snapshot, also to one of another run of the same experiment.
+
+        It is a Python pickle: as with the experiment itself, whoever made it can have any code run.
+
+        Raises:
+            SnapshotError: it was taken from something else, or by another version.
+        """
+        try:
+            (brain, world), loop, own = pickle.loads(snapshot)
+            self.brain.restore(brain)
+            self.world.restore(world)
+            self.loop.restore(loop)
+            self._looked_at_ns, self._digest.state, watched = own
+            self._watch.restore(watched)
+        except NrpError:
+            raise
+        except Exception as error:  # whatever bytes may raise that are no pickle, or hold something else
+            message = f"the snapshot cannot be read: {type(error).__name__}: {error}"
+            raise SnapshotError(message) from error
+
+    def continue_as(self, experiment: Experiment) -> None:
+        """Go on with the transfer functions of another experiment, which is else the same.
+
+        Raises:
+            ExperimentError: one of them is wrong; nothing is changed then.
+        """
+        collector = Collector(experiment)
+        functions = tuple(experiment.maker.functions(experiment, collector))
+        collector.raise_errors()
+        furnish(experiment, self.world, functions)
+        names = {function.name for function in functions}
+        self.loop.change(functions, [one.name for one in self.loop.functions if one.name not in names])
+        self.experiment = experiment
+
+    # -- the end
+
+    def result(self) -> Result:
+        """Return what came of it so far."""
+        times, outcomes = self._watch.events.times, self._watch.outcomes
+        where = self._watch.where
+        failed = isinstance(self._error, Exception)
+        wall_s = seconds(self._wall_ns)
+        return Result(
+            experiment=self.experiment.name,
+            brain=self.experiment.brain.backend,
+            world=self.experiment.world.backend,
+            seed=self.brain.seed,
+            sim_time_s=self.now_s,
+            wall_time_s=wall_s,
+            real_time_factor=self.now_s / wall_s if wall_s else 0.0,
+            steps=self.loop.steps,
+            passed=False if failed else all_passed(outcomes.values()),
+            error=None if self._error is None else str(self._error) or "interrupted",
+            criteria=outcomes,
+            time_share=self.loop.account.shares(),
+            final_pose={name: pose_data(where.pose(name)) for name in self._robots()},
+            trajectory_digest=self._digest.hexdigest(),
+            spikes=self._counter.of(self.brain.network),
+            events={name: seconds(times[name]) if name in times else None for name in self.experiment.events},
+            failures=[failure_data(failure) for failure in self.loop.failures],
+            warnings=self.warnings,
+        )
+
+    def write_csv(self, folder: Path | None = None) -> list[Path]:
+        """Write what CSV recorders have so far, and return the files.
+
+        Args:
+            folder: where to; by default the experiment's ``csv_folder``.
+
+        Raises:
+            SimulationError: a file cannot be written.
+        """
+        try:
+            return write_csv(self.loop.functions, folder or self.experiment.csv_folder)
+        except OSError as error:
+            message = f"the CSV records cannot be written: {error.strerror or error}"
+            raise SimulationError(message, t_ns=self.loop.now_ns) from error
+
+    def close(self) -> None:
+        """Release both engines; the result stays."""
+        while self.on_close:
+            self.on_close.pop()()
+        self._close()
+
+
+def _open(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
+    with named(section.backend, "open"):
+        return side.backend.open(content, seed=seed, options=side.options)

@@ -1,0 +1,63 @@
+"""Values over time: few as curves, many as rows of colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nrp_core.brain.network.data import FloatArray
+from nrp_core.recording.figures.story import Series
+from nrp_core.recording.figures.traces import draw_series, short_labels
+
+_MOST_CURVES = 4
+"""More than these cannot be told apart, nor is there room for their names."""
+_ROW = 0.13
+_COLUMNS = 1200
+_MOST_LABELS = 24
+"""More rows than this are too low for a label each."""
+_LONGEST_LABEL = 20
+
+
+def height_of(series: Sequence[Series], least: float) -> float:
+    """Return how high the axes of some values are, in the unit of the least height."""
+    return least if len(series) <= _MOST_CURVES else max(least, _ROW * min(len(series), _MOST_LABELS))
+
+
+def draw_values(axes: Axes, series: Sequence[Series], end_s: float) -> None:
+    """Draw values that hold until the next one."""
+    draw = draw_series if len(series) <= _MOST_CURVES else draw_matrix
+    draw(axes, series, end_s)
+
+
+def draw_matrix(axes: Axes, series: Sequence[Series], end_s: float) -> None:
+    """Draw a row for each; they share a scale, which is written above."""
+    values = np.array([sampled(one, end_s) for one in series])
+    shown = values[np.isfinite(values)]
+    low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 0.0)
+    axes.imshow(
+        values, cmap="cividis", aspect="auto", interpolation="nearest",
+        extent=(0.0, end_s or 1.0, len(series), 0.0), vmin=low, vmax=high if high > low else low + 1.0,
+    )  # fmt: skip
+    every = -(-len(series) // _MOST_LABELS)
+    labels = short_labels(series, _LONGEST_LABEL)[::every]
+    rows = np.arange(len(labels)) * every + 0.5
+    axes.set_yticks(rows, labels, fontsize=_points(axes, labels))
+    axes.tick_params(axis="y", length=0)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    scale = f"from {low:.3g} (dark) to {high:.3g} (bright)"
+    axes.annotate(scale, (1.0, 1.0), (0, 5), textcoords="offset points", xycoords="axes fraction", ha="right")
+
+
+def sampled(one: Series, end_s: float) -> FloatArray:
+    """Return the value at equal steps of time; NaN before the first."""
+    times = np.linspace(0.0, end_s, _COLUMNS, endpoint=False)
+    index = np.searchsorted(one.times_s, times, side="right") - 1
+    return np.where(index >= 0, np.asarray(one.values, float)[np.maximum(index, 0)], np.nan)
+
+
+def _points(axes: Axes, labels: Sequence[str]) -> float:
+    height_pt = axes.bbox.height * 72 / axes.figure.dpi
+    return float(np.clip(0.9 * height_pt / max(len(labels), 1), 4.0, 7.0))

@@ -1,0 +1,192 @@
+"""What happened over time: colours and events, spikes, values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import takewhile
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from nrp_core.brain.network.data import FloatArray
+from nrp_core.recording.figures.story import Coloured, Series, Story
+from nrp_core.recording.figures.style import FAINT, colour
+
+_LONGEST_LABEL, _LINE_CHARACTERS = 28, 72
+_MOST_ROWS = 400
+"""More neurons than this are thinned out evenly."""
+
+
+def shade(axes: Axes, coloured: Iterable[Coloured]) -> None:
+    """Shade the times in which something had another colour."""
+    for interval in coloured:
+        axes.axvspan(
+            interval.since_s, interval.until_s, facecolor=interval.rgb, alpha=0.10, linewidth=0, zorder=0
+        )
+
+
+def draw_timeline(axes: Axes, story: Story, coloured: Sequence[Coloured]) -> None:
+    """Draw a bar for every time in which something had another colour, a row for each thing."""
+    visuals = list(dict.fromkeys(interval.visual for interval in coloured))
+    for interval in coloured:
+        row = visuals.index(interval.visual)
+        width = interval.until_s - interval.since_s
+        axes.broken_barh([(interval.since_s, width)], (row + 0.2, 0.6), facecolor=interval.rgb)
+    axes.set_ylim(len(visuals), 0)
+    axes.set_yticks([row + 0.5 for row in range(len(visuals))], [story.name_of(v) for v in visuals])
+    axes.tick_params(length=0)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Neurons that belong together in the raster: a label and, by population, their ids."""
+
+    label: str
+    population: str
+    ids: tuple[int, ...]
+
+
+def groups(story: Story) -> list[Group]:
+    """Return the named groups of neurons, then what is left of each population.
+
+    A neuron is shown once: in the smallest group that it belongs to.
+    """
+    brain = dict(story.run.get("brain") or {})
+    free = {label: set(range(size)) for label, size in _sizes(story, brain).items()}
+    members = [
+        (name, label, sorted(i for first, last in ranges for i in range(first, last)))
+        for name, populations in dict(brain.get("views") or {}).items()
+        for label, ranges in populations.items()
+    ]
+    named: list[Group] = []
+    for name, label, ids in sorted(members, key=lambda member: len(member[2])):
+        own = [i for i in ids if i in free[label]]
+        free[label].difference_update(own)
+        rest = name if len(own) == len(ids) else f"{name} (other)"
+        named += [Group(rest, label, tuple(own))] if own else []
+    named.sort(key=lambda group: (group.population, group.ids))
+    return named + [Group(label, label, tuple(sorted(ids))) for label, ids in free.items() if ids]
+
+
+def _sizes(story: Story, brain: Mapping[str, Any]) -> dict[str, int]:
+    """Return the size of each population, at least as large as the ids that have spiked."""
+    sizes = {label: int(p["size"]) for label, p in dict(brain.get("populations") or {}).items()}
+    for label, parts in story.spikes.items():
+        seen = max((int(ids.max()) + 1 for ids, _ in parts if len(ids)), default=0)
+        sizes[label] = max(sizes.get(label, 0), seen)
+    return sizes
+
+
+def draw_raster(axes: Axes, story: Story) -> None:
+    """Draw a tick for every spike, a row for each neuron, the groups in colours."""
+    rows, labels, total = 0, {}, sum(len(group.ids) for group in groups(story))
+    thin = max(1, -(-total // _MOST_ROWS))
+    for number, group in enumerate(groups(story)):
+        shown = group.ids[::thin]
+        times, at = _spikes_of(story, group.population, shown)
+        axes.plot(
+            times, at + rows, "|", color=colour(number), markersize=_tick_points(axes, total // thin),
+            markeredgewidth=_tick_width(axes, times, len(shown)), rasterized=len(times) > 20_000,
+        )  # fmt: skip
+        labels[rows + (len(shown) - 1) / 2] = (group.label, colour(number))
+        rows += len(shown)
+        axes.axhline(rows - 0.5, color=FAINT, linewidth=0.3)
+    axes.set_ylim(rows - 0.5, -0.5)
+    axes.set_yticks(list(labels), [label for label, _ in labels.values()])
+    for tick, (_, color) in zip(axes.get_yticklabels(), labels.values(), strict=True):
+        tick.set_color(color)
+    axes.tick_params(axis="y", length=0)
+
+
+def _tick_points(axes: Axes, rows: int) -> float:
+    height_pt = axes.bbox.height * 72 / axes.figure.dpi
+    return float(np.clip(0.8 * height_pt / max(rows, 1), 0.8, 14))
+
+
+def _tick_width(axes: Axes, times: FloatArray, rows: int) -> float:
+    """Return a width in points with which ticks do not run into each other, within reason."""
+    width_pt = axes.bbox.width * 72 / axes.figure.dpi
+    return float(np.clip(0.5 * width_pt * rows / max(len(times), 1), 0.15, 0.7))
+
+
+def _spikes_of(
+    story: Story, population: str, shown: Sequence[int]
+) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+    """Return times and rows of the spikes of the shown neurons."""
+    parts = story.spikes.get(population, [])
+    ids = np.concatenate([np.empty(0, np.int64), *(ids for ids, _ in parts)])
+    times = np.concatenate([np.empty(0), *(times for _, times in parts)])
+    row_of = {neuron: row for row, neuron in enumerate(shown)}
+    rows = np.array([row_of.get(int(i), -1) for i in ids], np.int64)
+    return times[rows >= 0], rows[rows >= 0]
+
+
+def by_unit(series: Mapping[str, Series]) -> dict[str, list[Series]]:
+    """Return series that share an axis: of one unit, or without a unit of topics that end alike."""
+    axes: dict[str, list[Series]] = {}
+    topics: dict[str, set[str]] = {}
+    for key, one in series.items():
+        topic = key.split(".")[0]
+        name = one.unit or topic.rsplit("/", 1)[-1]
+        axes.setdefault(name, []).append(one)
+        topics.setdefault(name, set()).add(topic)
+    alone = {name: min(own) for name, own in topics.items() if len(own) == 1 and not axes[name][0].unit}
+    return {alone.get(name, name): own for name, own in axes.items()}
+
+
+def moving(series: Mapping[str, Series]) -> dict[str, Series]:
+    """Return the series that are not 0 all the time; if all are, all."""
+    return {key: one for key, one in series.items() if any(one.values)} or dict(series)
+
+
+def draw_series(axes: Axes, series: Sequence[Series], end_s: float) -> None:
+    """Draw a curve for each."""
+    axes.axhline(0, color=FAINT, linewidth=0.5)
+    labels = short_labels(series, min(_LONGEST_LABEL, _LINE_CHARACTERS // len(series)))
+    for number, (one, label) in enumerate(zip(series, labels, strict=True)):
+        times, values = [*one.times_s, end_s], [*one.values, one.values[-1]]
+        axes.plot(
+            times, values, drawstyle="steps-post", linewidth=0.9, color=colour(number),
+            label=label,
+        )  # fmt: skip
+    axes.grid(axis="y")
+    if len(series) == 1 and series[0].label == axes.get_title(loc="left"):
+        return
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, ncols=len(series), handlelength=1.1,
+        columnspacing=1.2, borderpad=0.2,
+    )  # fmt: skip
+
+
+def short_labels(series: Sequence[Series], longest: int = _LONGEST_LABEL) -> list[str]:
+    """Return labels without what all of them share, and none longer than fits.
+
+    What they end with is left out where the title of the axes says it (of values without a unit), or where
+    there is no room.
+    """
+    labels = [one.label for one in series]
+    if len(labels) == 1:
+        labels = [label.rsplit("/", 1)[-1] if label.startswith("/") else label for label in labels]
+    for borders, is_tight in (("/.", False), ("/._", True)):
+        labels = _without_start(labels, borders)
+        if series and (is_tight or not series[0].unit):
+            labels = [label[::-1] for label in _without_start([label[::-1] for label in labels], borders)]
+        if all(len(label) <= longest for label in labels):
+            break
+    return [label if len(label) <= longest else f"…{label[1 - longest :]}" for label in labels]
+
+
+def _without_start(labels: list[str], borders: str) -> list[str]:
+    """Return labels without what all begin with, up to a border; a number keeps the word before it."""
+    if len(set(labels)) < 2:
+        return labels
+    shared = [column[0] for column in takewhile(lambda c: len(set(c)) == 1, zip(*labels, strict=False))]
+    cuts = [i + 1 for i, letter in enumerate(shared) if letter in borders]
+    if cuts and all(label[cuts[-1] :].isdigit() for label in labels):
+        cuts.pop()
+    return [label[cuts[-1] :] for label in labels] if cuts else labels

@@ -1,0 +1,311 @@
+"""The recording of a run as a folder: what ran, the files it used, and every message."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from nrp_core._support import machine
+from nrp_core._support.jsonable import plain
+from nrp_core.brain.network.data import IntArray, Network
+from nrp_core.clock import NS_PER_S
+from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.tree import Tree
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.calls import CallNoter
+from nrp_core.recording.folder.self_contained import write_experiment
+from nrp_core.recording.folder.used_files import FilesRead
+from nrp_core.recording.layout import FILES_FOLDER, MCAP_NAME, RUN_NAME, Pictures, check_folder
+from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
+from nrp_core.recording.writing.hashes import Chain
+from nrp_core.recording.writing.recorder import Recorder
+from nrp_core.registry import code_of
+from nrp_core.world.messages.nrp_msgs import Called
+from nrp_core.world.scene.model import Mesh, Scene
+
+FORMAT = 3
+"""Version of the layout of a recording."""
+
+SNAPSHOTS_NS = 10 * NS_PER_S
+"""Simulated time between two snapshots; one takes about as long as a step."""
+
+
+class Capsule:
+    """Records a run into a folder, from now until it is closed.
+
+    Args:
+        run: between two steps, most often at time 0.
+        folder: is made; an empty one may be there.
+        pictures: how camera pictures are kept.
+        files: what noticed which files were read; without it only those are kept that the experiment
+            names, and the meshes of its scene.
+        snapshots_ns: simulated time between two snapshots; None: there are none.
+        origin: the recording that the run goes on from, and where the chain of hashes was there.
+        calls: what was done to its transfer functions until then, which the experiment does not say.
+
+    Raises:
+        ExperimentError: the folder holds something, or cannot be made.
+        RecordingError: the disk does not take the experiment.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        folder: Path,
+        *,
+        pictures: Pictures = Pictures.EXACT,
+        files: FilesRead | None = None,
+        snapshots_ns: int | None = SNAPSHOTS_NS,
+        origin: Origin | None = None,
+        calls: Iterable[Called] = (),
+    ) -> None:
+        self._run, self._folder, self._files = run, folder, files
+        self._snapshots_ns, self._warnings = snapshots_ns, list[str]()
+        _make(folder)
+        with self._on_disk("begun"):
+            self._root = _copy_files(self._used(), folder)
+            self._about = _about(run, self._root) | {
+                "pictures": pictures, "snapshots_ns": snapshots_ns, "continues": origin
+            }  # fmt: skip
+            self._write("running", None)
+        self._recorder = Recorder(
+            run.brain, run.world, folder, period_ns=run.experiment.timestep, pictures=pictures,
+            chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
+            calls=calls,
+        )  # fmt: skip
+        if run.loop.now_ns:
+            self._snapshot()
+        run.on_step.append(self._after_step)
+        run.loop.hooks.from_outside.append(self._recorder.observer.note_from_outside)
+        self._calls = CallNoter(run, self._recorder.observer.note_call, self._warnings.append)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What could not be recorded."""
+        return [*self._recorder.warnings, *self._warnings]
+
+    def close(self, state: str) -> None:
+        """Complete the recording; call it before the run is closed.
+
+        Args:
+            state: how the run ended: ``finished``, ``failed`` or ``interrupted``.
+
+        Raises:
+            RecordingError: the disk does not take it.
+        """
+        self._calls.close()
+        self._run.on_step.remove(self._after_step)
+        self._run.loop.hooks.from_outside.remove(self._recorder.observer.note_from_outside)
+        try:
+            self._recorder.close()
+        except BaseException:
+            state = "interrupted"  # however the run ended, its recording is not whole
+            raise
+        finally:
+            self._finish(state)
+
+    def _finish(self, state: str) -> None:
+        with self._on_disk("completed"):
+            _copy_files(self._used(), self._folder, self._root)
+            self._write(state, self._run.result().to_dict())
+
+    @contextmanager
+    def _on_disk(self, what: str) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise RecordingError(
+                f"the recording cannot be {what}: {error.strerror or error}", t_ns=self._run.loop.now_ns
+            ) from error
+
+    def _after_step(self, run: Run) -> None:
+        self._recorder.step()
+        if self._snapshots_ns is not None and run.loop.now_ns % self._snapshots_ns == 0:
+            self._snapshot()
+
+    def _snapshot(self) -> None:
+        """Keep the state of the run; where that cannot be, say so once."""
+        try:
+            self._recorder.add_snapshot(self._run.snapshot())
+        except CapabilityError as error:
+            self._snapshots_ns = None
+            self._warnings.append(
+                f"no snapshots are recorded: {error}; to go on from within takes a whole run"
+            )
+
+    def _used(self) -> list[Path]:
+        named = {path for path in named_files(self._run.experiment) if path.is_file()}
+        folders = {path.parent for path in named} | set(self._run.experiment.models)
+        read = self._files.below(folders) if self._files else []
+        used = {*named, *_meshes(self._run.world.scene), *read}
+        own = self._folder.resolve()  # which may lie beside the experiment, and is read to be completed
+        return sorted(path for path in used if own not in path.resolve().parents)
+
+    def _write(self, state: str, result: dict[str, Any] | None) -> None:
+        """Write ``run.json`` in one piece, so that a kill leaves the last one."""
+        write_experiment(self._run.experiment, self._folder, self._used(), self._root)
+        path = self._folder / RUN_NAME
+        draft = path.with_suffix(".draft")
+        data = {**self._about, "files": _digests(self._folder), "state": state, "result": result}
+        told = plain(data)
+        told[DIGEST] = digest_of(told)
+        draft.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n")
+        draft.replace(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a run goes on from: the name of a recording, the time, and its chain of hashes there."""
+
+    recording: str
+    t_ns: int
+    chain: str
+
+
+def named_files(experiment: Experiment) -> Iterator[Path]:
+    """Return the files that an experiment was read from and those that it names."""
+    yield from _places(experiment.source)
+    yield from _paths(experiment)
+
+
+def _places(tree: Tree) -> Iterator[Path]:
+    if tree.place.path is not None:
+        yield tree.place.path
+    children = tree.value.values() if isinstance(tree.value, dict) else tree.value
+    for child in children if isinstance(tree.value, (dict, list)) else ():
+        yield from _places(child)
+
+
+def _paths(value: Any) -> Iterator[Path]:
+    match value:
+        case Path():
+            yield value
+        case BaseModel():
+            for name in type(value).model_fields:
+                yield from _paths(getattr(value, name))
+        case dict():
+            for item in value.values():
+                yield from _paths(item)
+        case list() | tuple():
+            for item in value:
+                yield from _paths(item)
+
+
+def _meshes(scene: Scene) -> Iterator[Path]:
+    for _, link in scene.links():
+        shapes = [visual.geometry for visual in link.visuals]
+        shapes += [collision.geometry for collision in link.collisions]
+        yield from (shape.path for shape in shapes if isinstance(shape, Mesh))
+
+
+def _make(folder: Path) -> None:
+    """Make the folder, and in it the file that nobody else who begins at this moment can make as well."""
+    check_folder(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / MCAP_NAME).touch(exist_ok=False)
+    except FileExistsError as error:
+        raise ExperimentError("another run has begun to record here", path=folder) from error
+    except OSError as error:
+        raise ExperimentError(f"cannot be made: {error.strerror}", path=folder) from error
+
+
+def _copy_files(files: Iterable[Path], folder: Path, root: Path | None = None) -> Path:
+    """Copy files into their places relative to each other.
+
+    Args:
+        files: which ones.
+        folder: the folder of the recording.
+        root: their common folder, if it is known already; files outside it are left out.
+
+    Returns:
+        the common folder.
+    """
+    files = list(files)
+    if root is None:
+        root = Path(os.path.commonpath([file.parent for file in files])) if files else Path.cwd()
+    for file in files:
+        target = folder / FILES_FOLDER / file.relative_to(root) if file.is_relative_to(root) else None
+        if target is not None and not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target)
+    return root
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every file that a recording holds a copy of."""
+    files = folder / FILES_FOLDER
+    return {
+        path.relative_to(files).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(files.rglob("*"))
+        if path.is_file()
+    }
+
+
+def changed_files(recording: Recording) -> list[str]:
+    """Return which files of a recording are no longer those that were recorded."""
+    then, now = dict(recording.run.get("files") or {}), _digests(recording.folder)
+    return sorted(name for name in {*then, *now} if then.get(name) != now.get(name))
+
+
+def _about(run: Run, root: Path) -> dict[str, Any]:
+    """Return what ``run.json`` says of a run from its start on."""
+    experiment, written = run.experiment, run.experiment.source.place.path
+    return {
+        "format": FORMAT,
+        "experiment": experiment.name,
+        "file": None if written is None else Path(FILES_FOLDER) / written.relative_to(root),
+        "recorded": datetime.now(UTC).isoformat(timespec="seconds"),
+        "overrides": experiment.overrides,
+        "seed": run.seed,
+        "brain": {
+            "backend": experiment.brain.backend,
+            "capabilities": run.brain.capabilities,
+            "network": run.brain.network.digest,
+            **_groups(run.brain.network),
+        },
+        "world": {
+            "backend": experiment.world.backend,
+            "capabilities": run.world.capabilities,
+            "scene": run.world.scene.digest,
+        },
+        "aliases": experiment.aliases,
+        "settings": experiment,
+        "machine": machine.describe(),
+        "distributions": machine.distributions(),
+        "code": code_of(experiment.brain.backend, experiment.world.backend),
+    }
+
+
+def _groups(network: Network) -> dict[str, Any]:
+    """Return the populations, and of each named view the ranges of ids by population."""
+    views: dict[str, dict[str, list[list[int]]]] = {}
+    for name, neurons in network.views.items():
+        for label, first in network.offsets.items():
+            last = first + network.populations[label].size
+            ids = np.unique(neurons[(neurons >= first) & (neurons < last)]) - first
+            if ids.size:
+                views.setdefault(name, {})[label] = _ranges(ids)
+    populations = {
+        label: {"size": population.size, "cell_type": population.cell_type}
+        for label, population in network.populations.items()
+    }
+    return {"populations": populations, "views": views}
+
+
+def _ranges(ids: IntArray) -> list[list[int]]:
+    """Return ascending ids as half-open ranges."""
+    cuts = np.flatnonzero(np.diff(ids) > 1) + 1
+    return [[int(part[0]), int(part[-1]) + 1] for part in np.split(ids, cuts)]

@@ -1,0 +1,40 @@
+"""What a recording held on some topics, as time goes by."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from nrp_core.recording.reading.recording import Recorded, Recording
+
+
+class Playback:
+    """Reads a recording along with the time; only the messages since the last look are in memory.
+
+    Args:
+        recording: is read again from its beginning after :meth:`reset`.
+        topics: the topics that are read.
+    """
+
+    def __init__(self, recording: Recording, topics: Collection[str]) -> None:
+        self._recording, self._topics = recording, frozenset(topics)
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to the beginning."""
+        self.latest: dict[str, Recorded] = {}
+        self._messages: Iterator[Recorded] = self._recording.messages(self._topics)
+        self._next = next(self._messages, None)
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is nothing more to come."""
+        return self._next is None
+
+    def until(self, t_ns: int) -> list[Recorded]:
+        """Return what was recorded since the last call up to ``t_ns``, in order."""
+        come: list[Recorded] = []
+        while self._next is not None and self._next.t_ns <= t_ns:
+            come.append(self._next)
+            self.latest[self._next.topic] = self._next
+            self._next = next(self._messages, None)
+        return come

@@ -1,0 +1,102 @@
+"""Make a proper file of what is whole in one that was cut or damaged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from nrp_core._support.writing import writing
+from nrp_core.clock import seconds
+from nrp_core.errors import ExperimentError
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.writing.writer import McapFile
+from nrp_core.world.messages.cdr import Codec
+
+DAMAGED = "damaged"
+
+
+@dataclass(frozen=True, slots=True)
+class Recovered:
+    """What came of it.
+
+    Args:
+        file: the file that is whole.
+        messages: how many it holds.
+        until_s: simulated time of the last one, s.
+        kept: where the damaged file is; None where it was whole already.
+    """
+
+    file: Path
+    messages: int
+    until_s: float
+    kept: Path | None
+
+
+def recover(recording: Recording, target: Path | None = None) -> Recovered:
+    """Write everything that is whole into a proper file.
+
+    Args:
+        recording: cut or damaged; of one that is complete nothing is changed.
+        target: where to; by default the file takes the place of the damaged one, which is kept beside it.
+
+    Raises:
+        ExperimentError: there is no room, the target is there already, what was read is not ours, or not
+            one message of it is whole; then nothing is changed.
+    """
+    source = recording.file
+    if target is None and recording.complete:
+        return Recovered(source, *_counted(recording), None)
+    draft = source.with_suffix(".draft") if target is None else target
+    if draft.exists() and target is not None:
+        raise ExperimentError("is there already", path=draft)
+    with writing(draft):
+        messages, until_s = _written(recording, draft)
+        if target is not None:
+            return Recovered(target, messages, until_s, source)
+        kept = _free(source)
+        source.replace(kept)
+        draft.replace(source)
+    return Recovered(source, messages, until_s, kept)
+
+
+def _written(recording: Recording, target: Path) -> tuple[int, float]:
+    """Write a file, or leave nothing; return what :func:`_write` does."""
+    try:
+        messages, until_s = _write(recording, target)
+        if not messages:
+            raise ExperimentError("not one whole message of a recording is in it", path=recording.file)
+    except BaseException:
+        target.unlink(missing_ok=True)
+        raise
+    return messages, until_s
+
+
+def _write(recording: Recording, target: Path) -> tuple[int, float]:
+    """Return the number of messages, and the time of the last one, s."""
+    recovered, last_ns = McapFile(target, Codec({})), 0
+    try:
+        for topic, message in recording.raw():
+            if not recovered.knows(topic.name):
+                recording.define(recovered.codec, topic)
+                recovered.announce(topic.name, topic.type_name, topic.about)
+            recovered.write(topic.name, message.log_time, (message.data,))
+            last_ns = max(last_ns, message.log_time)
+    finally:
+        recovered.close()
+    return sum(recovered.counts.values()), seconds(last_ns)
+
+
+def _counted(recording: Recording) -> tuple[int, float]:
+    count = last_ns = 0
+    for _, message in recording.raw():
+        count, last_ns = count + 1, max(last_ns, message.log_time)
+    return count, seconds(last_ns)
+
+
+def _free(file: Path) -> Path:
+    """Return a name beside a file that is free."""
+    number, free = 1, file.with_suffix(f".{DAMAGED}{file.suffix}")
+    while free.exists():
+        number += 1
+        free = file.with_suffix(f".{DAMAGED}-{number}{file.suffix}")
+    return free

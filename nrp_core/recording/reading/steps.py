@@ -1,0 +1,254 @@
+"""A recording step by step, and where another run first differs from it."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nrp_core.clock import seconds
+from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
+from nrp_core.recording.reading.recording import Recording, Topic
+from nrp_core.recording.writing.encoding import joined
+from nrp_core.recording.writing.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, WORLD, Step
+from nrp_core.world.messages.cdr import Codec
+from nrp_core.world.messages.nrp_msgs import Called, Published, Spikes, StepHash
+
+_MOST_VALUES = 3
+_MOST_ITEMS = 1000
+"""Of longer arrays, such as pictures, the rest is told as a hash."""
+
+
+@dataclass(slots=True)
+class RecordedStep:
+    """One step of a recording.
+
+    Args:
+        hash: its hashes, and its number.
+        t_ns: when it ended.
+        messages: what was recorded of it that counts, in order: topic and bytes.
+        from_outside: what was published from outside when it began.
+        calls: what else was done from outside before.
+    """
+
+    hash: StepHash
+    t_ns: int
+    messages: list[tuple[Topic, bytes]] = field(default_factory=list)
+    from_outside: list[tuple[str, Any]] = field(default_factory=list)
+    calls: list[Called] = field(default_factory=list)
+
+    @property
+    def hashes(self) -> tuple[str, str, str, str]:
+        """Its hashes, in the order of the groups."""
+        return self.hash.brain, self.hash.world, self.hash.inputs, self.hash.outputs
+
+
+def steps_of(recording: Recording) -> Iterator[RecordedStep]:
+    """Return the steps of a recording, the first being what there was before any; nothing is kept."""
+    codec = Codec({})
+    messages: list[tuple[Topic, bytes]] = []
+    published: list[Published] = []
+    calls: list[Called] = []
+    for topic, record in recording.raw():
+        if topic.name == STEPS:
+            hashed: StepHash = recording.decoded(codec, topic, record.data)
+            from_outside = [(one.topic, codec.decode(bytes(one.data), one.type)) for one in published]
+            yield RecordedStep(hashed, record.log_time, messages, from_outside, calls)
+            messages, published, calls = [], [], []
+        elif topic.name == PUBLISHED:
+            published.append(recording.decoded(codec, topic, record.data))
+        elif topic.name == CALLED:
+            calls.append(recording.decoded(codec, topic, record.data))
+        elif topic.role in GROUP_OF:
+            messages.append((topic, record.data))
+            if published:  # what came from outside was recorded under its own topic too, with its type
+                codec.define(topic.type_name, topic.definition)
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """The first thing in which a run differs from a recording.
+
+    Args:
+        step: number of the step.
+        t_ns: when it ended.
+        group: ``brain``, ``world``, ``inputs`` or ``outputs``.
+        signal: the topic, or what else differs.
+        recorded, now: what it was then and is now, in a few words.
+    """
+
+    step: int
+    t_ns: int
+    group: str
+    signal: str
+    recorded: str
+    now: str
+
+    def __str__(self) -> str:
+        return (
+            f"step {self.step}, {seconds(self.t_ns):g} s: {self.signal} ({self.group}) "
+            f"was {self.recorded}, now is {self.now}"
+        )
+
+
+class Comparison:
+    """Compares the steps of a run with those that were recorded.
+
+    Args:
+        groups: which of them count, in this order.
+
+    Attributes:
+        difference: the first one; None as long as everything is the same.
+        steps: how many steps were compared.
+    """
+
+    def __init__(self, groups: Collection[str] = GROUPS) -> None:
+        self.difference: Difference | None = None
+        self.steps = 0
+        self._groups = [index for index, name in enumerate(GROUPS) if name in groups]
+
+    def add(
+        self,
+        recorded: RecordedStep,
+        step: Step,
+        hashes: Sequence[str],
+        codec: Codec,
+    ) -> None:
+        """Compare one more step, unless there was a difference already.
+
+        Args:
+            recorded: how it was.
+            step: how it is now.
+            hashes: its hashes.
+            codec: knows the types of the messages.
+        """
+        if self.difference is None:
+            after = [
+                (entry.topic, entry.about["role"], codec.name(entry.kind), joined(entry.parts))
+                for entry in step.entries
+            ]
+            self._add(recorded, after, hashes, codec)
+
+    def add_recorded(self, recorded: RecordedStep, other: RecordedStep, codec: Codec) -> None:
+        """Compare a step of another recording, unless there was a difference already."""
+        if self.difference is None:
+            for topic, _ in (*recorded.messages, *other.messages):
+                codec.define(topic.type_name, topic.definition)
+            self._add(recorded, _messages(other), other.hashes, codec)
+
+    def _add(
+        self, recorded: RecordedStep, after: Sequence[_Message], hashes: Sequence[str], codec: Codec
+    ) -> None:
+        self.steps += 1
+        before = _messages(recorded)
+        found: dict[int, tuple[str, str, str]] = {}
+        for group in self._groups:
+            then, now = _in_group(before, group), _in_group(after, group)
+            signal = _first_different(then, now)
+            if signal is not None:
+                found[group] = signal, *_told(then, now, signal, codec)
+            elif recorded.hashes[group] != hashes[group]:
+                signal = "the membrane voltages" if group == BRAIN else "the hash alone"
+                found[group] = signal, recorded.hashes[group], hashes[group]
+        for group in _causes_first(found):
+            signal, told, tells = found[group]
+            self.difference = Difference(
+                recorded.hash.step, recorded.t_ns, GROUPS[group], signal, told, tells
+            )
+            return
+
+    def ended(self, recorded: RecordedStep | None, error: str) -> None:
+        """Take in that the run ended before a step that was recorded, if there is one."""
+        if self.difference is None and recorded is not None:
+            self.difference = Difference(
+                recorded.hash.step, recorded.t_ns, "run", "the run", "going on", f"ended by: {error}"
+            )
+
+
+_Message = tuple[str, str, str, bytes]
+"""Topic, role, type and bytes of a message."""
+
+
+def _messages(step: RecordedStep) -> list[_Message]:
+    return [(topic.name, topic.role, topic.type_name, data) for topic, data in step.messages]
+
+
+def _causes_first(groups: Collection[int]) -> list[int]:
+    """Return groups that differ in one step in an order in which the first explains the others.
+
+    What a robot senses follows from where it is. But what it is told acts at once, so that its motion after
+    the step may follow from the outputs.
+    """
+    order = (BRAIN, WORLD, INPUTS, OUTPUTS) if INPUTS in groups else (BRAIN, OUTPUTS, WORLD)
+    return [group for group in order if group in groups]
+
+
+def _in_group(messages: Sequence[_Message], group: int) -> list[_Message]:
+    return [one for one in messages if GROUP_OF.get(one[1]) == group]
+
+
+def _first_different(then: Sequence[_Message], now: Sequence[_Message]) -> str | None:
+    """Return the first topic whose messages are not the same."""
+    for topic in dict.fromkeys(one[0] for one in (*then, *now)):
+        if [one[2:] for one in then if one[0] == topic] != [one[2:] for one in now if one[0] == topic]:
+            return topic
+    return None
+
+
+def _told(then: Sequence[_Message], now: Sequence[_Message], topic: str, codec: Codec) -> tuple[str, str]:
+    """Return in what the messages of a topic differ, in a few words: then and now."""
+    decoded = [
+        [codec.decode(data, kind) for name, _, kind, data in messages if name == topic]
+        for messages in (then, now)
+    ]
+    if all(isinstance(one, Spikes) for own in decoded for one in own):
+        trains = [{spike for one in own for spike in _spikes_of(one)} for own in decoded]
+        if trains[0] != trains[1]:
+            return _spike_words(trains[0] - trains[1]), _spike_words(trains[1] - trains[0])
+    both = [dict(_leaves(own[0] if len(own) == 1 else own, "")) for own in decoded]
+    if not all(both):  # a message that is there once: the time in its header tells nothing
+        return tuple(_words(one, _without_header(one)) for one in both)  # type: ignore[return-value]
+    paths = [path for path in {**both[0], **both[1]} if both[0].get(path) != both[1].get(path)]
+    return _words(both[0], paths), _words(both[1], paths)
+
+
+def _spikes_of(message: Spikes) -> Iterator[tuple[float, int]]:
+    """Return times, ms, and neurons."""
+    return zip(message.times_ms.tolist(), message.ids.tolist(), strict=True)
+
+
+def _spike_words(spikes: Collection[tuple[float, int]]) -> str:
+    words = [f"neuron {neuron} at {time_ms!r} ms" for time_ms, neuron in sorted(spikes)]
+    more = len(words) - _MOST_VALUES
+    return ", ".join(words[:_MOST_VALUES]) + (f" and {more} more" if more > 0 else "") or "nothing"
+
+
+def _without_header(paths: Iterable[str]) -> list[str]:
+    found = list(paths)
+    return [path for path in found if not path.startswith(".header.")] or found
+
+
+def _words(leaves: Mapping[str, Any], paths: Iterable[str]) -> str:
+    chosen = list(paths)
+    words = [f"{path.strip('.') or 'value'} {leaves.get(path, 'missing')}" for path in chosen[:_MOST_VALUES]]
+    more = len(chosen) - _MOST_VALUES
+    return ", ".join(words) + (f" and {more} more" if more > 0 else "") or "nothing"
+
+
+def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """Return what a message is made of, with the path to each."""
+    if dataclasses.is_dataclass(value):
+        for item in dataclasses.fields(value):
+            yield from _leaves(getattr(value, item.name), f"{path}.{item.name}")
+    elif isinstance(value, (list, np.ndarray)):
+        for index, item in enumerate(value[:_MOST_ITEMS]):
+            yield from _leaves(item, f"{path}[{index}]")
+        if len(value) > _MOST_ITEMS:
+            rest = np.asarray(value[_MOST_ITEMS:])
+            yield f"{path} from [{_MOST_ITEMS}] on", hashlib.sha256(rest.tobytes()).hexdigest()[:8]
+    else:
+        yield path, value

@@ -1,0 +1,1 @@
+"""Runs repeated from their recordings, and compared with them."""

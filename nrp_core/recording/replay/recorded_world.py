@@ -1,0 +1,192 @@
+"""A recorded body behind the interface of a world: it senses what it sensed then, whatever it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from nrp_core.clock import from_seconds
+from nrp_core.errors import CapabilityError, TopicError
+from nrp_core.experiment.making.prepare import Plan, Side
+from nrp_core.recording.images import as_it_was, pixels_of
+from nrp_core.recording.layout import Role
+from nrp_core.recording.reading.playback import Playback
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.simulation import Determinism
+from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, ModelMotion, Part, Wrench
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.scene.pose import Pose
+
+_COMPRESSED = "/compressed"
+
+
+class RecordedWorldBackend(WorldBackend):
+    """Opens the world of a recording.
+
+    Args:
+        recording: of which run.
+        capabilities: those of the world that was recorded.
+    """
+
+    def __init__(self, recording: Recording, capabilities: WorldCapabilities) -> None:
+        self._recording = recording
+        self._capabilities = replace(capabilities, determinism=Determinism.BITWISE, snapshot=False)
+
+    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
+        return self._capabilities
+
+    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+        return RecordedWorld(self._recording, scene, seed, self._capabilities)
+
+
+class RecordedWorld(World):
+    """A scene in which everything happens as it did."""
+
+    def __init__(
+        self, recording: Recording, scene: Scene, seed: int, capabilities: WorldCapabilities
+    ) -> None:
+        topics = [topic.name for topic in recording.with_role(Role.SENSOR, Role.CAMERA)]
+        self._recorded_topics = {name.removesuffix(_COMPRESSED): name for name in topics}
+        self._recording, self._sensed = recording, dict[str, _Sensed]()
+        self._playback = Playback(recording, {MODEL_STATES, *topics})
+        self._playback.until(0)
+        super().__init__(scene, seed=seed, capabilities=capabilities, identity="recorded")
+
+    def _take_stock(self) -> None:
+        super()._take_stock()
+        for served in self._recorded_topics.keys() & self._parts.keys():
+            self._parts[served] = self._sensed.get(served) or self._sense(served)
+
+    def _sense(self, topic: str) -> _Sensed:
+        info, recorded_as = self._topics[topic], self._recorded_topics[topic]
+        if info.delay:
+            ahead = Playback(self._recording, {recorded_as})
+            sensed: _Sensed = _SensedLate(ahead, recorded_as, info.type, delay_ns=from_seconds(info.delay))
+        else:
+            sensed = _Sensed(self._playback, recorded_as, recorded_at=info.rate_hz is not None)
+        self._sensed[topic] = sensed
+        return sensed
+
+    def _do_advance(self, steps: int) -> None:
+        self._playback.until(self._at_ns + steps * self.capabilities.step_ns)
+
+    def _do_reset(self, seed: int) -> None:
+        self._playback.reset()
+        self._playback.until(0)
+        for sensed in self._sensed.values():
+            sensed.reset()
+
+    def _do_load(self, scene: Scene) -> None:
+        """Models come and go as they did; what is recorded of them is all that they do."""
+
+    def _do_configuration(self, model: str) -> None:
+        """Nothing is to be kept of a model while others come and go."""
+
+    def _do_configure(self, model: str, configuration: object) -> None:
+        """Nor to be brought back."""
+
+    def _do_place(self, model: str, motion: ModelMotion) -> None:
+        """It is where it was then."""
+
+    def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        """So are its joints."""
+
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        recorded = self._playback.latest.get(MODEL_STATES)
+        if recorded is None or model not in recorded.message.name:
+            return ModelMotion(self.scene.model(model).pose)
+        index = recorded.message.name.index(model)
+        pose, twist = recorded.message.pose[index], recorded.message.twist[index]
+        p, q, v, w = pose.position, pose.orientation, twist.linear, twist.angular
+        return ModelMotion(Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)), (v.x, v.y, v.z), (w.x, w.y, w.z))
+
+    def _do_render(self, model: str, link: str, camera: str) -> Any:
+        raise CapabilityError(
+            f"the recording has no pictures of {model}/{link}/{camera}: it was made with --pictures off or "
+            "hash, or nobody looked at them"
+        )
+
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        """What it is told changes nothing."""
+
+    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
+        """Nor does what the room is told."""
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Nor do joints."""
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        """Nor do efforts."""
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        """Nor do pushes."""
+
+    def _do_close(self) -> None: ...
+
+
+class _Sensed(Part):
+    """Serves one topic as it was recorded.
+
+    Args:
+        playback: what was recorded.
+        topic: where that is.
+        recorded_at: whether there must be a message of just this time.
+    """
+
+    def __init__(self, playback: Playback, topic: str, *, recorded_at: bool) -> None:
+        self._playback, self._topic, self._recorded_at = playback, topic, recorded_at
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        recorded = self._playback.latest.get(self._topic)
+        if recorded is None or (self._recorded_at and recorded.t_ns != now_ns):
+            raise TopicError(f"the recording has nothing on {topic} at {now_ns * 1e-9:g} s")
+        return _as_sensed(recorded.message)
+
+
+class _SensedLate(_Sensed):
+    """Serves one topic whose messages arrived, and were recorded, some time after they were taken.
+
+    Args:
+        ahead: what was recorded of it alone.
+        topic: where that is.
+        kind: the class of its messages.
+        delay_ns: how much later they arrived.
+    """
+
+    def __init__(self, ahead: Playback, topic: str, kind: type, *, delay_ns: int) -> None:
+        super().__init__(ahead, topic, recorded_at=True)
+        self._kind, self._delay_ns = kind, delay_ns
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        self._playback.until(now_ns + self._delay_ns)
+        recorded = self._playback.latest.get(self._topic)
+        arrived_at_ns = None if recorded is None else recorded.t_ns
+        if arrived_at_ns != now_ns + self._delay_ns and self._playback.ended:
+            return self._kind()  # the run ended before it arrived, and so will this one
+        return super().read(topic, now_ns + self._delay_ns)
+
+    def reset(self) -> None:
+        self._playback.reset()
+
+
+def _as_sensed(message: Any) -> Any:
+    """Return a message as its sensor gave it."""
+    if isinstance(message, CompressedImage):
+        return _picture(message)
+    return as_it_was(message) if isinstance(message, Image) else message
+
+
+def _picture(small: CompressedImage) -> Image:
+    pixels = pixels_of(small)
+    height, width, channels = pixels.shape
+    return Image(small.header, height, width, "rgb8", 0, width * channels, pixels)
+
+
+def with_recorded_world(plan: Plan, recording: Recording) -> Plan:
+    """Return a plan whose world is a recorded one."""
+    backend = RecordedWorldBackend(recording, plan.world.capabilities)
+    return replace(plan, world=Side(backend, None, backend.capabilities(WorldOptions())))

@@ -1,0 +1,363 @@
+"""Run a recording again: to verify it, against a recorded side, or on from somewhere within."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import reduce
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Literal
+
+from nrp_core._support.closing import Closing
+from nrp_core.clock import seconds
+from nrp_core.errors import ExperimentError, RecordingError, SimulationError, SnapshotError, did_you_mean
+from nrp_core.experiment.making.prepare import Plan, Say, quietly
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.calls import LOST, changes_functions, repeat
+from nrp_core.recording.folder.capsule import Capsule, Origin
+from nrp_core.recording.folder.self_contained import recorded_experiment
+from nrp_core.recording.folder.used_files import FilesRead
+from nrp_core.recording.layout import SNAPSHOTS, Pictures
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
+from nrp_core.recording.replay.explanations import explanations, other_code, other_surroundings
+from nrp_core.recording.replay.recorded_brain import with_recorded_brain
+from nrp_core.recording.replay.recorded_world import with_recorded_world
+from nrp_core.recording.writing.hashes import GROUPS, Hasher
+from nrp_core.recording.writing.observer import Observer
+from nrp_core.world.messages.nrp_msgs import Called
+
+Recorded = Literal["brain", "world"]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """How a recording shall run again.
+
+    Args:
+        recorded: which sides are played back instead of simulated.
+        from_ns: where to go on from; by default from the beginning.
+        until_ns: where to end; by default where the recording ends.
+        functions: files that take the place of those of the same name.
+        record: a new folder to record into from there on.
+    """
+
+    recorded: frozenset[Recorded] = frozenset()
+    from_ns: int | None = None
+    until_ns: int | None = None
+    functions: Sequence[Path] = ()
+    record: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a replay.
+
+    Args:
+        steps: how many steps were compared.
+        difference: the first one, if any.
+        from_ns, until_ns: what was run and compared.
+        error: what ended the run before its time, as it may have ended the recorded one.
+        warnings: what may explain a difference.
+    """
+
+    steps: int
+    difference: Difference | None
+    from_ns: int
+    until_ns: int
+    error: str | None = None
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def identical(self) -> bool:
+        """Whether everything was the same."""
+        return self.difference is None
+
+
+class Replay(Closing):
+    """A recording that runs again.
+
+    Args:
+        recording: of which run.
+        request: how.
+        say: told what is being done.
+        files: what notices which files are read, for a recording that is made of it.
+
+    Raises:
+        ExperimentError: the recording cannot be run again, or not so.
+    """
+
+    def __init__(
+        self, recording: Recording, request: Request, say: Say = quietly, *, files: FilesRead | None = None
+    ) -> None:
+        self._recording, self._request, self._say, self._files = recording, request, say, files
+        if request.from_ns is not None and request.recorded:
+            raise ExperimentError("what is recorded of one side alone can only be run from the beginning")
+        since_ns, until_ns = request.from_ns, request.until_ns
+        if since_ns is not None and until_ns is not None and until_ns <= since_ns:
+            raise ExperimentError(f"cannot go on from {seconds(since_ns):g} s until {seconds(until_ns):g} s")
+        experiment = recorded_experiment(recording, ["pace=max"])
+        edited = _edited(recording, experiment, request.functions)
+        self._experiment = edited if request.from_ns is None else experiment
+        self._edited = None if self._experiment is edited else edited
+        self._awaited: RecordedStep | None = None
+        groups = [name for name in GROUPS if name not in request.recorded]
+        self._comparison, self._hasher = Comparison(groups), Hasher()
+        self._chain = ""
+        self.warnings = explanations(recording)
+        self._open()
+
+    def _open(self) -> None:
+        """Open the engines, at time 0."""
+        with ExitStack() as opened:
+            self._scratch = Path(opened.enter_context(TemporaryDirectory(prefix="nrp-replay-")))
+            self.run: Run = opened.enter_context(Run(self._experiment, self._say, revise=self._revised))
+            self._observer = Observer(
+                self.run.brain, self.run.world, period_ns=self._experiment.timestep,
+                pictures=_pictures(self._recording),
+            )  # fmt: skip
+            opened.callback(self._observer.close)
+            self._close = opened.pop_all().close
+        self.run.loop.hooks.from_outside.append(self._observer.note_from_outside)
+        self.run.on_step.append(self._after_step)
+        self._changes: list[Called] = []
+        self._lost: list[str] = []
+
+    def close(self) -> None:
+        """Release the engines."""
+        self._close()
+
+    def verify(self) -> Outcome:
+        """Run it, up to the first difference, and say what it is."""
+        return self._go(stop_at_difference=True)
+
+    def go(self) -> Outcome:
+        """Run all of it, whatever differs; record it where that is wanted."""
+        return self._go(stop_at_difference=False)
+
+    # -- the parts of a replay
+
+    def _revised(self, plan: Plan) -> Plan:
+        exchange = {"brain": with_recorded_brain, "world": with_recorded_world}
+        return reduce(
+            lambda p, side: exchange[side](p, self._recording), sorted(self._request.recorded), plan
+        )
+
+    def _go(self, *, stop_at_difference: bool) -> Outcome:
+        recorded, begin_ns = self._begin()
+        self._comparison.steps = 0
+        error = None
+        try:
+            self._follow(recorded, self._request.from_ns or begin_ns, stop_at_difference=False)
+            with ExitStack() as stack:
+                self._change(stack)
+                self._follow(recorded, self._request.until_ns, stop_at_difference=stop_at_difference)
+                if not (stop_at_difference and self._comparison.difference):
+                    self._run_on()
+        except RecordingError:
+            raise
+        except SimulationError as raised:
+            error = str(raised)
+            self._comparison.ended(self._awaited or next(recorded, None), error)
+        comparison = self._comparison
+        if comparison.difference is not None:
+            self.warnings += other_surroundings(self._recording, self._experiment)
+        return Outcome(
+            comparison.steps, comparison.difference, begin_ns, self.run.loop.now_ns, error, self.warnings
+        )
+
+    def _begin(self) -> tuple[Iterator[RecordedStep], int]:
+        """Bring the run to where the comparison begins; return what was recorded from there on, and the time.
+
+        A snapshot that does not fit is no obstacle to a recording that begins at 0.
+        """
+        recorded = steps_of(self._recording)
+        first = self._first(recorded)
+        snapshot = self._snapshot(first)
+        try:
+            if snapshot is not None:
+                self._go_to(first, recorded, *snapshot)
+                return recorded, snapshot[0]
+        except SnapshotError as error:
+            if first.t_ns > 0 or self._lost:
+                raise
+            self.warnings.append(f"{error}; the run starts at 0 instead")
+            self._close()
+            self._open()
+            recorded = steps_of(self._recording)
+            first = next(recorded)
+        self._compare(first)
+        return recorded, first.t_ns
+
+    def _first(self, recorded: Iterator[RecordedStep]) -> RecordedStep:
+        first = next(recorded, None)
+        if first is None:
+            raise ExperimentError(
+                "no recording of a run, or not a single step of it is whole", path=self._recording.file
+            )
+        if self._request.from_ns is not None and self._request.from_ns < first.t_ns:
+            raise ExperimentError(f"begins at {seconds(first.t_ns):g} s only", path=self._recording.folder)
+        return first
+
+    def _go_to(
+        self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int, snapshot: bytes
+    ) -> None:
+        """Bring the run to a snapshot, and the recording with it."""
+        passed = self._pass(first, recorded, at_ns)
+        self._restore(snapshot)
+        if passed is first:
+            self._compare(first)
+            return
+        self._chain = passed.hash.chain
+        self._observer.step(passed.hash.step)  # what has been compared when it was recorded
+
+    def _pass(self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int) -> RecordedStep:
+        """Pass over the steps up to a time, changing functions as they were changed; return the last one."""
+        step = first
+        while True:
+            for call in step.calls:
+                if call.name == LOST or changes_functions(call):
+                    self._repeat(call)
+            if step.t_ns >= at_ns:
+                return step
+            step = next(recorded)
+
+    def _restore(self, snapshot: bytes) -> None:
+        try:
+            self.run.restore(snapshot)
+        except SnapshotError as error:
+            raise SnapshotError("; ".join([str(error), *self._lost, *self._about_snapshot()])) from error
+
+    def _about_snapshot(self) -> Iterator[str]:
+        """Say what may explain that a snapshot does not fit, and what can be done."""
+        if other := other_code(self._recording, self._experiment):
+            yield f"it was made by {other}"
+        if origin := self._recording.run.get("continues"):
+            place = f"'{origin['recording']}' at {seconds(origin['t_ns']):g} s"
+            yield f"go on anew from {place}, which this one continues"
+
+    def _repeat(self, call: Called) -> None:
+        """Do again what was done from outside, or say that it cannot be."""
+        if call.name == LOST:
+            self._lost.append(f"a replay does without {bytes(call.data).decode()}")
+            self.warnings.append(self._lost[-1])
+            return
+        repeat(self.run, call, self._scratch)
+        if changes_functions(call):
+            self._changes.append(call)
+
+    def _snapshot(self, first: RecordedStep) -> tuple[int, bytes] | None:
+        """Return the last snapshot that was taken in time, or None where time 0 will do."""
+        wanted_ns = first.t_ns if self._request.from_ns is None else self._request.from_ns
+        found: tuple[int, bytes] | None = None
+        for one in self._recording.messages({SNAPSHOTS}):
+            if one.t_ns <= wanted_ns:
+                found = one.t_ns, bytes(one.message.data)
+        if found is None and first.t_ns > 0:
+            raise ExperimentError(
+                f"cannot be run again: it begins at {seconds(first.t_ns):g} s, and there is no snapshot",
+                path=self._recording.folder,
+            )
+        return found if found is None or self._may_fit(first) else None
+
+    def _may_fit(self, first: RecordedStep) -> bool:
+        """Tell whether to go by snapshots: those of other code may mean something else, and nobody would see.
+
+        Where the recording begins with one, there is no other way.
+        """
+        other = other_code(self._recording, self._experiment)
+        if other:
+            instead = "they may not fit" if first.t_ns else "the run starts at 0 instead"
+            self.warnings.append(f"the snapshots were made by {other}; {instead}")
+        return bool(first.t_ns) or not other
+
+    def _follow(
+        self, recorded: Iterator[RecordedStep], until_ns: int | None, *, stop_at_difference: bool
+    ) -> None:
+        """Take the steps that were recorded up to a time; by default all."""
+        if until_ns is not None and until_ns <= self.run.loop.now_ns:
+            return
+        for step in recorded:
+            for call in step.calls:
+                self._repeat(call)
+            for topic, message in step.from_outside:
+                self.run.loop.publish(topic, message)
+            self._awaited = step
+            self.run.step()
+            if stop_at_difference and self._comparison.difference is not None:
+                return
+            if until_ns is not None and step.t_ns >= until_ns:
+                return
+
+    def _after_step(self, run: Run) -> None:
+        """Compare the step just taken, also where a transfer function has failed in it."""
+        if self._awaited is not None:
+            self._compare(self._awaited)
+            self._awaited = None
+
+    def _compare(self, recorded: RecordedStep) -> None:
+        step = self._observer.step(recorded.hash.step)
+        self._comparison.add(recorded, step, self._hasher.hashes(step), self._observer.codec)
+        self._chain = recorded.hash.chain
+
+    def _change(self, stack: ExitStack) -> None:
+        """Take up the edited transfer functions, and begin to record."""
+        now_ns = self.run.loop.now_ns
+        if self._request.from_ns is not None and now_ns != self._request.from_ns:
+            raise self._no_step(self._request.from_ns)
+        if self._edited is not None:
+            self._take_up(self._edited)
+        if self._request.record is not None:
+            origin = Origin(str(self._recording.folder.name), now_ns, self._chain) if now_ns else None
+            capsule = Capsule(
+                self.run, self._request.record, pictures=_pictures(self._recording), files=self._files,
+                origin=origin, calls=self._changes,
+            )  # fmt: skip
+            stack.callback(lambda: self.warnings.extend(capsule.warnings))
+            stack.push(lambda kind, *_: capsule.close("failed" if kind else "finished"))
+
+    def _no_step(self, wanted_ns: int) -> ExperimentError:
+        """Return the error of there being no step at a time that the run has passed, or did not reach."""
+        now_ns = self.run.loop.now_ns
+        there = "the recording goes to" if now_ns < wanted_ns else "the next is at"
+        message = f"there is no step at {seconds(wanted_ns):g} s; {there} {seconds(now_ns):g} s"
+        return ExperimentError(message, path=self._recording.folder)
+
+    def _take_up(self, edited: Experiment) -> None:
+        """Go on with the functions of the files, those that were edited among them."""
+        self.run.continue_as(edited)
+        if self._changes:
+            self.warnings.append(
+                f"from {self.run.now_s:g} s on the transfer functions are those of the files; how they were "
+                "changed while the run went on is left out"
+            )
+            self._changes.clear()
+
+    def _run_on(self) -> None:
+        """Go on beyond what was recorded where that is wanted, and decide the criteria."""
+        until_ns = self._request.until_ns
+        if until_ns is not None and until_ns < self.run.loop.now_ns:
+            raise self._no_step(until_ns)
+        self.run.run(seconds(self.run.loop.now_ns if until_ns is None else until_ns))
+
+
+def _edited(recording: Recording, experiment: Experiment, files: Sequence[Path]) -> Experiment:
+    """Return the experiment with files of transfer functions in place of those of the same name."""
+    if not files:
+        return experiment
+    own = list(experiment.transfer_functions)
+    for file in files:
+        names = [path.name for path in own]
+        if file.name not in names and len(own) != 1:
+            hint = did_you_mean(file.name, names)
+            raise ExperimentError(f"takes the place of no file of transfer functions{hint}", path=file)
+        own[names.index(file.name) if file.name in names else 0] = file.resolve()
+    listed = ", ".join(f'"{path}"' for path in own)
+    return recorded_experiment(recording, ["pace=max", f"transfer_functions=[{listed}]"])
+
+
+def _pictures(recording: Recording) -> Pictures:
+    return Pictures(str(recording.run.get("pictures") or Pictures.EXACT))

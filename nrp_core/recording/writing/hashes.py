@@ -1,0 +1,131 @@
+"""A hash of every step, each made from the one before: equal chains, equal runs up to there."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xxhash
+
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core.errors import CapabilityError
+from nrp_core.recording.layout import Role
+from nrp_core.recording.writing.packing import Packed
+from nrp_core.recording.writing.signals import Entry
+from nrp_core.world.interface import World
+
+BRAIN, WORLD, INPUTS, OUTPUTS = range(4)
+GROUPS = ("brain", "world", "inputs", "outputs")
+"""What a step has a hash of: two states, what transfer functions could read, what they and others wrote."""
+
+GROUP_OF = {
+    Role.SPIKES.value: BRAIN,
+    Role.MODELS.value: WORLD,
+    Role.SENSOR.value: INPUTS,
+    Role.CAMERA.value: INPUTS,
+    Role.SINK.value: INPUTS,
+    Role.PUBLISHED.value: OUTPUTS,
+    Role.SOURCE.value: OUTPUTS,
+}
+VOLTAGE = "v"
+VOLTAGES_EVERY = 25
+"""Spikes and what devices make of them count in every step; the membrane voltages behind them in every
+25th, because reading them costs as much as recording all the rest."""
+
+
+class Step(NamedTuple):
+    """One step as it was seen.
+
+    Args:
+        t_ns: when it ended.
+        entries: the messages, in the order of time.
+        voltages: the membrane voltages, in the steps in which they count.
+    """
+
+    t_ns: int
+    entries: Sequence[Entry]
+    voltages: FloatArray | None
+
+
+class Voltages:
+    """Reads the membrane voltages that a brain shows: every so many steps, for it takes its time."""
+
+    def __init__(self, brain: Brain) -> None:
+        self._brain, self._shown = brain, _showing_voltage(brain)
+
+    def at(self, step: int) -> FloatArray | None:
+        """Return the voltages, or None in steps in which they do not count."""
+        if step % VOLTAGES_EVERY or not len(self._shown):
+            return None
+        return self._brain.read_state(VOLTAGE, self._shown)
+
+
+class Hasher:
+    """Hashes what a step came to, group by group; packed pixels count by their own hash."""
+
+    def __init__(self) -> None:
+        self._topics: dict[str, tuple[int | None, bytes]] = {}
+
+    def hashes(self, step: Step) -> list[str]:
+        """Return the hashes of a step, in the order of :data:`GROUPS`."""
+        counted: tuple[list[Any], ...] = ([], [], [], [])
+        if step.voltages is not None:
+            counted[BRAIN].append(step.voltages.data)
+        for entry in step.entries:
+            group, name = self._topics.get(entry.topic) or self._know(entry)
+            if group is not None:
+                counted[group].append(name)
+                for part in entry.parts:
+                    counted[group].append(part.digest if isinstance(part, Packed) else part)
+        return [xxhash.xxh3_64_hexdigest(b"".join(one)) for one in counted]
+
+    def _know(self, entry: Entry) -> tuple[int | None, bytes]:
+        """Return in which group a topic counts, if in any, and its name as bytes."""
+        known = GROUP_OF.get(entry.about["role"]), entry.topic.encode()
+        self._topics[entry.topic] = known
+        return known
+
+
+class Chain:
+    """The chain of the hashes of all steps.
+
+    Args:
+        value: where it goes on from, hexadecimal.
+    """
+
+    def __init__(self, value: str) -> None:
+        self.value = value
+
+    @classmethod
+    def begin(cls, brain: Brain, world: World) -> Chain:
+        """Return a new chain, which depends on the network, the scene and the seed."""
+        text = f"{brain.network.digest} {world.scene.digest} {brain.seed}"
+        return cls(_hash(text))
+
+    def add(self, hashes: Sequence[str]) -> str:
+        """Take in the hashes of one more step and return the new value."""
+        self.value = _hash(" ".join((self.value, *hashes)))
+        return self.value
+
+
+def _hash(text: str) -> str:
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+def _showing_voltage(brain: Brain) -> IntArray:
+    """Return the neurons (global ids) whose membrane voltage can be read."""
+    shown = [np.empty(0, np.int64)]
+    if VOLTAGE in brain.capabilities.state_variables:
+        for label, population in brain.network.populations.items():
+            ids = brain.network.ids_of(label)
+            if population.is_source:
+                continue
+            try:
+                brain.read_state(VOLTAGE, ids)
+            except CapabilityError:
+                continue
+            shown.append(ids)
+    return np.concatenate(shown)

@@ -1,0 +1,166 @@
+"""Take in what goes on between a brain and a world, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.interface import Brain
+from nrp_core.errors import TopicError
+from nrp_core.recording.layout import CALLED, PUBLISHED, Pictures, Role
+from nrp_core.recording.writing.hashes import Step, Voltages
+from nrp_core.recording.writing.signals import (
+    QUICKLY_ENCODED,
+    Camera,
+    CameraHashes,
+    DeviceValues,
+    Entry,
+    MovingModels,
+    PopulationSpikes,
+    Scenery,
+    Sensor,
+    Signal,
+    about_role,
+)
+from nrp_core.world.interface import World
+from nrp_core.world.messages import nrp_msgs
+from nrp_core.world.messages.base import Time
+from nrp_core.world.messages.cdr import Codec
+from nrp_core.world.messages.sensor_msgs import Image
+from nrp_core.world.messages.std_msgs import Header
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.topics import Direction, Stamped, TopicInfo
+
+_PUBLISHED = about_role(Role.PUBLISHED)
+_RUN = about_role(Role.RUN)
+_t_ns = itemgetter(0)
+
+
+class Observer:
+    """Sees what a brain and a world do and exchange while they run; changes nothing.
+
+    Of what the world senses, that is taken in which somebody else listens to; the rest costs nothing.
+
+    Args:
+        brain, world: are listened to from now on.
+        period_ns: time between two calls of :meth:`step`.
+        pictures: how camera pictures are kept.
+        codec: encodes the messages.
+
+    Attributes:
+        warnings: what could not be taken in.
+    """
+
+    def __init__(
+        self, brain: Brain, world: World, *, period_ns: int, pictures: Pictures, codec: Codec | None = None
+    ) -> None:
+        self.warnings: list[str] = []
+        self.codec = codec or Codec()
+        for kind in QUICKLY_ENCODED:  # learned now: later they are asked for from another thread
+            self.codec.name(kind)
+        self._brain, self._world = brain, world
+        self._period_ns, self._pictures = period_ns, pictures
+        self._refused: set[str] = set()
+        self._pending: list[Entry] = []
+        self._signals: list[Signal] = [
+            Scenery(world), MovingModels(world), PopulationSpikes(brain), DeviceValues(brain)
+        ]  # fmt: skip
+        self._followed = {MODEL_STATES}
+        self._voltages = Voltages(brain)
+        self._subscribed: frozenset[str] = frozenset()
+        world.add_observer(self._note_published)
+
+    def step(self, number: int) -> Step:
+        """Return what is new since the last call, in the order of time.
+
+        Args:
+            number: of the step, from 0 for what there is before the first.
+        """
+        self._follow_new()
+        now_ns = self._brain.now_ns
+        for signal in self._signals:
+            signal.take(now_ns, self._add)
+        pending, self._pending = self._pending, []
+        pending.sort(key=_t_ns)
+        return Step(now_ns, pending, self._voltages.at(number))
+
+    def note_from_outside(self, topic: str, message: Any) -> None:
+        """Take in that a message came from outside of the run."""
+        header = Header(Time.from_ns(self._world.now_ns))
+        try:
+            kind, data = self.codec.name(type(message)), self.codec.encode(message)
+        except TopicError:
+            return  # which is told when it is published
+        noted = nrp_msgs.Published(header, topic, kind, data)  # type: ignore[arg-type]
+        self._add(Entry(self._world.now_ns, PUBLISHED, nrp_msgs.Published, _RUN, message=noted))
+
+    def note_call(self, name: str, data: bytes) -> None:
+        """Take in what else was done from outside of the run."""
+        header = Header(Time.from_ns(self._world.now_ns))
+        noted = nrp_msgs.Called(header, name, np.frombuffer(data, np.uint8))
+        self._add(Entry(self._world.now_ns, CALLED, nrp_msgs.Called, _RUN, message=noted))
+
+    def close(self) -> list[Entry]:
+        """Leave the run as if nobody had looked; return what had come of a step that was not finished."""
+        self._world.remove_observer(self._note_published)
+        for signal in self._signals:
+            with suppress(Exception):  # after a failure an engine may refuse to say
+                signal.take(self._brain.now_ns, self._add)
+            signal.close()
+        entries, self._pending = self._pending, []
+        return sorted(entries, key=_t_ns)
+
+    def _follow_new(self) -> None:
+        """Begin to take in what somebody has begun to listen to."""
+        subscribed = self._world.subscribed
+        if subscribed is not self._subscribed:
+            for name in sorted(subscribed - self._followed):
+                self._follow(self._world.topics[name])
+            self._subscribed = self._world.subscribed
+
+    def _follow(self, topic: TopicInfo) -> None:
+        """Take in a topic that only gives messages; what is published is noted anyway."""
+        self._followed.add(topic.name)
+        if topic.direction is not Direction.OUT:
+            return
+        if topic.type is not Image:
+            self._signals.append(Sensor(self._world, topic, self._period_ns))
+        elif self._pictures is Pictures.HASH:
+            self._signals.append(CameraHashes(self._world, topic, self._period_ns))
+        elif self._pictures is not Pictures.OFF:
+            self._signals.append(Camera(self._world, topic, self._period_ns, self._pictures))
+
+    def _note_published(self, topic: str, stamped: Stamped) -> None:
+        message = stamped.message
+        data = self._encoded(topic, message)
+        if data is not None:
+            self._pending.append(Entry(stamped.t_ns, topic, type(message), _PUBLISHED, (data,)))
+
+    def _add(self, entry: Entry) -> None:
+        """Keep an entry; what has yet to be encoded is, for whoever owns the message may change it later."""
+        if not entry.parts:
+            data = self._encoded(entry.topic, entry.message)
+            if data is None:
+                return
+            entry = Entry(entry.t_ns, entry.topic, entry.kind, entry.about, (data,))
+        self._pending.append(entry)
+
+    def _encoded(self, topic: str, message: Any) -> memoryview | None:
+        """Return a message as bytes; None, and once a warning, if that cannot be."""
+        if topic in self._refused:
+            return None
+        try:
+            return self.codec.encode(message)
+        except TopicError as error:
+            self._refused.add(topic)
+            self.warnings.append(f"{topic} is not recorded: {error.message}")
+            return None
+
+
+def about_run() -> Mapping[str, str]:
+    """Return what readers are told of topics that the platform itself needs."""
+    return _RUN

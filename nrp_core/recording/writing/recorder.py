@@ -1,0 +1,171 @@
+"""Record what goes on between a brain and a world."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from nrp_core.brain.interface import Brain
+from nrp_core.errors import RecordingError
+from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS, Pictures
+from nrp_core.recording.writing import encoding
+from nrp_core.recording.writing.hashes import Chain, Hasher, Step
+from nrp_core.recording.writing.observer import Observer, about_run
+from nrp_core.recording.writing.signals import Entry
+from nrp_core.recording.writing.ticker import Ticker
+from nrp_core.recording.writing.writer import McapFile
+from nrp_core.world.interface import World
+from nrp_core.world.messages import nrp_msgs
+
+LATE_S, LOOK_S = 0.07, 0.02
+"""A step that lasts keeps those before it from being written when they are due; after this wall time that is
+done beside it, and so often it is looked: together less than the tenth of a second that a kill may cost."""
+
+
+class Recorder:
+    """Writes what a brain and a world do and exchange into an MCAP file, while they run.
+
+    Memory does not grow with what is recorded. What a step was is on its way to the disk a tenth of a second
+    after its end, whatever the next one does (but for C code that keeps Python's lock).
+    Call :meth:`step` after each step and :meth:`close` at the end, however it came about.
+
+    Args:
+        brain, world: are listened to from now on.
+        directory: an existing folder; ``recording.mcap`` appears in it.
+        period_ns: time between two calls of :meth:`step`.
+        pictures: how camera pictures are kept.
+        chain: what the chain of hashes goes on from; by default it begins.
+        steps: how many steps there were already.
+        calls: what was done to the transfer functions before.
+    """
+
+    def __init__(
+        self,
+        brain: Brain,
+        world: World,
+        directory: Path,
+        *,
+        period_ns: int,
+        pictures: Pictures = Pictures.EXACT,
+        chain: Chain | None = None,
+        steps: int = 0,
+        calls: Iterable[nrp_msgs.Called] = (),
+    ) -> None:
+        self._world, self._failed = world, False
+        self._lock, self._unreported = Lock(), list[Exception]()
+        self.chain = chain or Chain.begin(brain, world)
+        self.steps = self._written = steps
+        with self._writing():
+            self._file = McapFile(directory / MCAP_NAME)
+        self.observer = Observer(brain, world, period_ns=period_ns, pictures=pictures, codec=self._file.codec)
+        for call in calls:
+            self.observer.note_call(call.name, bytes(call.data))
+        self._hasher = Hasher()
+        self._announce(STEPS, nrp_msgs.StepHash, about_run())
+        self._steps: deque[Step | Entry] = deque([self.observer.step(steps)])
+        self.flush()
+        self._ticker = Ticker(self._flush_late, LOOK_S)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What could not be recorded."""
+        return self.observer.warnings
+
+    def step(self) -> None:
+        """Take in what is new; now and then, hand it to the system.
+
+        Raises:
+            RecordingError: the file cannot be written, e.g. because the disk is full.
+        """
+        self._report()
+        self.steps += 1
+        self._steps.append(self.observer.step(self.steps))
+        if self._file.is_due():
+            self.flush()
+
+    def add_snapshot(self, data: bytes) -> None:
+        """Keep the complete state of the run after the last step."""
+        now_ns = self._world.now_ns
+        parts = encoding.snapshot(now_ns, self.steps, data)
+        self._steps.append(Entry(now_ns, SNAPSHOTS, nrp_msgs.Snapshot, about_run(), parts))
+
+    def flush(self) -> None:
+        """Hash and pack what came since the last time and hand it to the operating system.
+
+        Many steps at once: the code is then warm, which halves the cost.
+        """
+        with self._lock, self._writing():
+            self._write_steps()
+            self._file.flush()
+
+    def _flush_late(self) -> None:
+        """Flush while a step lasts; who takes the next one hears what went wrong."""
+        if self._steps and not self._failed and self._file.is_due(LATE_S):
+            try:
+                self.flush()
+            except Exception as error:  # noqa: BLE001  nobody else would tell, and a step is missing
+                self._failed = True
+                self._unreported.append(error)
+
+    def _report(self) -> None:
+        if self._unreported:
+            raise self._unreported.pop()
+
+    def close(self) -> None:
+        """Write whatever can still be had and close the file; calling it again does nothing.
+
+        Raises:
+            RecordingError: the file cannot be written.
+        """
+        if self._file.closed:
+            return
+        self._ticker.close()
+        rest = self.observer.close()
+        if self._failed:
+            with suppress(OSError):  # which was reported when it first came
+                self._file.close()
+            self._report()
+            return
+        with self._writing():
+            self._write_steps()
+            for entry in rest:  # of a step that was not finished
+                self._put(entry)
+            self._file.close()
+
+    def _write_steps(self) -> None:
+        while self._steps:
+            step = self._steps.popleft()
+            if isinstance(step, Entry):
+                self._put(step)
+            else:
+                self._write_step(step)
+
+    def _write_step(self, step: Step) -> None:
+        for entry in step.entries:
+            self._put(entry)
+        hashes = self._hasher.hashes(step)
+        told = encoding.step_hash(step.t_ns, self._written, hashes, self.chain.add(hashes))
+        self._file.write(STEPS, step.t_ns, told)
+        self._written += 1
+
+    def _put(self, entry: Entry) -> None:
+        if not self._file.knows(entry.topic):
+            self._announce(entry.topic, entry.kind, entry.about)
+        self._file.write(entry.topic, entry.t_ns, entry.parts)
+
+    def _announce(self, topic: str, kind: type, about: Mapping[str, str]) -> None:
+        self._file.announce(topic, self._file.codec.name(kind), about)
+
+    @contextmanager
+    def _writing(self) -> Iterator[Any]:
+        try:
+            yield
+        except OSError as error:
+            self._failed = True
+            raise RecordingError(
+                f"the recording cannot be written: {error.strerror or error}", t_ns=self._world.now_ns
+            ) from error

@@ -1,0 +1,299 @@
+"""What is recorded of a run after each step: one small class for each kind of signal."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+import xxhash
+
+from nrp_core.brain.devices.sinks import SinkPort, SpikeRecorder, SpikeRecorderPort
+from nrp_core.brain.devices.sources import SourcePort
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core.brain.spikes import Spikes
+from nrp_core.clock import seconds
+from nrp_core.recording.images import compress, compressible
+from nrp_core.recording.layout import (
+    SCENE,
+    Pictures,
+    Role,
+    compressed_topic,
+    device_topic,
+    hash_topic,
+    spikes_topic,
+)  # fmt: skip
+from nrp_core.recording.writing import encoding
+from nrp_core.recording.writing.encoding import Parts
+from nrp_core.recording.writing.scenery import markers
+from nrp_core.world.interface import World
+from nrp_core.world.messages import nrp_msgs
+from nrp_core.world.messages.gazebo_msgs import ModelStates
+from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray, String
+from nrp_core.world.messages.visualization_msgs import MarkerArray
+from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.topics import Stamped, TopicInfo
+
+
+class Entry(NamedTuple):
+    """A message to be recorded.
+
+    Args:
+        t_ns: when it was taken.
+        topic: where it goes.
+        kind: its class.
+        about: what readers are told of the topic, its role among it.
+        parts: its bytes; without any, the codec has to make them.
+        message: the message itself, for the codec.
+    """
+
+    t_ns: int
+    topic: str
+    kind: type
+    about: Mapping[str, str]
+    parts: Parts = ()
+    message: Any = None
+
+
+QUICKLY_ENCODED = (nrp_msgs.Spikes, ModelStates, Image, Float64, Float64MultiArray)
+"""The classes of messages that do not pass through the codec."""
+
+Add = Callable[[Entry], None]
+"""Takes in an entry."""
+
+
+def about_role(role: Role, **about: str) -> Mapping[str, str]:
+    """Return what readers are told of a topic."""
+    return {"role": role.value, **about}
+
+
+class Signal(ABC):
+    """Something that is recorded after each step."""
+
+    @abstractmethod
+    def take(self, now_ns: int, add: Add) -> None:
+        """Add what is new since the last call."""
+
+    def close(self) -> None:
+        """Leave the run as if nobody had listened."""
+
+
+class Scenery(Signal):
+    """The look of the room and the robots, at the start and whenever models come, go or are put elsewhere."""
+
+    _about = about_role(Role.SCENE)
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._shown: Scene | None = None
+
+    def take(self, now_ns: int, add: Add) -> None:
+        scene = self._world.scene
+        if scene is not self._shown:
+            self._shown = scene
+            add(Entry(now_ns, SCENE, MarkerArray, self._about, message=markers(scene)))
+
+
+class MovingModels(Signal):
+    """Where the models are that can move, under Gazebo's topic."""
+
+    _about = about_role(Role.MODELS)
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._scene: Scene | None = None
+        self._seen_ns = -1
+
+    def take(self, now_ns: int, add: Add) -> None:
+        world = self._world
+        if world.scene is not self._scene:
+            self._scene = world.scene
+            self._names = [model.name for model in world.scene.models if not model.static]
+            self._encode = encoding.ModelStatesEncoder(self._names)
+        if now_ns > self._seen_ns:
+            self._seen_ns = now_ns
+            motions = [world.model_motion(name) for name in self._names]
+            add(Entry(now_ns, MODEL_STATES, ModelStates, self._about, self._encode(motions)))
+
+
+class Sensor(Signal):
+    """The messages of one outgoing topic; a value without a rate is noted once a step.
+
+    Args:
+        world: whose topic.
+        topic: the topic.
+        period_ns: time between two steps.
+    """
+
+    _about = about_role(Role.SENSOR)
+
+    def __init__(self, world: World, topic: TopicInfo, period_ns: int) -> None:
+        self._world = world
+        depth = 1 + ceil((topic.rate_hz or 0.0) * seconds(period_ns))
+        self._subscription = world.subscribe(topic.name, depth=depth)
+        self._seen_ns = -1
+
+    def take(self, now_ns: int, add: Add) -> None:
+        for stamped in self._subscription.since(self._seen_ns):
+            self._seen_ns = stamped.t_ns
+            add(self._entry(self._subscription.topic.name, stamped))
+        self._subscription.clear()  # a picture that is held takes the place of others in the cache
+
+    def _entry(self, topic: str, stamped: Stamped) -> Entry:
+        return Entry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message)
+
+    def close(self) -> None:
+        self._world.unsubscribe(self._subscription)
+
+
+class Camera(Sensor):
+    """The pictures of one camera, compressed where that is wanted and possible."""
+
+    _about = about_role(Role.CAMERA)
+
+    def __init__(self, world: World, topic: TopicInfo, period_ns: int, pictures: Pictures) -> None:
+        super().__init__(world, topic, period_ns)
+        self._compressed = pictures is Pictures.JPEG
+
+    def _entry(self, topic: str, stamped: Stamped) -> Entry:
+        picture = stamped.message
+        if self._compressed and compressible(picture):
+            small = compress(picture)
+            return Entry(stamped.t_ns, compressed_topic(topic), CompressedImage, self._about, message=small)
+        return Entry(stamped.t_ns, topic, Image, self._about, encoding.image(picture))
+
+
+class CameraHashes(Sensor):
+    """A hash of each picture of one camera."""
+
+    def _entry(self, topic: str, stamped: Stamped) -> Entry:
+        digest = String(xxhash.xxh3_128_hexdigest(np.ascontiguousarray(stamped.message.data).data))
+        return Entry(stamped.t_ns, hash_topic(topic), String, self._about, message=digest)
+
+
+@dataclass(frozen=True, slots=True)
+class _Everything(SpikeRecorder):
+    """All spikes, until they are taken."""
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> _EverythingPort:
+        return _EverythingPort(self.keep_ms, neurons, n_neurons, name)
+
+
+class _EverythingPort(SpikeRecorderPort):
+    passing = True
+
+    def take(self) -> Spikes:
+        """Return the spikes since the last call."""
+        parts, self._parts = self._parts, []
+        return parts[0] if len(parts) == 1 else Spikes.merged(parts)
+
+    def receive(self, spikes: Spikes, until_ms: float) -> None:
+        if len(spikes):  # of all neurons, so there is nothing to choose
+            self._parts.append(spikes)
+
+
+class PopulationSpikes(Signal):
+    """The spikes of all populations, a topic each."""
+
+    _about = about_role(Role.SPIKES)
+
+    def __init__(self, brain: Brain) -> None:
+        self._brain = brain
+        self._labels = list(brain.network.populations)
+        self._topics = [spikes_topic(label) for label in self._labels]
+        self._encoders = [encoding.SpikesEncoder(label) for label in self._labels]
+        self._offsets = np.array([brain.network.offsets[label] for label in self._labels])
+        port = brain.add_sink(_Everything(), np.arange(brain.network.size), name="recording")
+        assert isinstance(port, _EverythingPort)
+        self._port = port
+
+    def take(self, now_ns: int, add: Add) -> None:
+        spikes = self._port.take()
+        if not len(spikes):
+            return
+        if len(self._labels) == 1:
+            add(self._entry(now_ns, 0, spikes.neurons, spikes.times_ms))
+            return
+        owners = np.searchsorted(self._offsets, spikes.neurons, side="right") - 1
+        for owner in dict.fromkeys(owners.tolist()):
+            chosen = owners == owner
+            ids = spikes.neurons[chosen] - self._offsets[owner]
+            add(self._entry(now_ns, owner, ids, spikes.times_ms[chosen]))
+
+    def _entry(self, now_ns: int, owner: int, ids: IntArray, times_ms: FloatArray) -> Entry:
+        parts = self._encoders[owner](now_ns, ids, times_ms)
+        return Entry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, parts)
+
+    def close(self) -> None:
+        self._brain.remove(self._port)
+
+
+class DeviceValues(Signal):
+    """The values of all devices that have one, whenever they changed; devices may come and go."""
+
+    def __init__(self, brain: Brain) -> None:
+        self._brain = brain
+        self._devices: tuple[SourcePort | SinkPort, ...] = ()
+        self._shown: list[_Device] = []
+
+    def take(self, now_ns: int, add: Add) -> None:
+        devices = self._brain.devices
+        if devices != self._devices:
+            self._devices = devices
+            self._shown = self._show()
+        for device in self._shown:
+            value = getattr(device.port, device.quantity)
+            last, device.last = device.last, value
+            if value is not last and _differ(value, last):
+                add(device.entry(now_ns, value))
+
+    def _show(self) -> list[_Device]:
+        """Return all that have a value, each under a topic of its own."""
+        kept = {id(device.port): device for device in self._shown}
+        last = {device.topic: device.last for device in self._shown}
+        shown: dict[str, _Device] = {}
+        for port in self._devices:
+            if port.quantity is not None:
+                topic = _free(device_topic(port.name, port.quantity), shown)
+                shown[topic] = kept.get(id(port)) or _Device(port, port.quantity, topic, last.get(topic))
+        return list(shown.values())
+
+
+class _Device:
+    """A device, its topic, and the value that was recorded last."""
+
+    def __init__(self, port: SourcePort | SinkPort, quantity: str, topic: str, last: Any) -> None:
+        self.port, self.topic, self.quantity = port, topic, quantity
+        self._listens = isinstance(port, SinkPort)
+        kind = Role.SINK if self._listens else Role.SOURCE
+        neurons = str(port.neurons.tolist())
+        self.about = about_role(kind, unit=port.unit, device=port.name, neurons=neurons)
+        self.last = last
+
+    def entry(self, now_ns: int, value: Any) -> Entry:
+        """Return a new value."""
+        if self._listens:
+            return Entry(now_ns, self.topic, Float64, self.about, encoding.float64(float(value)))
+        parts = encoding.float64s(np.atleast_1d(np.asarray(value, float)))
+        return Entry(now_ns, self.topic, Float64MultiArray, self.about, parts)
+
+
+def _differ(value: Any, last: Any) -> bool:
+    if isinstance(value, float):  # the common case, and NumPy's comparison is slow
+        return bool(value != last)
+    return not np.array_equal(value, last)
+
+
+def _free(topic: str, taken: Mapping[str, object]) -> str:
+    """Return the topic, with a number behind it where another device has it already."""
+    number, free = 1, topic
+    while free in taken:
+        number += 1
+        free = f"{topic}_{number}"
+    return free

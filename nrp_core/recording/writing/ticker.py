@@ -1,0 +1,31 @@
+"""Do something again and again beside the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Event, Thread
+
+from nrp_core._support.closing import Closing
+
+
+class Ticker(Closing):
+    """Calls something from a thread of its own until it is closed.
+
+    Args:
+        call: what; raises nothing.
+        every_s: wall time between two calls, s.
+    """
+
+    def __init__(self, call: Callable[[], None], every_s: float) -> None:
+        self._stopped = Event()
+        self._thread = Thread(target=self._tick, args=(call, every_s), daemon=True)
+        self._thread.start()
+
+    def _tick(self, call: Callable[[], None], every_s: float) -> None:
+        while not self._stopped.wait(every_s):
+            call()
+
+    def close(self) -> None:
+        """Let the last call end and make no more; calling it again does nothing."""
+        self._stopped.set()
+        self._thread.join()

@@ -1,0 +1,263 @@
+"""Write messages into an MCAP file that ROS 2 tools open and that survives being cut.
+
+The records that are rare are those of the ``mcap`` library. Its writer is not used: it keeps an object for
+every chunk until the end, and we close one every few steps; and its way to add a message costs five times as
+much. The layouts of messages, chunks and their indexes are those of the specification of MCAP, version 0.
+"""
+
+from __future__ import annotations
+
+import shutil
+import struct
+import time
+from array import array
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from tempfile import SpooledTemporaryFile
+from typing import Any
+
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import Channel, DataEnd, Footer, Header, Schema, Statistics
+from mcap.writer import MCAP0_MAGIC
+
+from nrp_core.recording.writing.encoding import Parts
+from nrp_core.recording.writing.packing import Packed, frame, pack
+from nrp_core.world.messages.cdr import Codec
+
+FLUSH_S = 0.065
+"""Wall time after which what was written so far goes to disk."""
+
+_CHUNK_BYTES = 1 << 20
+"""A reader unpacks a whole chunk at once."""
+_INDEX_BYTES = 1 << 20
+"""The index of chunks is kept in memory up to this size, then in a passing file."""
+
+_MESSAGE = struct.Struct("<BQHIQQ")
+_HEAD_BYTES = 9
+"""Opcode and length, which the length of a record does not count."""
+_MESSAGE_BYTES = _MESSAGE.size - _HEAD_BYTES
+_MESSAGE_CODE = int(Opcode.MESSAGE)
+_NO_CRC = 0
+"""Of a chunk as a whole; each block in it has its own checksum."""
+_MESSAGE_INDEX = struct.Struct("<BQHI")
+_PLACE = struct.Struct("<HQ")
+_CHUNK = struct.Struct("<BQQQQII3sQ")
+_CHUNK_INDEX = struct.Struct("<BQQQQQI")
+_SIZES = struct.Struct("<QI3sQQ")
+_LZ4 = (3, b"lz4")
+
+
+class McapFile:
+    """An MCAP file in ROS 2 encoding, being written.
+
+    Messages are gathered into chunks; a chunk is closed and handed to the operating system by
+    :meth:`flush`. Times in the file are simulated, from 0 on.
+
+    Args:
+        path: the file; its folder exists.
+        codec: encodes the messages.
+        clock: wall time in seconds.
+    """
+
+    def __init__(
+        self, path: Path, codec: Codec | None = None, *, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.codec = codec or Codec()
+        self._clock = clock
+        self._file = path.open("wb")
+        self._file.write(MCAP0_MAGIC + _bytes_of(Header("ros2", "nrp-core")))
+        self._definitions = bytearray()
+        self._chunk = _Chunk()
+        self._chunk_indexes = SpooledTemporaryFile(_INDEX_BYTES)  # noqa: SIM115  closed with the file
+        self._chunks = 0
+        self._span_ns: tuple[int, int] | None = None
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, _Channel] = {}
+        self._flushed_at = clock()
+
+    def announce(self, topic: str, type_name: str, about: Mapping[str, str]) -> None:
+        """Open a channel for a topic of a type that the codec knows.
+
+        Args:
+            topic: its name.
+            type_name: the full name of its type.
+            about: what readers are told of it besides its type.
+        """
+        if type_name not in self._schemas:
+            number = self._schemas[type_name] = len(self._schemas) + 1
+            text = self.codec.definition(type_name).encode()
+            self._define(Schema(id=number, name=type_name, encoding="ros2msg", data=text))
+        number = len(self._channels) + 1
+        metadata = {"offered_qos_profiles": "", "topic_type_hash": self.codec.hash(type_name), **about}
+        self._define(Channel(number, topic, "cdr", metadata, self._schemas[type_name]))
+        self._channels[topic] = _Channel(number)
+
+    def knows(self, topic: str) -> bool:
+        """Return whether a topic was announced."""
+        return topic in self._channels
+
+    def write(self, topic: str, t_ns: int, parts: Parts) -> None:
+        """Add an encoded message on an announced topic; its parts follow each other."""
+        self._chunk.add(self._channels[topic], t_ns, parts)
+        if self._chunk.size > _CHUNK_BYTES:
+            self._end_chunk()
+
+    def is_due(self, after_s: float = FLUSH_S) -> bool:
+        """Return whether the last flush is so much wall time ago."""
+        return self._clock() - self._flushed_at >= after_s
+
+    def flush(self) -> None:
+        """Hand everything to the operating system; from here on a kill of this process loses none of it."""
+        self._end_chunk()
+        self._file.flush()
+        self._flushed_at = self._clock()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages written so far, by topic."""
+        return {topic: channel.count for topic, channel in self._channels.items()}
+
+    @property
+    def closed(self) -> bool:
+        """Whether :meth:`close` was called."""
+        return self._file.closed
+
+    def close(self) -> None:
+        """Write the index and close; calling it again does nothing."""
+        if self._file.closed:
+            return
+        try:
+            self._end_chunk()
+            self._write_summary()
+        finally:
+            self._chunk_indexes.close()
+            self._file.close()
+
+    def _define(self, record: Schema | Channel) -> None:
+        data = _bytes_of(record)
+        self._definitions += data
+        self._chunk.define(data)
+
+    def _end_chunk(self) -> None:
+        chunk = self._chunk
+        if chunk.span_ns is None:
+            return
+        first, last = chunk.span_ns
+        self._chunk = _Chunk()
+        self._chunks += 1
+        earliest, latest = self._span_ns or (first, last)
+        self._span_ns = (min(first, earliest), max(last, latest))
+        packed, place = chunk.packed(), self._file.tell()
+        head = _CHUNK.pack(
+            Opcode.CHUNK, _CHUNK.size - _HEAD_BYTES + len(packed), first, last, chunk.size, _NO_CRC,
+            *_LZ4, len(packed),
+        )  # fmt: skip
+        length = len(head) + len(packed)
+        index, offsets = chunk.message_indexes(place + length)
+        self._file.write(b"".join((head, packed, index)))
+        self._chunk_indexes.write(
+            _CHUNK_INDEX.pack(
+                Opcode.CHUNK_INDEX, _CHUNK_INDEX.size + len(offsets) + _SIZES.size - _HEAD_BYTES, first, last,
+                place, length, len(offsets),
+            )
+            + offsets
+            + _SIZES.pack(len(index), *_LZ4, len(packed), chunk.size)
+        )  # fmt: skip
+
+    def _write_summary(self) -> None:
+        """Write what lets a reader find its way: all definitions, counts, and where the chunks are."""
+        self._file.write(_bytes_of(DataEnd(0)))
+        start = self._file.tell()
+        self._file.write(self._definitions)
+        counts = {channel.number: channel.count for channel in self._channels.values()}
+        first, last = self._span_ns or (0, 0)
+        statistics = Statistics(
+            attachment_count=0, metadata_count=0, channel_count=len(counts), schema_count=len(self._schemas),
+            chunk_count=self._chunks, message_count=sum(counts.values()), channel_message_counts=counts,
+            message_start_time=first, message_end_time=last,
+        )  # fmt: skip
+        self._file.write(_bytes_of(statistics))
+        self._chunk_indexes.seek(0)
+        shutil.copyfileobj(self._chunk_indexes, self._file)
+        self._file.write(_bytes_of(Footer(start, 0, 0)) + MCAP0_MAGIC)
+
+
+class _Channel:
+    """A topic: its number, how many messages there were, and where those of the chunk are."""
+
+    __slots__ = ("count", "number", "places")
+
+    def __init__(self, number: int) -> None:
+        self.number, self.count = number, 0
+        self.places: list[int] = []
+
+
+class _Chunk:
+    """Records that will be written together, and where the messages are among them."""
+
+    def __init__(self) -> None:
+        self.size = 0
+        self._blocks: list[bytes] = []
+        self._pieces: list[bytes | memoryview] = []
+        self._channels: list[_Channel] = []
+
+    def add(self, channel: _Channel, t_ns: int, parts: Parts) -> None:
+        """Add a message."""
+        places = channel.places
+        if not places:
+            self._channels.append(channel)
+        places += (t_ns, self.size)
+        size = _MESSAGE_BYTES
+        for part in parts:
+            size += len(part)
+        add = self._pieces.append
+        add(_MESSAGE.pack(_MESSAGE_CODE, size, channel.number, channel.count, t_ns, t_ns))
+        for part in parts:
+            if isinstance(part, Packed):
+                self._pack_pieces()
+                self._blocks.append(part.blocks)
+            else:
+                add(part)
+        self.size += _HEAD_BYTES + size
+        channel.count += 1
+
+    @property
+    def span_ns(self) -> tuple[int, int] | None:
+        """The first and the last time of its messages; None as long as there are none."""
+        if not self._channels:
+            return None
+        times = [channel.places[::2] for channel in self._channels]
+        return min(map(min, times)), max(map(max, times))
+
+    def define(self, record: bytes) -> None:
+        """Add a schema or a channel."""
+        self._pieces.append(record)
+        self.size += len(record)
+
+    def packed(self) -> bytes:
+        """Return all of it, packed."""
+        self._pack_pieces()
+        return frame(self._blocks)
+
+    def _pack_pieces(self) -> None:
+        if self._pieces:
+            self._blocks.append(pack(b"".join(self._pieces)))
+            self._pieces.clear()
+
+    def message_indexes(self, offset: int) -> tuple[bytes, bytes]:
+        """Return the index of each channel one after the other, and where in the file each will be."""
+        pieces, places_of, size = list[bytes](), bytearray(), 0
+        for channel in self._channels:
+            places, channel.places = array("Q", channel.places).tobytes(), []
+            places_of += _PLACE.pack(channel.number, offset + size)
+            head = _MESSAGE_INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(places), channel.number, len(places))
+            pieces += (head, places)
+            size += len(head) + len(places)
+        return b"".join(pieces), bytes(places_of)
+
+
+def _bytes_of(record: Any) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return bytes(builder.end())

@@ -1,0 +1,1 @@
+"""What all readers of robot and room files share."""

@@ -1,0 +1,164 @@
+"""Shapes as SDF writes them, and what stands in for a mesh that cannot be had."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.scene.bodies import Shape
+from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE, Piece, digest, mesh_pieces
+from nrp_core.world.scene.meshes.convert import Form, Wanted
+from nrp_core.world.scene.meshes.extruded import extruded
+from nrp_core.world.scene.meshes.solids import kept_meshes, unit_solid
+from nrp_core.world.scene.meshes.terrain import Heights, heights_in, terrain
+from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Heightmap, Mesh, Plane, Sphere
+from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.xml import Element
+
+_SHAPES = (
+    "box", "cylinder", "capsule", "cone", "ellipsoid", "sphere", "plane", "mesh", "polyline", "heightmap",
+    "empty",
+)  # fmt: skip
+_NOT_READ = ("image",)
+
+
+def read_geometry(element: Element, form: Form, reading: Reading, *, static: bool) -> list[Shape]:
+    """Read a ``<geometry>``.
+
+    Args:
+        element: what to read.
+        form: how a mesh is wanted.
+        reading: what is carried along.
+        static: whether it is of what never moves.
+
+    Returns:
+        The shapes in the element's frame (a plane's normal need not be z): several where a mesh has several
+        colours or convex pieces; none, with a warning, where they cannot be had.
+
+    Raises:
+        SceneError: a size is missing or not positive, or there is no such shape.
+    """
+    shape = _shape(element)
+    if shape.tag == "plane":
+        return [_plane(shape)]
+    if shape.tag == "mesh":
+        return _mesh(shape, form, reading)
+    if shape.tag == "polyline":
+        return _polyline(element.all("polyline"), form, reading)
+    if shape.tag == "heightmap":
+        return _heightmap(shape, form, reading, static)
+    if shape.tag in _NOT_READ:
+        reading.notes.warn(shape, f"shapes of kind <{shape.tag}> are not read: a simple shape stands in")
+        return []
+    return [Shape(_solid(shape), Pose())]
+
+
+def is_empty(element: Element) -> bool:
+    """Tell whether a ``<geometry>`` is without a shape on purpose."""
+    return _shape(element).tag == "empty"
+
+
+def _shape(element: Element) -> Element:
+    shapes = [child for child in element.children if ":" not in child.tag]
+    if not shapes:
+        raise element.error(f"<geometry> needs a shape; valid: {', '.join(_SHAPES)}")
+    return shapes[0]
+
+
+def _solid(shape: Element) -> Geometry:
+    match shape.tag:
+        case "box":
+            x, y, z = shape.require("size").all_positive(3)
+            return Box((x, y, z))
+        case "sphere":
+            return Sphere(shape.positive("radius"))
+        case "cylinder":
+            return Cylinder(shape.positive("radius"), shape.positive("length"))
+        case "capsule":
+            return Capsule(shape.positive("radius"), shape.positive("length"))
+        case "cone":
+            radius = shape.positive("radius")
+            return Mesh(unit_solid("cone"), (radius, radius, shape.positive("length")))
+        case "ellipsoid":
+            x, y, z = shape.require("radii").all_positive(3)
+            return Mesh(unit_solid("ellipsoid"), (x, y, z))
+        case tag:
+            raise shape.error(f"there is no shape <{tag}>{did_you_mean(tag, _SHAPES)}")
+
+
+def _plane(shape: Element) -> Shape:
+    size = shape.find("size")
+    width, depth = size.all_positive(2) if size else (100.0, 100.0)
+    return Shape(Plane((width, depth)), Pose.pointing(shape.direction("normal", (0.0, 0.0, 1.0))))
+
+
+def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
+    """Return the pieces of a mesh, or none with a warning."""
+    uri = shape.require("uri")
+    scale = shape.find("scale")
+    x, y, z = scale.numbers(3) if scale else (1.0, 1.0, 1.0)
+    if not x * y * z:
+        raise shape.error(f"the scale of the mesh is '{x:g} {y:g} {z:g}'; no factor may be 0")
+    try:
+        pieces = _pieces(uri, _wanted(shape, form), reading)
+    except SceneError as error:
+        reading.notes.warn(uri, f"the mesh '{uri.text}' {error.message}: a simple shape stands in")
+        return []
+    return [Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba) for piece in pieces]
+
+
+def _polyline(lines: Sequence[Element], form: Form, reading: Reading) -> list[Shape]:
+    """Return what lies within lines, extruded as high as the first one says, or none with a warning."""
+    height = lines[0].positive("height", 1.0)
+    rings = [np.array([point.numbers(2) for point in line.all("point")]).reshape(-1, 2) for line in lines]
+    convex = form == "convex"
+    key = digest("polyline", [ring.tolist() for ring in rings], height, convex)
+    try:
+        paths = kept_meshes(key, lambda: extruded(rings, height, convex=convex))
+    except ValueError as error:
+        reading.notes.warn(lines[0], f"the polyline is not usable, {error}: a simple shape stands in")
+        return []
+    return [Shape(Mesh(path), Pose()) for path in paths]
+
+
+def _heightmap(shape: Element, form: Form, reading: Reading, static: bool) -> list[Shape]:
+    """Return the ground of a height map, or none with a warning."""
+    uri = shape.require("uri")
+    size, pos = shape.find("size"), shape.find("pos")
+    x, y, z = size.all_positive(3) if size else (1.0, 1.0, 1.0)
+    across, along, up = pos.numbers(3) if pos else (0.0, 0.0, 0.0)
+    try:
+        heights = _heights(uri, reading, static)
+    except (SceneError, ValueError) as error:
+        reason = error.message if isinstance(error, SceneError) else error
+        reading.notes.warn(uri, f"the height map '{uri.text}' {reason}: a simple shape stands in")
+        return []
+    (path,) = kept_meshes(digest("heightmap", heights.shape, heights.tobytes()), lambda: [terrain(heights)])
+    ground = Heightmap(path, (x, y, z), *heights.shape) if form == "convex" else Mesh(path, (x, y, z))
+    return [Shape(ground, Pose((across, along, up)))]
+
+
+def _heights(uri: Element, reading: Reading, static: bool) -> Heights:
+    if not static:
+        raise SceneError("is of a model that is not <static>")
+    path = reading.resources.find(uri)
+    if path is None:
+        raise SceneError("is not there")
+    if path.stat().st_size > MAX_BYTES_BESIDE:
+        raise SceneError(f"is larger than {MAX_BYTES_BESIDE / 1e6:.0f} MB")
+    return heights_in(path.read_bytes())
+
+
+def _pieces(uri: Element, wanted: Wanted, reading: Reading) -> list[Piece]:
+    path = reading.resources.find(uri)
+    if path is None:
+        raise SceneError("is not there")
+    return mesh_pieces(path, wanted)
+
+
+def _wanted(shape: Element, form: Form) -> Wanted:
+    submesh = shape.section("submesh")
+    return Wanted(form, submesh.word("name"), submesh.flag("center", False))

@@ -1,0 +1,75 @@
+"""Gazebo's plugins as files name them."""
+
+from __future__ import annotations
+
+import re
+from posixpath import join
+
+from nrp_core.world.scene.pose import Vector
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.topics import resolve_name
+
+# what Gazebo needs to run at all, and every backend does by itself
+_INFRASTRUCTURE = (
+    "Physics",
+    "UserCommands",
+    "SceneBroadcaster",
+    "Sensors",
+    "Contact",
+    "Imu",
+    "ForceTorque",
+    "gazebo_ros_api_plugin",
+    "gazebo_ros_init",
+    "gazebo_ros_factory",
+    "gazebo_ros_state",
+)
+
+_SYSTEM_FILE = re.compile(r"(?:gz-sim|ignition-gazebo)\d*-(.+)-system")
+_SYSTEM_NAMES = {"Forcetorque": "ForceTorque", "MulticopterControl": "MulticopterVelocityControl"}
+
+
+def plugin_name(plugin: Element) -> str:
+    """Return what a ``<plugin>`` is known by.
+
+    The class for a system of gz-sim (``DiffDrive`` for ``gz::sim::systems::DiffDrive``, and for the files
+    ``gz-sim-diff-drive-system`` and ``libignition-gazebo-diff-drive-system.so``), else the file without its
+    affixes (``gazebo_ros_camera`` of ``libgazebo_ros_camera.so``).
+    """
+    scope, _, system = plugin.attributes.get("name", "").rpartition("::systems::")
+    if scope:
+        return system
+    file = plugin.attributes.get("filename", "").removeprefix("lib").removesuffix(".so")
+    words = _SYSTEM_FILE.fullmatch(file)
+    if words is None:
+        return file
+    name = "".join(word.capitalize() for word in words[1].split("-"))
+    return _SYSTEM_NAMES.get(name, name)
+
+
+def ros_namespace(plugin: Element) -> str:
+    """Return the namespace that a plugin for ROS (1 or 2) puts its topics below; empty for none."""
+    namespace = plugin.find("ros", "namespace")
+    return namespace.text if namespace else plugin.word("robotNamespace")
+
+
+def ros_topic(plugin: Element, name: str, reading: Reading) -> str:
+    """Return the topic that a plugin for ROS means, after the ``<remapping>`` rules of ROS 2."""
+    ros = plugin.find("ros")
+    rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
+    there = next((to for this, _, to in rules if this == name), name)
+    return resolve_name(join(ros_namespace(plugin), there), reading.robot)
+
+
+def vector_in(plugin: Element, tag: str) -> Vector:
+    """Return the three numbers of a parameter, 0 where it is not there."""
+    found = plugin.find(tag)
+    x, y, z = found.numbers(3) if found else (0.0, 0.0, 0.0)
+    return x, y, z
+
+
+def warn_of_plugin(plugin: Element, reading: Reading) -> None:
+    """Warn that a plugin does nothing here, unless there is nothing for it to do."""
+    name = plugin_name(plugin)
+    if name not in _INFRASTRUCTURE:
+        reading.notes.warn(plugin, f"the plugin '{name}' is not known: it does nothing")
