@@ -1,11 +1,11 @@
 """How many Python calls a step of the loop makes, and how often they go from one module to another.
 
-The robot of the Braitenberg experiment, with the brain, the functions and the events of the paper, takes
-steps in which its camera takes an image by the ``raster`` renderer. Counted are the frames of functions that
-belong to this project, and how many of them belong to another module than the frame that called them; the
-frames under ``World`` are those of its methods, and of its switchboard's, and of all that they call. Brain and world advance one
-after the other, so that no frame is missed. The numbers do not depend on the machine: the step with an
-image is the same every time, of several steps the one with the fewest calls is shown.
+The robot of the Braitenberg experiment, with its brain, functions and events, takes steps in which its
+camera takes an image by the ``raster`` renderer. Counted are the frames of functions that belong to this
+project, and those of them whose caller belongs to another module. The frames under ``World`` are those of
+its methods, of its switchboard's methods, and of all that they call. Brain and world advance one after the
+other, so that no frame is missed. The numbers do not depend on the speed of the machine; of several steps
+with an image, the one with the fewest calls is shown.
 
     python benchmarks/calls.py
     python benchmarks/calls.py --world pybullet --tree
@@ -23,9 +23,9 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any
 
-import nrp_core
 from nrp_core.experiment.find import load_experiment
 from nrp_core.experiment.run import Run
+
 from nrp_core.world.topics import Subscription
 
 ENGINES = ("mujoco", "pybullet")
@@ -124,7 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     found = {engine: measure(engine) for engine in options.world or ENGINES}
     if options.json:
-        print(json.dumps({"nrp_core": nrp_core.__version__, **{e: _numbers(c) for e, c in found.items()}}))
+        print(json.dumps({engine: _numbers(counts) for engine, counts in found.items()}))
         return
     print(f"{'engine':<10} {'calls':>6} {'changes of module':>18} {'under World':>12}")
     for engine, counts in found.items():

@@ -21,7 +21,7 @@ from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
-from nrp_core.world.interface import ImageArray
+from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.scene.model import Camera, Link, Model, Scene, WheelDrive
 
 PERIOD_NS = 20 * NS_PER_MS

@@ -17,9 +17,9 @@ from pathlib import Path
 
 from nrp_core.registry import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import WheelDrive
 from nrp_core.world.scene.model import Collision, Link, Model, Plane, Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model
 
 STEP_NS, STEPS = 20_000_000, 100

@@ -27,13 +27,13 @@ from typing import Any, NamedTuple
 from nrp_core.clock import SampleSchedule
 from nrp_core.registry import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.parts.base import BodyVelocity
 from nrp_core.world.render.cameras import SHARED, Cameras
 from nrp_core.world.render.optics import optics_of
 from nrp_core.world.render.raster import RasterCameras
 from nrp_core.world.render.realistic import RealisticCameras
+from nrp_core.world.rigid.motion import BodyVelocity
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 STEP_NS, SUBSTEP_NS, SUBSTEPS = 20_000_000, 2_000_000, 10

@@ -13,7 +13,7 @@ from nrp_core.clock import seconds
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.model_states import MODEL_STATES
 
 
 class RunSignals:

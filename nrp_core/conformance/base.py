@@ -12,7 +12,8 @@ import pytest
 from nrp_core.brain.interface import BrainBackend, BrainCapabilities
 from nrp_core.conformance.guard import refuse_quiet_edits, undeclared
 from nrp_core.simulation import Determinism
-from nrp_core.world.interface import WorldBackend, WorldCapabilities
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import WorldBackend
 
 Backend = TypeVar("Backend", bound=BrainBackend | WorldBackend)
 Capabilities = TypeVar("Capabilities", bound=BrainCapabilities | WorldCapabilities)

@@ -21,8 +21,8 @@ from nrp_core.errors import NrpError, TopicError
 from nrp_core.simulation import State
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
-from nrp_core.world.parts.base import JointStates
 from nrp_core.world.render.cameras import SHARED
+from nrp_core.world.rigid.motion import JointStates
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
 
 FloatArray = npt.NDArray[np.float64]

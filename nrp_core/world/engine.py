@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, final
 
@@ -11,32 +11,115 @@ import numpy.typing as npt
 
 from nrp_core.errors import CapabilityError
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.parts.base import (
+from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED, Cameras, DepthArray, ImageArray
+from nrp_core.world.render.optics import CameraPath, Optics, optics_of
+from nrp_core.world.rigid.matrices import rotation_matrix
+from nrp_core.world.rigid.motion import (
     BodyPath,
     BodyVelocity,
-    DepthArray,
-    Engine,
-    ImageArray,
     JointAim,
     JointStates,
     ModelMotion,
     Touch,
     Wrench,
 )
-from nrp_core.world.physics.bodies import Body, bodies_of, body_of
-from nrp_core.world.physics.mass import rotation_matrix
-from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED, Cameras
-from nrp_core.world.render.optics import CameraPath, Optics, optics_of
+from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
 from nrp_core.world.scene.model import Camera, Light, Rgba, Scene
 from nrp_core.world.scene.sensing import Laser
 
 if TYPE_CHECKING:
-    from nrp_core.world.physics.collisions import CollisionSpace
+    from nrp_core.world.raycast.collisions import CollisionSpace
     from nrp_core.world.render.raster import RasterCameras
 
 FloatArray = npt.NDArray[np.float64]
 ReadFrames = Callable[[FloatArray], None]
 """Writes rotation and translation to the world of some bodies, shape ``(n, 3, 4)``."""
+
+
+class Engine(ABC):
+    """What the parts ask of a physics engine."""
+
+    scene: Scene
+
+    @property
+    @abstractmethod
+    def seed(self) -> int:
+        """The world's seed."""
+
+    @property
+    @abstractmethod
+    def step_ns(self) -> int:
+        """The physics step."""
+
+    @abstractmethod
+    def picture_size(self, model: str, link: str, camera: str) -> tuple[int, int]:
+        """Return height and width of a camera's pictures."""
+
+    @abstractmethod
+    def model_motion(self, model: str) -> ModelMotion:
+        """Return where a model's frame is and how it moves."""
+
+    @abstractmethod
+    def link_motion(self, model: str, link: str) -> ModelMotion:
+        """Return where a link is and how it moves."""
+
+    @abstractmethod
+    def joint_states(self, model: str) -> JointStates:
+        """Return the state of the movable joints of a model."""
+
+    @abstractmethod
+    def render(self, model: str, link: str, camera: str) -> ImageArray:
+        """Return what a camera sees, shape ``(height, width, 3)``, RGB, read-only."""
+
+    @abstractmethod
+    def depth(self, model: str, link: str, camera: str) -> DepthArray:
+        """Return how far along its line of sight a camera sees, m, ``inf`` beyond its clip distance."""
+
+    @abstractmethod
+    def scan(self, model: str, link: str, laser: Laser) -> FloatArray:
+        """Return the distance along each ray of a laser, m, ``inf`` where it meets nothing."""
+
+    @abstractmethod
+    def touches(self) -> Sequence[tuple[Touch, tuple[str, str]]]:
+        """Return where things touched, with the names of both collisions, ``model/link/collision``."""
+
+    @abstractmethod
+    def joint_wrench(self, model: str, joint: str) -> Wrench:
+        """Return what a joint's child does to its parent, at the child link's origin."""
+
+    @abstractmethod
+    def set_color(self, visual: str, rgba: Rgba) -> None:
+        """Colour a visual (``model/link/visual``)."""
+
+    @abstractmethod
+    def set_glow(self, visual: str, glows: bool) -> None:
+        """Let a visual have its colour in any light, or not."""
+
+    @abstractmethod
+    def set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        """Let a drive aim at a velocity of the body."""
+
+    @abstractmethod
+    def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Let a joint's servo aim at something from now on; only joints with a controller have one."""
+
+    @abstractmethod
+    def set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        """Put an effort (N m, N) on a joint from now on, besides what its servo does."""
+
+    @abstractmethod
+    def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
+        """Let a wrench act at a link's centre of mass from now on, besides those of others.
+
+        Args:
+            model: the model.
+            link: its link.
+            wrench: instead of the one before.
+            of: who pushes.
+
+        Returns:
+            Whether its lever turns with the body, so that it is to be set again in each step.
+        """
 
 
 class PhysicsEngine(Engine):
@@ -172,7 +255,7 @@ class PhysicsEngine(Engine):
         return self._bodies[model]
 
     def _collisions(self) -> CollisionSpace:
-        from nrp_core.world.physics.collisions import CollisionSpace  # compiled code takes time to load
+        from nrp_core.world.raycast.collisions import CollisionSpace  # compiled code takes time to load
 
         if self._space is None:
             bodies = {model.name: self._bodies_of(model.name) for model in self.scene.models}

@@ -23,21 +23,22 @@ from nrp_core.simulation import Simulation
 from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
 from nrp_core.world.capabilities import needs_of
 from nrp_core.world.changes import Changeable, change
+from nrp_core.world.drives.drive import DrivePart
 from nrp_core.world.engine import PhysicsEngine
+from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.parts.base import ImageArray as ImageArray
-from nrp_core.world.parts.base import ModelMotion, Part
-from nrp_core.world.parts.build import parts_of
-from nrp_core.world.parts.color import ColorPart
-from nrp_core.world.parts.drive import DrivePart
-from nrp_core.world.parts.forces import ForcesPart
-from nrp_core.world.parts.model_states import StatesPart
-from nrp_core.world.physics.bodies import body_of
+from nrp_core.world.model_states import StatesPart
+from nrp_core.world.part import Part
+from nrp_core.world.parts import parts_of
+from nrp_core.world.render.cameras import ImageArray as ImageArray
+from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.scene.merged_bodies import body_of
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
-from nrp_core.world.scene.pose import Vector
-from nrp_core.world.services import Services
+from nrp_core.world.services.gazebo import Services
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Stamped, check_message
+from nrp_core.world.visuals import ColorPart
 
 if TYPE_CHECKING:
     from nrp_core.world.batch import WorldBatch

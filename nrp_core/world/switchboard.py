@@ -17,7 +17,7 @@ from nrp_core.clock import SampleSchedule, from_seconds
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.seeds import Seeds
 from nrp_core.world.messages.base import type_name
-from nrp_core.world.parts.base import Part
+from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, Publication, Stamped, Subscription, TopicInfo
 
 Kept = tuple[list[tuple[str, list[Stamped]]], dict[str, list[Stamped]]]

@@ -31,9 +31,9 @@ from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.replay.replay import Outcome, Replay, Request
 from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.parts.base import ModelMotion
-from nrp_core.world.parts.model_states import MODEL_STATES
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.model_states import MODEL_STATES
+from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.pose import Pose
 
 S = 10**9
 PAIRS = [("event", "mujoco"), ("spinnaker", "pybullet")]

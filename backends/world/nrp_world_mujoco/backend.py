@@ -9,14 +9,14 @@ from pydantic import Field
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError
+from nrp_core.world.engine_kit.backend import PhysicsBackend
+from nrp_core.world.engine_kit.options import PhysicsOptions
 from nrp_core.world.interface import World, WorldOptions
-from nrp_core.world.physics.backend import PhysicsBackend
-from nrp_core.world.physics.options import PhysicsOptions
 from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco import headless
 
 if TYPE_CHECKING:
-    from nrp_core.world.physics.world import PhysicsWorld
+    from nrp_core.world.engine_kit.jointed import PhysicsWorld
 
 GL_REMEDY = "apt-get install --no-install-recommends libegl1 libgl1 && pip install 'nrp-core[gl]'"
 

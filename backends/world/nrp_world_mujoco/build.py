@@ -10,14 +10,14 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
-from nrp_core.world.parts.base import BodyPath
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.joint_servo import servoed_joints
-from nrp_core.world.physics.servo import PlanarServo, servo_of
-from nrp_core.world.physics.simulated import simulated_bodies
+from nrp_core.world.engine_kit.joint_servo import servoed_joints
+from nrp_core.world.engine_kit.servo import PlanarServo, servo_of
+from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.render.optics import CameraPath, Optics, looking
+from nrp_core.world.rigid.motion import BodyPath
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Camera, Joint, Link, Model, Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_world_mujoco.engine import mujoco
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.world.parts.base import BodyPath, JointAim, Touch, Wrench
-from nrp_core.world.physics.bodies import Body
+from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.engine import mujoco
 

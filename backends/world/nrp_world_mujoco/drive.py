@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.world.parts.base import BodyVelocity
-from nrp_core.world.physics.servo import PlanarServo
+from nrp_core.world.engine_kit.servo import PlanarServo
+from nrp_core.world.rigid.motion import BodyVelocity
 from nrp_world_mujoco.motion import Floating
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.world.interface import ImageArray
+from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.render.optics import SKY, Optics
 from nrp_world_mujoco.engine import VISUALS, mujoco
 

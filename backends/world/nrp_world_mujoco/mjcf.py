@@ -19,9 +19,9 @@ import numpy as np
 from nrp_core._support.disk_cache import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.render.optics import looking
+from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
-from nrp_core.world.scene.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.sdf.compound import CARRIER
 from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.engine import mujoco

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.parts.base import JointStates, ModelMotion
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.world import MotionOf
-from nrp_core.world.scene.pose import Pose, Vector, rotation_vector
+from nrp_core.world.engine_kit.jointed import MotionOf
+from nrp_core.world.rigid.motion import JointStates, ModelMotion
+from nrp_core.world.rigid.pose import Pose, Vector, rotation_vector
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.engine import mujoco
 
 IntArray = npt.NDArray[np.int32]

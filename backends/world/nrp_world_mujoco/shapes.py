@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core.world.render.optics import drawn, flat
-from nrp_core.world.render.tessellation import triangles_of
+from nrp_core.world.rigid.pose import Pose, Quaternion
 from nrp_core.world.scene.meshes.terrain import heights_of
 from nrp_core.world.scene.model import (
     Box,
@@ -21,7 +21,7 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.world.scene.pose import Pose, Quaternion
+from nrp_core.world.scene.tessellation import triangles_of
 from nrp_world_mujoco.engine import COLLISIONS, VISUALS, mujoco
 
 THICKNESS = 1.0

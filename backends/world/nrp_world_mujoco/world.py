@@ -12,15 +12,15 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
-from nrp_core.world.engine import FloatArray, ReadFrames
-from nrp_core.world.interface import WorldCapabilities
-from nrp_core.world.parts.base import BodyPath
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.world import MotionOf, PhysicsWorld
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine_kit.jointed import MotionOf, PhysicsWorld
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
+from nrp_core.world.rigid.matrices import FloatArray
+from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.rigid.pose import Pose, Quaternion
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.pose import Pose, Quaternion
 from nrp_world_mujoco.backend import MujocoOptions
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from nrp_core._support.diagnosis import Diagnosis
-from nrp_core.world.physics.backend import PhysicsBackend
-from nrp_core.world.physics.options import PhysicsOptions
+from nrp_core.world.engine_kit.backend import PhysicsBackend
+from nrp_core.world.engine_kit.options import PhysicsOptions
 
 if TYPE_CHECKING:
-    from nrp_core.world.physics.world import PhysicsWorld
+    from nrp_core.world.engine_kit.jointed import PhysicsWorld
 
 
 class PybulletOptions(PhysicsOptions):

@@ -9,12 +9,12 @@ from math import isfinite
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
-from nrp_core.world.parts.base import BodyPath
-from nrp_core.world.physics.bodies import Body, tree_of
-from nrp_core.world.physics.servo import PlanarServo, servo_of
-from nrp_core.world.physics.simulated import simulated_bodies
+from nrp_core.world.engine_kit.servo import PlanarServo, servo_of
+from nrp_core.world.engine_kit.simulated import simulated_bodies
+from nrp_core.world.rigid.motion import BodyPath
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import ForceTorque
 from nrp_world_pybullet.engine import bullet, quiet
 from nrp_world_pybullet.shapes import (

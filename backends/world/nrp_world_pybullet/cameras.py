@@ -7,13 +7,12 @@ from math import degrees
 
 import numpy as np
 
-from nrp_core.world.engine import FloatArray, ReadFrames
-from nrp_core.world.parts.base import BodyPath, ImageArray
-from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.render.cameras import Cameras, ImageArray
 from nrp_core.world.render.optics import SKY, CameraPath, Optics, bytes_of, eye_of, flat
-from nrp_core.world.render.scene_mesh import matrix_of
+from nrp_core.world.rigid.matrices import FloatArray, matrix_of
+from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Rgba
-from nrp_core.world.scene.pose import Pose
 from nrp_world_pybullet.build import Built
 from nrp_world_pybullet.engine import bullet
 from nrp_world_pybullet.motion import PlaceOf, place_of

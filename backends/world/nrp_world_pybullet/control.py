@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.world.engine import FloatArray
-from nrp_core.world.parts.base import BodyPath, JointAim, Touch, Wrench
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.joint_servo import ExplicitServos, servoed_joints
+from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
+from nrp_core.world.rigid.matrices import FloatArray
+from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_world_pybullet.build import Built, Place
 from nrp_world_pybullet.engine import bullet
 from nrp_world_pybullet.inertia import Inertia

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from nrp_core.world.parts.base import BodyVelocity
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.servo import PlanarServo
-from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.engine_kit.servo import PlanarServo
+from nrp_core.world.rigid.motion import BodyVelocity
+from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_pybullet.build import BASE, Place
 from nrp_world_pybullet.engine import bullet
 from nrp_world_pybullet.motion import Moving

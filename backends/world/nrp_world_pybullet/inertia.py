@@ -10,11 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nrp_core.world.engine import FloatArray
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.mass import rotation_matrix
+from nrp_core.world.rigid.matrices import FloatArray, rotation_matrix
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Inertial
-from nrp_core.world.scene.pose import Pose
 from nrp_world_pybullet.build import Place
 from nrp_world_pybullet.engine import bullet
 from nrp_world_pybullet.motion import moving

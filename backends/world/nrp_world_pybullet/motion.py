@@ -7,9 +7,9 @@ from math import isfinite
 
 import numpy as np
 
-from nrp_core.world.parts.base import JointStates, ModelMotion
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.scene.pose import Pose, Quaternion, Vector, rotation_vector
+from nrp_core.world.rigid.motion import JointStates, ModelMotion
+from nrp_core.world.rigid.pose import Pose, Quaternion, Vector, rotation_vector
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_pybullet.build import BASE, Place
 from nrp_world_pybullet.engine import bullet
 

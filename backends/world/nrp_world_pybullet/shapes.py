@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import Any, TypeVar
 
-from nrp_core.world.physics.bodies import Body
 from nrp_core.world.render.optics import drawn, flat
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -21,7 +22,6 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.world.scene.pose import Pose
 from nrp_world_pybullet.engine import bullet
 
 MAX_SHAPES = 16

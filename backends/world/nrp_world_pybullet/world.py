@@ -10,15 +10,15 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
-from nrp_core.world.engine import FloatArray, ReadFrames
-from nrp_core.world.interface import WorldCapabilities
-from nrp_core.world.parts.base import BodyPath, JointStates
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.world import MotionOf, PhysicsWorld
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine_kit.jointed import MotionOf, PhysicsWorld
 from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.rigid.matrices import FloatArray
+from nrp_core.world.rigid.motion import BodyPath, JointStates, ReadFrames
+from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.pose import Pose, Quaternion, Vector
 from nrp_world_pybullet.backend import PybulletOptions
 from nrp_world_pybullet.build import Built, Place, build
 from nrp_world_pybullet.cameras import TinyCameras, frame_reader

@@ -10,7 +10,8 @@ from typing import Any
 from nrp_core.errors import NrpError
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Vector3
-from nrp_core.world.parts.poses import pose_of
+from nrp_core.world.pose_messages import pose_of
+from nrp_core.world.rigid.pose import multiply
 from nrp_core.world.scene.materials import color_of
 from nrp_core.world.scene.model import (
     Box,
@@ -23,7 +24,6 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.world.scene.pose import multiply
 from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.scaling import scaled
 from nrp_legacy.shims.services import ServiceException, Services
@@ -183,7 +183,7 @@ def _pose(position: Any, rotation: Any) -> Pose:
     if rotation is None:
         return Pose(point)
     if isinstance(rotation, Vector3):
-        from nrp_core.world.scene.pose import Pose as ScenePose
+        from nrp_core.world.rigid.pose import Pose as ScenePose
 
         turned = ScenePose.from_rpy((0.0, 0.0, 0.0), rotation.x, rotation.y, rotation.z)
         return Pose(point, Quaternion(*turned.orientation))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TypeVar
 
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -17,7 +18,6 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.world.scene.pose import Pose, Vector
 
 Part = TypeVar("Part", Visual, Collision)
 

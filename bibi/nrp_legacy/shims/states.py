@@ -9,7 +9,7 @@ from typing import Any
 
 from nrp_core.clock import NS_PER_S
 from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
-from nrp_core.world.parts.model_states import LINK_STATES, MODEL_STATES
+from nrp_core.world.model_states import LINK_STATES, MODEL_STATES
 from nrp_legacy.shims.actions import SimpleActionState
 from nrp_legacy.shims.graph import Graph, absolute
 from nrp_legacy.shims.logs import LOGS, ClientLogger, ClientLoggerMessage

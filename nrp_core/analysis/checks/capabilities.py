@@ -8,11 +8,10 @@ from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.capabilities import needs_of
-from nrp_core.world.interface import WorldCapabilities
+from nrp_core.world.capabilities import WorldCapabilities, needs_of
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser
-from nrp_core.world.services import PREFIX
+from nrp_core.world.services.gazebo import PREFIX
 
 _NEEDS = {
     Camera: "renderers",

@@ -13,7 +13,7 @@ from nrp_core.comparison.metrics.base import DistanceMetric, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.recording.export.numbers import Series
 from nrp_core.recording.layout import Role
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.rigid.pose import Pose
 
 _POINTS = 200
 """A way is compared at so many moments at most; DTW takes the square of it."""

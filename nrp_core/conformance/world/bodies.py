@@ -11,7 +11,8 @@ from nrp_core.conformance.world.changing import INERTIA, arm
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
 from nrp_core.conformance.world.scenes import at, floor, pendulum, thing
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.parts.base import Wrench
+from nrp_core.world.rigid.motion import Wrench
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -24,7 +25,6 @@ from nrp_core.world.scene.model import (
     Model,
     Sphere,
 )  # fmt: skip
-from nrp_core.world.scene.pose import Pose, Vector
 
 LYING = Pose.from_rpy((0.1, 0.0, -0.2), pi / 2, 0.0, 0.0)
 SHAPES: list[tuple[Geometry, Pose, float]] = [

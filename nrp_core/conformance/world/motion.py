@@ -12,8 +12,8 @@ import pytest
 
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit, states
 from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, thing
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Box, Sphere
-from nrp_core.world.scene.pose import Pose, Vector
 
 HALF = sqrt(0.5)
 AXES: list[tuple[Vector, Vector]] = [

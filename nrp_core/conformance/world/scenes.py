@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
     Camera,
@@ -19,7 +20,6 @@ from nrp_core.world.scene.model import (
     Visual,
     WheelDrive,
 )  # fmt: skip
-from nrp_core.world.scene.pose import Pose
 
 RED: Rgba = (1.0, 0.0, 0.0, 1.0)
 GREEN: Rgba = (0.0, 1.0, 0.0, 1.0)

@@ -23,8 +23,8 @@ from nrp_core.conformance.world.scenes import (
     screen,
     thing,
 )  # fmt: skip
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Rgba
-from nrp_core.world.scene.pose import Pose
 
 PIXEL = 2.0 / WIDTH
 """The width of a pixel where the picture goes from -1 to 1."""

@@ -13,8 +13,8 @@ from nrp_core.conformance.world.kit import GRAVITY, WorldKit
 from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, thing
 from nrp_core.errors import CapabilityError
 from nrp_core.world.interface import World
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, Imu, Laser, Sensor
 
 MASS = 2.0

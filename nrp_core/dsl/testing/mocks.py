@@ -12,8 +12,9 @@ from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
-from nrp_core.world.interface import World, WorldCapabilities
-from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Wrench
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World
+from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Wrench
 from nrp_core.world.scene.model import Rgba, Scene
 
 _CELL = "MockCell"

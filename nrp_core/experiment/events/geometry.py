@@ -11,8 +11,8 @@ from itertools import pairwise, product
 from math import cos, hypot, pi, sin
 
 from nrp_core.errors import CapabilityError
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Plane, Sphere
-from nrp_core.world.scene.pose import Pose, Vector
 
 GroundPoint = tuple[float, float]
 

@@ -8,7 +8,7 @@ from typing import Any
 from nrp_core.cle.failures import Failure
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.criteria import Outcome
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.rigid.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ import numpy as np
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.network.data import IntArray, Network
 from nrp_core.brain.spikes import Spikes
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.rigid.pose import Pose
 
 _AUTOMATIC = re.compile(r"population\d+")
 """What populations are called that a brain script gives no label."""

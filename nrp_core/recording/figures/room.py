@@ -19,7 +19,7 @@ from nrp_core.recording.figures.story import Coloured, Rgb, Story, Track
 from nrp_core.recording.figures.style import FAINT, time_colours
 from nrp_core.recording.layout import WORLD_FRAME
 from nrp_core.world.messages.visualization_msgs import CYLINDER, SPHERE, Marker
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.rigid.pose import Pose
 
 _OVERHEAD_M = 2.2
 """What begins above this height hides what happens below, and is left out."""

@@ -17,7 +17,7 @@ from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.recording import Recorded, Recording, Topic
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.messages.visualization_msgs import Marker
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.rigid.pose import Pose
 
 Rgb = tuple[float, float, float]
 

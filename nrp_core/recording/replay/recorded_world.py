@@ -14,12 +14,14 @@ from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.simulation import Determinism
-from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World, WorldBackend, WorldOptions
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
-from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, ModelMotion, Part, Wrench
-from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.model_states import MODEL_STATES
+from nrp_core.world.part import Part
+from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, ModelMotion, Wrench
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Rgba, Scene
-from nrp_core.world.scene.pose import Pose
 
 _COMPRESSED = "/compressed"
 

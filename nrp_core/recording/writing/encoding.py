@@ -15,7 +15,7 @@ from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.clock import NS_PER_S
 from nrp_core.recording.writing.packing import Packed
 from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.rigid.motion import ModelMotion
 
 Parts = tuple[bytes | memoryview | Packed, ...]
 """The bytes of a message, in pieces that are not worth joining."""

@@ -32,7 +32,7 @@ from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
 
 _PUBLISHED = about_role(Role.PUBLISHED)

@@ -13,7 +13,8 @@ from nrp_core.world.messages.visualization_msgs import (
     Marker,
     MarkerArray,
 )
-from nrp_core.world.parts.poses import pose_message
+from nrp_core.world.pose_messages import pose_message
+from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -27,7 +28,6 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.world.scene.pose import Vector
 
 _PLANE_THICKNESS = 0.001
 

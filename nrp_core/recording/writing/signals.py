@@ -36,7 +36,7 @@ from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray, String
 from nrp_core.world.messages.visualization_msgs import MarkerArray
-from nrp_core.world.parts.model_states import MODEL_STATES
+from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.topics import Stamped, TopicInfo
 

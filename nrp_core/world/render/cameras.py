@@ -6,10 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar
 
+import numpy as np
+import numpy.typing as npt
+
 from nrp_core.errors import CapabilityError
-from nrp_core.world.parts.base import DepthArray, ImageArray
 from nrp_core.world.render.optics import CameraPath
 from nrp_core.world.scene.model import Light, Rgba
+
+ImageArray = npt.NDArray[np.uint8]
+DepthArray = npt.NDArray[np.float32]
 
 RASTER, REALISTIC = SHARED = ("raster", "realistic")
 """The renderers of the core, which every engine has: flat colours, and light with shadows."""

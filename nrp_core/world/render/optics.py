@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import atan, tan
 
-from nrp_core.world.physics.bodies import Body, body_of
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import Body, body_of
 from nrp_core.world.scene.model import Box, Camera, Geometry, Plane, Rgba, Scene
-from nrp_core.world.scene.pose import Pose
 
 SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
 """What nothing covers: the grey that SDF gives a scene by default."""

@@ -8,13 +8,14 @@ from math import radians, tan
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.physics.bodies import bodies_of
 from nrp_core.world.render.faces import FaceView
 from nrp_core.world.render.optics import Optics, looking
 from nrp_core.world.render.pixels import NOTHING
-from nrp_core.world.render.scene_mesh import FloatArray, SceneMesh, frames_of, matrix_of
+from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.rigid.matrices import FloatArray, matrix_of
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.pose import Pose
 
 FIELD_OF_VIEW = radians(40)
 

@@ -10,24 +10,14 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.parts.base import DepthArray, ImageArray
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.render.cameras import Cameras, DepthArray, ImageArray
 from nrp_core.world.render.optics import CameraPath, Optics, eye_of
 from nrp_core.world.render.pixels import NOTHING, draw, paint
-from nrp_core.world.render.scene_mesh import (
-    WORLD_FRAME,
-    BodyPath,
-    FloatArray,
-    SceneMesh,
-    frames_of,
-    matrix_of,
-    place_in_frame,
-)
+from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.rigid.matrices import FloatArray, matrix_of
+from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.world.scene.model import Rgba
-
-ReadFrames = Callable[[FloatArray], None]
-"""Writes rotation and translation to the world of some bodies, shape ``(n, 3, 4)``."""
 
 
 class RasterCameras(Cameras):

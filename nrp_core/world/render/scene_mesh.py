@@ -7,18 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.parts.base import BodyPath as BodyPath
-from nrp_core.world.physics.bodies import Body
-from nrp_core.world.physics.mass import rotation_matrix
 from nrp_core.world.render.optics import SKY, bytes_of, drawn, flat
-from nrp_core.world.render.tessellation import triangles_of
+from nrp_core.world.rigid.matrices import FloatArray, matrix_of
+from nrp_core.world.rigid.motion import BodyPath as BodyPath
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.world.scene.model import Rgba, Visual
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.scene.tessellation import triangles_of
 
-FloatArray = npt.NDArray[np.float64]
-
-WORLD_FRAME = 0
-"""The frame of what does not move."""
 MAX_EXTENT_M = 60.0
 """A visual larger than this is scenery, which need not fit into a picture or a light's beam."""
 
@@ -83,16 +79,6 @@ def frames_of(bodies: Mapping[str, Sequence[Body]]) -> dict[BodyPath, int]:
         if not body.fixed and any(link.visuals or link.sensors for link in body.links)
     ]
     return {path: number for number, path in enumerate(paths, start=WORLD_FRAME + 1)}
-
-
-def place_in_frame(body: Body) -> Pose:
-    """Return where a body is in the frame that it moves with: its own, or the world's if it does not move."""
-    return body.pose if body.fixed else Pose()
-
-
-def matrix_of(pose: Pose) -> FloatArray:
-    """Return a pose as rotation and translation, shape ``(3, 4)``."""
-    return np.column_stack([rotation_matrix(pose.orientation), pose.position])
 
 
 def _placed_visuals(

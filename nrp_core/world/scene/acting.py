@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Literal
 
-from nrp_core.world.scene.pose import Vector
+from nrp_core.world.rigid.pose import Vector
 
 Rename = Callable[[str], str]
 

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, count
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.inertia import equivalent_box
 from nrp_core.world.scene.model import (
     DEFAULT_RGBA,
@@ -24,7 +25,6 @@ from nrp_core.world.scene.model import (
     Sensor,
     Visual,
 )
-from nrp_core.world.scene.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)

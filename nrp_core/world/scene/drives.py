@@ -8,9 +8,9 @@ from math import dist, inf
 from posixpath import join
 
 from nrp_core.errors import did_you_mean
+from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.acting import Ackermann, Drive, Flight, PlanarMove, WheelDrive
 from nrp_core.world.scene.model import Cylinder, Joint, Link, Sphere
-from nrp_core.world.scene.pose import Vector
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, ros_topic, vector_in
 from nrp_core.world.scene.reading.xml import Element

@@ -9,11 +9,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 from math import pi, sqrt
 
-from nrp_core.world.physics.mass import combined
+from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.mass import combined
 from nrp_core.world.scene.meshes.solid import solid_of
 from nrp_core.world.scene.meshes.stl import read_stl
 from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Mesh, Sphere
-from nrp_core.world.scene.pose import Pose, Vector
 
 WATER = 1000.0
 """Density (kg/m^3) of shapes whose density is not given: the default of the SDF specification."""

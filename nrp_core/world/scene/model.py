@@ -14,11 +14,11 @@ from math import inf, pi
 from pathlib import Path
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.acting import Drive, Flight, JointController, PlanarDrive, TrajectoryController
 from nrp_core.world.scene.acting import WheelDrive as WheelDrive
 from nrp_core.world.scene.checks import check_model, check_unique
 from nrp_core.world.scene.finish import Finish as Finish
-from nrp_core.world.scene.pose import Pose, Vector
 from nrp_core.world.scene.sensing import Camera as Camera
 from nrp_core.world.scene.sensing import Sensor as Sensor
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from itertools import groupby
 from math import degrees, isfinite
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import (
     Box,
@@ -21,7 +22,6 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.world.scene.pose import Pose
 
 _TOLD = 3
 """Kinds of shapes that are told of one thing; the others are counted."""

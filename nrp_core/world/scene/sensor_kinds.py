@@ -7,8 +7,8 @@ from dataclasses import replace
 from math import pi
 
 from nrp_core.errors import did_you_mean
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Joint, Link
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, vector_in, warn_of_plugin
 from nrp_core.world.scene.reading.xml import Element

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator
 from math import pi
 from posixpath import join
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Camera, Sensor
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
 from nrp_core.world.scene.reading.xml import Element

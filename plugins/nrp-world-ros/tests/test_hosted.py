@@ -24,7 +24,7 @@ from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.scene.model import Box, Scene, Sphere
 from nrp_core.world.topics import Stamped
 

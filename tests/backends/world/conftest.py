@@ -18,6 +18,7 @@ import pytest
 from nrp_core.registry import worlds
 from nrp_core.world.interface import World, WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
     Camera,
@@ -34,7 +35,6 @@ from nrp_core.world.scene.model import (
     Visual,
     WheelDrive,
 )
-from nrp_core.world.scene.pose import Pose
 
 BACKENDS = ("mujoco", "pybullet")
 GREY: Rgba = (0.6, 0.6, 0.6, 1.0)

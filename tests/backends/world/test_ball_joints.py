@@ -27,7 +27,7 @@ from scipy.special import ellipk
 
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.scene.pose import Pose, rotation_by
+from nrp_core.world.rigid.pose import Pose, rotation_by
 
 
 def test_a_bob_on_a_ball_swings_in_any_plane_with_the_period_of_a_pendulum(open_world, read, advance):

@@ -7,9 +7,9 @@ import pytest
 
 from nrp_core.errors import DivergedError, LifecycleError, TopicError
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import Noise
 
 STEP_NS = 20_000_000

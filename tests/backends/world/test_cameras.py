@@ -15,6 +15,7 @@ import pytest
 from nrp_core.errors import CapabilityError
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.render.optics import SKY, bytes_of
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import (
     Box,
@@ -30,7 +31,6 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.world.scene.pose import Pose
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
 EYE = Pose((-0.16, 0.0, 0.503))  # of the standing robot's camera

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Scene
-from nrp_core.world.scene.pose import Pose
 
 
 def unicycle(commands: list[tuple[float, float]], seconds: float) -> tuple[float, float, float]:

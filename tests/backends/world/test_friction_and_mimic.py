@@ -9,9 +9,9 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import JointController
 from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Mimic, Model, Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import ForceTorque
 
 MASS = 2.0

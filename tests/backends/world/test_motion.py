@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Model, Scene, Sphere
-from nrp_core.world.scene.pose import Pose
 
 
 def test_a_pose_comes_back_as_it_was_given_w_last(open_world, parts):

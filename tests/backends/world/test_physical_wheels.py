@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model
 
 SECONDS = 2.0

@@ -12,6 +12,7 @@ import pytest
 from nrp_core.clock import SampleSchedule
 from nrp_core.world.messages import point_cloud2
 from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -24,7 +25,6 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise
 
 GRAVITY = 9.8

@@ -11,9 +11,9 @@ from nrp_core.errors import TopicError
 from nrp_core.world.messages.base import Duration, Time
 from nrp_core.world.messages.std_msgs import Float64, Header
 from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
-from nrp_core.world.scene.pose import Pose
 
 NAMES = ("turn", "lift")
 COMMAND, STATE = "/arm/arm_controller/command", "/arm/arm_controller/state"

@@ -10,10 +10,12 @@ from nrp_world_mujoco.backend import MujocoBackend
 from nrp_world_mujoco.world import MujocoWorld
 from registry import Found, register
 
-from nrp_core.world.interface import ImageArray, World, WorldCapabilities, WorldOptions
-from nrp_core.world.parts.base import BodyVelocity, JointStates, ModelMotion
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World, WorldOptions
+from nrp_core.world.render.cameras import ImageArray
+from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Camera, Rgba, Scene
-from nrp_core.world.scene.pose import Pose
 
 
 class _Opens(MujocoBackend):

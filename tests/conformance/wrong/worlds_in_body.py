@@ -12,9 +12,9 @@ from nrp_world_mujoco.world import MujocoWorld
 from registry import Found, register
 from worlds import _Changes, _Opens, _with_links, _with_sensors
 
-from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointStates, ModelMotion, Touch, Wrench
+from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointStates, ModelMotion, Touch, Wrench
+from nrp_core.world.rigid.pose import Pose, rotation_by
 from nrp_core.world.scene.model import Capsule, Cylinder, Joint, Link, Scene
-from nrp_core.world.scene.pose import Pose, rotation_by
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, _Opens, "world")

@@ -10,9 +10,9 @@ from nrp_world_mujoco.world import MujocoWorld
 from registry import Found, register
 from worlds import _Opens
 
-from nrp_core.world.engine import ReadFrames
-from nrp_core.world.interface import WorldCapabilities, WorldOptions
-from nrp_core.world.parts.base import BodyPath, JointAim, ModelMotion, Touch, Wrench
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import WorldOptions
+from nrp_core.world.rigid.motion import BodyPath, JointAim, ModelMotion, ReadFrames, Touch, Wrench
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, _Opens, "world")

@@ -13,8 +13,8 @@ from nrp_core.experiment.model.event_schema import Criterion, Near
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
-from nrp_core.world.scene.pose import Pose
 
 MS = 1_000_000
 TO_GLASS = {"model": "husky", "visual": "wall/body/glass", "within": "1 m"}

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.events.geometry import Footprint, convex_hull
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
-from nrp_core.world.scene.pose import Pose
 
 coordinates = st.floats(-10, 10)
 points = st.tuples(coordinates, coordinates)

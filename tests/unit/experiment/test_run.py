@@ -23,8 +23,8 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
 from nrp_core.simulation import State
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.parts.base import ModelMotion
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.pose import Pose
 
 pytestmark = pytest.mark.usefixtures("fakes")
 

@@ -11,10 +11,11 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds
 from nrp_core.quantities import DurationNs
-from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
-from nrp_core.world.parts.base import BodyVelocity, ModelMotion
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World, WorldBackend, WorldOptions
+from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.pose import Pose
 
 
 class CountingBrain(Brain):

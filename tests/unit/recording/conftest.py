@@ -14,6 +14,7 @@ from nrp_core.recording.layout import Pictures
 from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
     Camera,
@@ -26,7 +27,6 @@ from nrp_core.world.scene.model import (
     Visual,
     WheelDrive,
 )
-from nrp_core.world.scene.pose import Pose
 
 PERIOD_NS = 20_000_000
 

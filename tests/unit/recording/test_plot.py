@@ -24,8 +24,8 @@ from nrp_core.recording.writing.scenery import markers
 from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Link, Mesh, Model, Scene, Visual
-from nrp_core.world.scene.pose import Pose
 
 GLASS = "/wall/body/glass/color"
 RED, BLUE = ColorRGBA(1.0), ColorRGBA(b=1.0)

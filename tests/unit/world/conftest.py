@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core.world.interface import World, WorldCapabilities
-from nrp_core.world.parts.base import BodyVelocity, JointStates, ModelMotion
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World
+from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
     Camera,
@@ -25,7 +27,6 @@ from nrp_core.world.scene.model import (
     Visual,
     WheelDrive,
 )
-from nrp_core.world.scene.pose import Pose
 
 STEP_NS = 2_000_000
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Inertial
-from nrp_core.world.scene.pose import Pose
 
 
 def solid_of(triangles: Triangles, density: float) -> Inertial | None:

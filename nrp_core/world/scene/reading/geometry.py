@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.bodies import Shape
 from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE, Piece, digest, mesh_pieces
 from nrp_core.world.scene.meshes.convert import Form, Wanted
@@ -14,7 +15,6 @@ from nrp_core.world.scene.meshes.extruded import extruded
 from nrp_core.world.scene.meshes.solids import kept_meshes, unit_solid
 from nrp_core.world.scene.meshes.terrain import Heights, heights_in, terrain
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Heightmap, Mesh, Plane, Sphere
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from posixpath import join
 
-from nrp_core.world.scene.pose import Vector
+from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name

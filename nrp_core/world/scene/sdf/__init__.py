@@ -12,9 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading.context import Notes, Reading
 from nrp_core.world.scene.reading.left_out import Places
 from nrp_core.world.scene.reading.resources import Resources

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from math import hypot, inf
 
+from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.checks import MODEL, SECOND_AXIS
 from nrp_core.world.scene.model import Joint, Mimic
-from nrp_core.world.scene.pose import Vector
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.frames import Frames
 

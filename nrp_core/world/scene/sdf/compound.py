@@ -24,8 +24,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Inertial, Joint, Link, Mimic
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.axes import second, slowed, with_axis

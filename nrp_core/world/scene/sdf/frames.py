@@ -13,8 +13,8 @@ from math import radians, sqrt
 from operator import matmul
 
 from nrp_core.errors import did_you_mean
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading.xml import Element
 
 _FORMATS = {"euler_rpy": 6, "quat_xyzw": 7}

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Joint, Mimic
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.axes import direction

@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import inf, pi
 
 from nrp_core.errors import did_you_mean
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Light
-from nrp_core.world.scene.pose import Pose, Vector
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.appearance import read_color

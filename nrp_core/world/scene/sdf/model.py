@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import Drive, JointController, TrajectoryController
 from nrp_core.world.scene.checks import MODEL, WORLD, check_model
 from nrp_core.world.scene.controllers import read_controllers
 from nrp_core.world.scene.drives import read_drive
 from nrp_core.world.scene.model import Joint, Link, Model
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.reading.repairs import with_default_masses

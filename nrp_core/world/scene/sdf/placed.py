@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import count
 
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.frames import Frames, read_pose

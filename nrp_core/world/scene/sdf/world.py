@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.pose import Pose, Vector
 from nrp_core.world.scene.reading.context import Notes, Reading
 from nrp_core.world.scene.reading.plugins import warn_of_plugin
 from nrp_core.world.scene.reading.xml import Element

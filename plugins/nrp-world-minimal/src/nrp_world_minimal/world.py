@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from nrp_core.clock import seconds
-from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
-from nrp_core.world.parts.base import BodyVelocity, ModelMotion
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World, WorldBackend, WorldOptions
 from nrp_core.world.render.optics import drawn
-from nrp_core.world.render.scene_mesh import FloatArray, matrix_of
-from nrp_core.world.render.tessellation import triangles_of
+from nrp_core.world.rigid.matrices import FloatArray, matrix_of
+from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Collision, Model, Plane, Scene
-from nrp_core.world.scene.pose import Pose, Vector
+from nrp_core.world.scene.tessellation import triangles_of
 
 STEP_NS = 5_000_000
 STEP_S = seconds(STEP_NS)

@@ -12,7 +12,8 @@ from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.errors import BackendError, BackendLoadError
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
-from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World, WorldBackend, WorldOptions
 from nrp_core.world.scene.model import Scene
 from pydantic import Field, model_validator
 

@@ -9,7 +9,7 @@ from nrp_core.world.interface import World
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.parts.poses import pose_message
+from nrp_core.world.pose_messages import pose_message
 
 from nrp_world_ros.node import Node, ros_type
 

@@ -7,9 +7,11 @@ from typing import Any
 
 from nrp_core.clock import NS_PER_MS, milliseconds, seconds
 from nrp_core.errors import CapabilityError, SimulationError
-from nrp_core.world.interface import World, WorldCapabilities
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.parts.base import BodyPath, BodyVelocity, JointAim, ModelMotion, Part, Wrench
+from nrp_core.world.part import Part
+from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, ModelMotion, Wrench
 from nrp_core.world.scene.model import Rgba, Scene
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.physics.bodies import bodies_of, body_of
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import bodies_of, body_of
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
-from nrp_core.world.scene.pose import Pose
 
 HERE = Pose((1.0, 2.0, 3.0))
 

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.parts.base import JointAim
-from nrp_core.world.physics.joint_servo import ExplicitServos, stiff_gains
+from nrp_core.world.engine_kit.joint_servo import ExplicitServos
+from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.scene.joint_inertia import stiff_gains
 
 DT = 0.002
 GAINS = st.floats(0.0, 1e6)

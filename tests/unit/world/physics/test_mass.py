@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.physics.mass import combined, rotation_matrix, turned
+from nrp_core.world.rigid.matrices import rotation_matrix
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.mass import combined, turned
 from nrp_core.world.scene.model import Inertial
-from nrp_core.world.scene.pose import Pose
 
 lengths = st.floats(-3, 3)
 angles = st.floats(-pi, pi)

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.physics.bodies import bodies_of
-from nrp_core.world.physics.collisions import CollisionSpace, _depth
+from nrp_core.world.raycast.collisions import CollisionSpace, _depth
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Link, Model, Plane, Sphere
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import Laser
 
 SIZES = st.floats(0.1, 1.5)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nrp_core.world.physics.bodies import bodies_of
 from nrp_core.world.render.optics import looking, optics_of
 from nrp_core.world.render.realistic import RealisticCameras
-from nrp_core.world.render.scene_mesh import matrix_of
+from nrp_core.world.rigid.matrices import matrix_of
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Camera, Link, Model, Scene, Visual
-from nrp_core.world.scene.pose import Pose
 
 EYE = Pose.from_rpy((-2.0, 0.3, 2.5), 0.0, 0.7, 0.0)
 CAMERA = ("eye", "link", "camera")

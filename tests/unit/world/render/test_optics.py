@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.world.render.optics import Optics, bytes_of, drawn, flat, looking
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Camera, Plane
-from nrp_core.world.scene.pose import Pose
 
 CAMERA = Camera("camera", "/camera", 30.0, 1.57, 320, 240, 0.1, 50.0)
 

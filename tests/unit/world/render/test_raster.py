@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.physics.bodies import bodies_of
 from nrp_core.world.render.optics import SKY, bytes_of, looking, optics_of
 from nrp_core.world.render.raster import RasterCameras
-from nrp_core.world.render.scene_mesh import matrix_of
+from nrp_core.world.rigid.matrices import matrix_of
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Camera, Inertial, Link, Model, Scene, Visual
-from nrp_core.world.scene.pose import Pose
 
 NEAR, FAR = 0.2, 9.0
 CAMERA = ("eye", "link", "camera")

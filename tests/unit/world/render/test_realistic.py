@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from nrp_core.world.render.optics import SKY, bytes_of
 from nrp_core.world.render.realistic import AMBIENT
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Light, Plane, Sphere
-from nrp_core.world.scene.pose import Pose
 
 EYE = (-2.0, 0.3, 2.5)  # where the camera of these pictures is, as long as they do not say
 FLOOR = Plane((80.0, 80.0))  # so large that it is scenery: shadow maps show what is smaller

@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
-from nrp_core.world.physics.bodies import bodies_of
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Scene, Sphere
 from nrp_core.world.scene.sdf import read_scene
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.scene.pose import Pose
+from nrp_core.world.rigid.pose import Pose
 
 metres = st.floats(-10, 10)
 vectors = st.tuples(metres, metres, metres)

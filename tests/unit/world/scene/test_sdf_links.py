@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.inertia import of_shape
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
@@ -23,7 +24,6 @@ from nrp_core.world.scene.model import (
     Plane,
     Sphere,
 )
-from nrp_core.world.scene.pose import Pose
 
 LinkReader = Callable[[str], Link]
 ModelReader = Callable[..., Model]

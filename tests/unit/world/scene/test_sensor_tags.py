@@ -8,9 +8,9 @@ from math import inf, pi
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import Ackermann, Flight, JointController, Pid, PlanarMove
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise
 
 ModelReader = Callable[..., Model]

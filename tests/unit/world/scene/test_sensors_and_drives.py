@@ -6,8 +6,8 @@ from math import inf
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Camera, Model, WheelDrive
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sensing import Noise
 
 ModelReader = Callable[..., Model]

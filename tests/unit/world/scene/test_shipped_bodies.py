@@ -8,8 +8,8 @@ import pytest
 from nrp_experiments.bodies import FOLDER
 from nrp_experiments.bodies.hexapod import JOINTS, Hexapod, sdf
 
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Camera, Model
-from nrp_core.world.scene.pose import Pose, Vector
 from nrp_core.world.scene.sdf import read_model
 
 

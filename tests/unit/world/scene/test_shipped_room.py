@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Camera, Cylinder, Inertial, Model, Scene, WheelDrive
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 FOLDER = Path(str(files("nrp_experiments.braitenberg_husky")))

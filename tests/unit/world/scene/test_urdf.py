@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Inertial, Mesh, Mimic, Model, Sphere
-from nrp_core.world.scene.pose import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 MASS = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'

@@ -8,7 +8,7 @@ from typing import Any
 from nrp_core.errors import SimulationError
 from nrp_core.simulation import Snapshot
 from nrp_core.world.interface import World
-from nrp_core.world.parts.base import ModelMotion
+from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.scene.model import Scene
 
 from nrp_world_ros.body import Body

@@ -8,7 +8,8 @@ from typing import Any
 
 from nrp_core.errors import ExperimentError
 from nrp_core.registry import worlds
-from nrp_core.world.interface import World, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.interface import World, WorldBackend, WorldOptions
 from nrp_core.world.scene.model import Scene
 from pydantic import ValidationError
 

@@ -13,20 +13,13 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.errors import NrpError, SimulationError
+from nrp_core.world.controllers.joint import ControllerPart
+from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.parts.base import (
-    BodyPath,
-    DepthArray,
-    ImageArray,
-    JointStates,
-    ModelMotion,
-    Part,
-    Touch,
-    Wrench,
-)
-from nrp_core.world.parts.controller import ControllerPart
-from nrp_core.world.parts.model_states import MODEL_STATES
-from nrp_core.world.parts.trajectory import TrajectoryPart
+from nrp_core.world.model_states import MODEL_STATES
+from nrp_core.world.part import Part
+from nrp_core.world.render.cameras import DepthArray, ImageArray
+from nrp_core.world.rigid.motion import BodyPath, JointStates, ModelMotion, Touch, Wrench
 from nrp_core.world.scene.model import Light, Scene
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
 

@@ -1,0 +1,1 @@
+"""Controllers of joints, alone or along trajectories."""

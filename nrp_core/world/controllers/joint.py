@@ -1,0 +1,158 @@
+"""Controllers of single joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from nrp_core.clock import seconds
+from nrp_core.world.engine import Engine
+from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.part import Part
+from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.joint_inertia import joint_inertias, stiff_gains
+from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.scene.model import Model
+from nrp_core.world.topics import Direction, TopicInfo
+
+_UNITS = {"position": "rad or m", "velocity": "rad/s or m/s", "effort": "N m or N"}
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What a controller is to reach: a position, velocity or effort, and how fast a position changes."""
+
+    value: float
+    rate: float = 0.0
+
+
+class ControllerPart(Part):
+    """Serves the commands of the :class:`~nrp_core.world.scene.acting.JointController` of one joint.
+
+    A command holds until the next one, whichever of the controllers takes that. The engine's servo does the
+    proportional and the derivative part in each physics step; an integral part is added up here.
+
+    Args:
+        controllers: all of the joint that take commands.
+        led: as what trajectories may lead it.
+        model: whose joint it is.
+        engine: moves it.
+    """
+
+    def __init__(
+        self,
+        controllers: Sequence[JointController],
+        led: Sequence[JointController],
+        model: Model,
+        engine: Engine,
+    ) -> None:
+        every = (*led, *controllers)
+        self._joint, self._model, self._engine = every[0].joint, model.name, engine
+        self._laws = {controller.topic: _Law(controller, model) for controller in every}
+        self.topics = tuple(
+            TopicInfo(
+                each.topic,
+                Float64,
+                Direction.IN,
+                what=f"{each.kind} of {model.name}/{each.joint}, {_UNITS[each.kind]}",
+            )
+            for each in controllers
+        )
+        starts = [(each.topic, Target(each.initial)) for each in every if each.initial is not None]
+        self._initial = starts[-1] if starts else None
+        self._command = self._initial
+        self._integral = 0.0
+
+    @property
+    def obeys(self) -> str | None:
+        """The topic of the last command; None before the first."""
+        return self._command and self._command[0]
+
+    def lead(self, topic: str, target: Target, now_ns: int) -> None:
+        """Let a topic command something from now on."""
+        if self.obeys not in (topic, None):
+            self._integral = 0.0
+        self._command = topic, self._laws[topic].bounded(target)
+        self._aim(now_ns)
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        self.lead(topic, Target(float(message.data)), now_ns)
+
+    def at_deadline(self, now_ns: int) -> None:
+        assert self._command is not None  # without one there is no deadline
+        topic, target = self._command
+        law = self._laws[topic]
+        gains, error = law.gains, target.value - self._now(law.controller.kind)
+        integral = self._integral + gains.i * error * seconds(self._engine.step_ns)
+        self._integral = min(max(integral, -gains.i_limit), gains.i_limit)
+        self._aim(now_ns)
+
+    def begin(self) -> None:
+        if self._initial is not None:
+            self._aim(0)
+
+    def reset(self) -> None:
+        self._command, self._integral = self._initial, 0.0
+        self.deadline_ns = None
+
+    def save(self) -> object:
+        return self._command, self._integral, self.deadline_ns
+
+    def restore(self, saved: Any) -> None:
+        before = self._command
+        self._command, self._integral, deadline_ns = saved
+        if before is not None or self._command is not None:
+            self._aim(0)
+        self.deadline_ns = deadline_ns
+
+    def _aim(self, now_ns: int) -> None:
+        self.deadline_ns, aim = None, JointAim()
+        if self._command is not None:
+            topic, target = self._command
+            law = self._laws[topic]
+            aim = law.aim(target, self._integral)
+            if law.integrates:
+                self.deadline_ns = now_ns + self._engine.step_ns
+        self._engine.set_joint_aim(self._model, self._joint, aim)
+
+    def _now(self, kind: str) -> float:
+        """Return the position or the velocity of the joint."""
+        joints = self._engine.joint_states(self._model)
+        values = joints.positions if kind == "position" else joints.velocities
+        return float(values[joints.names.index(self._joint)])
+
+
+class _Law:
+    """What the servo of a joint does while one of its controllers has the last command."""
+
+    def __init__(self, controller: JointController, model: Model) -> None:
+        self.controller = controller
+        joint = next(joint for joint in model.joints if joint.name == controller.joint)
+        self.gains = controller.gains or stiff_gains(
+            joint_inertias(bodies_of(model))[joint.name], velocity=controller.kind == "velocity"
+        )
+        self.integrates = bool(self.gains.i) and controller.kind != "effort"
+        # who gives no gains wants the velocity itself, whatever brakes the joint
+        self._braking = joint.damping if controller.gains is None else 0.0
+        self._lower, self._upper = {
+            "position": (joint.lower, joint.upper),
+            "velocity": (-joint.velocity, joint.velocity),
+            "effort": (-joint.effort, joint.effort),
+        }[controller.kind]
+
+    def bounded(self, target: Target) -> Target:
+        """Return a command within the limits of the joint."""
+        value = min(max(target.value, self._lower), self._upper)
+        return target if value == target.value else Target(value)
+
+    def aim(self, target: Target, integral: float) -> JointAim:
+        """Return what the servo aims at."""
+        gains, value = self.gains, target.value
+        if self.controller.kind == "position":
+            effort = integral + self._braking * target.rate
+            return JointAim(gains.p, gains.d, position=value, velocity=target.rate, effort=effort)
+        if self.controller.kind == "velocity":
+            return JointAim(damping=gains.p, velocity=value, effort=integral + self._braking * value)
+        return JointAim(effort=value)

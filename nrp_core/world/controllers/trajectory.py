@@ -1,0 +1,209 @@
+"""Joints that follow trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from nrp_core.clock import seconds
+from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.world.controllers.joint import ControllerPart, Target
+from nrp_core.world.controllers.joint_path import JointPath, Knot
+from nrp_core.world.engine import Engine
+from nrp_core.world.messages.base import Time, invalid_field, ns_of, type_name
+from nrp_core.world.messages.control_msgs import JointTrajectoryControllerState
+from nrp_core.world.messages.std_msgs import Header
+from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from nrp_core.world.part import Part
+from nrp_core.world.scene.acting import TrajectoryController
+from nrp_core.world.scene.model import Model
+from nrp_core.world.topics import Direction, TopicInfo
+
+_LARGEST = 1e30  # of any number in a file, too
+_LATEST_NS = 2**62
+"""Beyond this, 146 years, times are mistakes."""
+
+
+class TrajectoryPart(Part):
+    """Leads the joints of one :class:`~nrp_core.world.scene.acting.TrajectoryController`.
+
+    A trajectory replaces the one before from its start on, for the joints that it names; one without points
+    stops them where they are to be at that time. A joint that takes another command is led no further.
+
+    Args:
+        controller: whose joints they are.
+        parts: what controls each joint.
+        model: whose joints they are.
+        engine: moves it.
+    """
+
+    def __init__(
+        self,
+        controller: TrajectoryController,
+        parts: Mapping[str, ControllerPart],
+        model: Model,
+        engine: Engine,
+    ) -> None:
+        self._controller, self._model, self._engine = controller, model.name, engine
+        self._parts = {joint: parts[joint] for joint in controller.joints}
+        self._turning = {joint.name for joint in model.joints if joint.kind == "continuous"}
+        self._paths: dict[str, JointPath] = {}
+        what = f"trajectory of {', '.join(controller.joints)} of {model.name}"
+        topics = [TopicInfo(controller.command_topic, JointTrajectory, Direction.IN, what=what)]
+        if controller.state_topic is not None:
+            kind, rate_hz = JointTrajectoryControllerState, controller.rate_hz
+            what = f"what '{controller.name}' of {model.name} does"
+            topics.append(TopicInfo(controller.state_topic, kind, Direction.OUT, rate_hz, what))
+        self.topics = tuple(topics)
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        joints = self._joints_of(message)
+        stamp_ns = ns_of(message.header.stamp)
+        start_ns = max(stamp_ns, now_ns)
+        rows = knots_of(message.points, len(joints), stamp_ns or now_ns, topic)
+        if rows and rows[-1][0].t_ns < now_ns:
+            ended_s, now_s = seconds(rows[-1][0].t_ns), seconds(now_ns)
+            raise TopicError(
+                f"{topic}: a trajectory that ended at {ended_s:g} s comes too late at {now_s:g} s"
+            )
+        for number, joint in enumerate(joints):
+            self._replace(joint, [row[number] for row in rows], start_ns, now_ns)
+        self._lead(now_ns)
+
+    def at_deadline(self, now_ns: int) -> None:
+        self._paths = {joint: path for joint in self._paths if (path := self._path(joint, now_ns))}
+        self._lead(now_ns)
+
+    def read(self, topic: str, now_ns: int) -> JointTrajectoryControllerState:
+        joints, states = self._controller.joints, self._engine.joint_states(self._model)
+        rows = [states.names.index(joint) for joint in joints]
+        position, velocity = states.positions[rows], states.velocities[rows]
+        aims = [self._wanted(joint, now_ns, now_ns) for joint in joints]
+        aim = np.array([x if aim is None else aim.position for x, aim in zip(position, aims, strict=True)])
+        rate = np.array([aim.velocity or 0.0 if aim else 0.0 for aim in aims])
+        return JointTrajectoryControllerState(
+            Header(Time.from_ns(now_ns)),
+            list(joints),
+            JointTrajectoryPoint(aim, rate),
+            JointTrajectoryPoint(position, velocity),
+            JointTrajectoryPoint(aim - position, rate - velocity),
+        )
+
+    def reset(self) -> None:
+        self._paths, self.deadline_ns = {}, None
+
+    def save(self) -> object:
+        return dict(self._paths), self.deadline_ns
+
+    def restore(self, saved: Any) -> None:
+        paths, self.deadline_ns = saved
+        self._paths = dict(paths)
+
+    def _joints_of(self, message: Any) -> list[str]:
+        """Return the joints that a trajectory names; one that names none stops all."""
+        topic, known = self._controller.command_topic, self._controller.joints
+        for field in ("joint_names", "points"):
+            if not isinstance(getattr(message, field), list | tuple):
+                raise TopicError(f"{topic}: {field} must be a list, not {getattr(message, field)!r:.60}")
+        names = list(message.joint_names)
+        for name in names:
+            if name not in known:
+                raise TopicError(
+                    f"{topic}: there is no joint '{name}' to move{did_you_mean(str(name), known)}"
+                )
+        if len(set(names)) < len(names) or (message.points and not names):
+            raise TopicError(f"{topic}: a trajectory names each of its joints once, not {names}")
+        return names or list(known)
+
+    def _path(self, joint: str, now_ns: int) -> JointPath | None:
+        """Return the path of a joint; None where none leads it, or once another command does."""
+        path, obeys = self._paths.get(joint), self._parts[joint].obeys
+        is_left = path is not None and path.at(now_ns) is not None and obeys != self._controller.command_topic
+        return None if is_left else path
+
+    def _wanted(self, joint: str, t_ns: int, now_ns: int) -> Knot | None:
+        """Return where a joint is to be at a time, as far as is known now; None where no path leads it."""
+        path = self._path(joint, now_ns)
+        return None if path is None else path.at(t_ns)
+
+    def _replace(self, joint: str, knots: Sequence[Knot], start_ns: int, now_ns: int) -> None:
+        """Let a joint go through knots, from where it is to be at a time."""
+        path, start = self._path(joint, now_ns), self._wanted(joint, start_ns, now_ns)
+        if start is None:
+            start = self._here(joint, start_ns)
+        if joint in self._turning and knots:  # by the shorter way
+            turns = round((start.position - knots[0].position) / (2 * pi))
+            knots = [replace(knot, position=knot.position + 2 * pi * turns) for knot in knots]
+        ahead = [knot for knot in knots if knot.t_ns > start_ns]
+        first = [] if knots and not ahead else [start]  # where all is to be done at once
+        before = None if path is None else path.since(now_ns).until(start_ns)
+        self._paths[joint] = JointPath((*first, *(ahead or knots[-1:])), before)
+
+    def _here(self, joint: str, t_ns: int) -> Knot:
+        states = self._engine.joint_states(self._model)
+        row = states.names.index(joint)
+        return Knot(t_ns, float(states.positions[row]), float(states.velocities[row]), 0.0)
+
+    def _lead(self, now_ns: int) -> None:
+        """Tell each joint where to be at the end of the next step, where its servo acts."""
+        end_ns = now_ns + self._engine.step_ns
+        for joint, path in self._paths.items():
+            aim = path.at(end_ns)
+            if aim is not None:
+                target = Target(aim.position, aim.velocity or 0.0)
+                self._parts[joint].lead(self._controller.command_topic, target, now_ns)
+        moves = any(not path.is_over(now_ns) for path in self._paths.values())
+        self.deadline_ns = end_ns if moves else None
+
+
+def knots_of(points: Sequence[Any], joints: int, begin_ns: int, name: str) -> list[list[Knot]]:
+    """Return the knots of each point of a trajectory, one for each joint.
+
+    Args:
+        points: as ``trajectory_msgs/JointTrajectoryPoint`` has them.
+        joints: how many they move.
+        begin_ns: when the trajectory begins.
+        name: of the topic or action, for errors.
+
+    Raises:
+        TopicError: a point has too few or too many numbers, or comes before the one in front of it.
+    """
+    rows: list[list[Knot]] = []
+    for number, point in enumerate(points):
+        if type_name(type(point)) != type_name(JointTrajectoryPoint):
+            raise TopicError(f"{name}: point {number} is no JointTrajectoryPoint but {point!r:.60}")
+        if wrong := invalid_field(point):
+            raise TopicError(f"{name}: point {number}: {wrong}")
+        t_ns = begin_ns + ns_of(point.time_from_start)
+        if t_ns < (rows[-1][0].t_ns + 1 if rows else begin_ns):
+            raise TopicError(f"{name}: point {number} comes no later than what is before it")
+        if t_ns > _LATEST_NS:
+            raise TopicError(f"{name}: point {number} comes {seconds(t_ns):g} s after the start of the run")
+        columns = [
+            _numbers(
+                getattr(point, field), joints, field != "positions", f"{name}: the {field} of point {number}"
+            )
+            for field in ("positions", "velocities", "accelerations")
+        ]
+        rows.append([Knot(t_ns, *values) for values in zip(*columns, strict=True)])
+    return rows
+
+
+def _numbers(values: Any, count: int, may_lack: bool, what: str) -> Sequence[Any]:
+    try:
+        numbers = np.asarray(values, float)
+    except (TypeError, ValueError):
+        numbers = np.array(np.nan)
+    if may_lack and numbers.shape == (0,):
+        return [None] * count
+    if numbers.shape != (count,) or not (abs(numbers) < _LARGEST).all():
+        told = f"{values!r:.60}"
+        raise TopicError(
+            f"{what} must be one number below {_LARGEST:g} for each of {count} joints, not {told}"
+        )
+    finite: list[float] = numbers.tolist()
+    return finite

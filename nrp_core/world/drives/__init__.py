@@ -1,0 +1,1 @@
+"""Drives: robots that move as a whole."""

@@ -1,0 +1,117 @@
+"""Bodies that fly: velocities along and about all axes, held by a force and a torque."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.clock import seconds
+from nrp_core.world.engine import Engine
+from nrp_core.world.messages.geometry_msgs import Twist
+from nrp_core.world.part import Part
+from nrp_core.world.pose_messages import vector_of
+from nrp_core.world.rigid.matrices import rotation_matrix
+from nrp_core.world.rigid.motion import Wrench
+from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.scene.acting import Flight
+from nrp_core.world.scene.driven import driven_root, masses_in
+from nrp_core.world.scene.mass import combined, turned
+from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.scene.model import Model
+from nrp_core.world.topics import Direction, TopicInfo
+
+MAX_ACCELERATION = 20.0
+"""With which velocities change at most, m/s^2, besides what holds the body up."""
+MAX_ANGULAR_ACCELERATION = 200.0
+"""The same of turn rates, rad/s^2."""
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class FlightPart(Part):
+    """Serves one :class:`~nrp_core.world.scene.acting.Flight`.
+
+    A command holds until the next one. In each physics step a force at the centre of mass and a torque bring
+    the body to the commanded velocities, as far as its accelerations are not too large, and carry its weight.
+
+    Args:
+        drive: the drive.
+        model: what flies.
+        engine: moves it.
+    """
+
+    def __init__(self, drive: Flight, model: Model, engine: Engine) -> None:
+        self._drive, self._model, self._engine = drive, model.name, engine
+        bodies = bodies_of(model)
+        root = driven_root(model, drive, bodies)
+        whole = combined(masses_in(root, bodies))
+        assert whole is not None  # what floats has mass
+        base = model.links[0]
+        self._link, self._mass = base.name, whole.mass
+        in_link = base.pose.inverse()
+        self._centre = np.array((in_link @ whole.pose).position)
+        own = base.inertial.pose.position if base.inertial else (0.0, 0.0, 0.0)
+        self._lever = self._centre - own  # the engine pulls at the link's own centre
+        turn = rotation_matrix(in_link.orientation)
+        self._inertia = turn @ turned(whole) @ turn.T
+        what = f"velocity command of {model.name}"
+        self.topics = (TopicInfo(drive.command_topic, Twist, Direction.IN, what=what),)
+        self._command = drive.initial
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        self._command = vector_of(message.linear), vector_of(message.angular)
+        self._push(now_ns)
+
+    def at_deadline(self, now_ns: int) -> None:
+        self._push(now_ns)
+
+    def begin(self) -> None:
+        if self._command is not None:
+            self._push(0)
+
+    def reset(self) -> None:
+        self._restart(self._drive.initial, None)
+
+    def save(self) -> object:
+        return self._command, self.deadline_ns
+
+    def restore(self, saved: Any) -> None:
+        self._restart(*saved)
+
+    def _restart(self, command: tuple[Vector, Vector] | None, deadline_ns: int | None) -> None:
+        self._command = command
+        if deadline_ns is None:
+            self._pull(np.zeros(3), np.zeros(3))
+        else:
+            self._push(deadline_ns - self._engine.step_ns)
+        self.deadline_ns = deadline_ns
+
+    def _push(self, now_ns: int) -> None:
+        """Pull as the next step needs it."""
+        assert self._command is not None
+        step_s = seconds(self._engine.step_ns)
+        motion = self._engine.link_motion(self._model, self._link)
+        turn = rotation_matrix(motion.pose.orientation)
+        velocity, rate = np.array(motion.linear), np.array(motion.angular)
+        forward, turning = (turn @ np.array(each) for each in self._command)
+        forward = forward + np.cross(turning, forward) * step_s / 2  # the chord of the next step's arc
+        arm, inertia = turn @ self._centre, turn @ self._inertia @ turn.T
+        missing = forward - velocity + np.cross(turning - rate, arm)
+        acceleration = _bounded(missing / step_s, MAX_ACCELERATION)
+        spin = _bounded((turning - rate) / step_s, MAX_ANGULAR_ACCELERATION)
+        force = self._mass * (acceleration - np.array(self._engine.scene.gravity))
+        torque = inertia @ spin + np.cross(rate, inertia @ rate) + np.cross(turn @ self._lever, force)
+        self._pull(force, torque)
+        self.deadline_ns = now_ns + self._engine.step_ns
+
+    def _pull(self, force: FloatArray, torque: FloatArray) -> None:
+        (fx, fy, fz), (tx, ty, tz) = force.tolist(), torque.tolist()
+        wrench = Wrench((fx, fy, fz), (tx, ty, tz))
+        self._engine.set_wrench(self._model, self._link, wrench, self._drive.name)
+
+
+def _bounded(vector: FloatArray, most: float) -> FloatArray:
+    length = float(np.linalg.norm(vector))
+    return vector * (most / length) if length > most else vector

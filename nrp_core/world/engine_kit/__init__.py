@@ -1,0 +1,1 @@
+"""What engines with joints share: bodies, servos, drives, options."""

@@ -1,0 +1,72 @@
+"""What backends of physics engines do alike: options, capabilities, opening."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import ClassVar
+
+from nrp_core._support.diagnosis import Diagnosis
+from nrp_core.errors import BackendLoadError
+from nrp_core.simulation import Determinism
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine_kit.jointed import PhysicsWorld
+from nrp_core.world.engine_kit.options import PhysicsOptions
+from nrp_core.world.interface import World, WorldBackend, WorldOptions
+from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED
+from nrp_core.world.scene.model import Scene
+
+
+class PhysicsBackend(WorldBackend):
+    """The entry point of a physics engine that has all there is.
+
+    Attributes:
+        engine: its name.
+        remedy: a command that installs it.
+        releases_gil: whether it steps while Python code runs in another thread.
+    """
+
+    options: ClassVar[type[PhysicsOptions]]
+    engine: ClassVar[str]
+    remedy: ClassVar[str]
+    releases_gil: ClassVar[bool] = False
+
+    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
+        assert isinstance(options, PhysicsOptions)
+        auto = options.renderer == "auto"
+        return WorldCapabilities(
+            step_ns=options.timestep,
+            determinism=Determinism.MACHINE,
+            renderers=(*SHARED, *self._own_renderers()) if auto else (options.renderer,),
+            snapshot=True,
+            links=True,
+            contacts=True,
+            joint_control=True,
+            joint_wrenches=True,
+            ball_joints=True,
+            coupled_joints=True,
+            changes=True,
+            releases_gil=self.releases_gil,
+        )
+
+    def diagnose(self) -> list[Diagnosis]:
+        own = "".join(f", {name}" for name in self._own_renderers())
+        meaning = f"{RASTER} (flat colours), {REALISTIC} (light and shadows){own}"
+        return [Diagnosis("renderers of cameras", True, meaning)]
+
+    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+        assert isinstance(options, self.options)
+        capabilities = self.capabilities(options)
+        try:
+            world = self._world_class()
+        except ImportError as error:
+            raise BackendLoadError(f"{self.engine} does not import: {error}; try: {self.remedy}") from error
+        return world(scene, seed=seed, capabilities=capabilities, options=options)
+
+    @abstractmethod
+    def _own_renderers(self) -> tuple[str, ...]:
+        """Return the engine's own renderers that work on this machine."""
+
+    @abstractmethod
+    def _world_class(self) -> Callable[..., PhysicsWorld]:
+        """Import the engine and return the class of its worlds."""

@@ -1,0 +1,113 @@
+"""The servo of a single joint, the same in every engine: stiffness and damping, by backward Euler.
+
+Engines that integrate velocities implicitly do this by themselves, with ``damping + stiffness * step`` as
+damping. For those that take forces at the start of a step, :class:`ExplicitServos` find the efforts that do
+the same; and likewise what dampers of joints do, which such engines shake to pieces where they are strong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from nrp_core.world.rigid.matrices import FloatArray
+from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.scene.acting import Ackermann
+from nrp_core.world.scene.model import Model
+
+
+def servoed_joints(model: Model) -> tuple[str, ...]:
+    """Return the joints of a model that have a servo."""
+    controlled = [controller.joint for controller in model.controllers]
+    steered = [joint for drive in model.drives if isinstance(drive, Ackermann) for joint in drive.steering]
+    followed = [joint for each in model.trajectory_controllers for joint in each.joints]
+    return tuple(dict.fromkeys([*controlled, *followed, *steered]))
+
+
+class ExplicitServos:
+    """Finds the efforts to hold for one step, of all joints of a tree at once.
+
+    How fast the joints will be at the end of the step depends on what else acts on them. That is estimated
+    from what the efforts of the last step have done, so that a joint at rest gets exactly its stiffness times
+    its error. With accelerations ``a``, inertia ``M`` and loads ``l``::
+
+        efforts = wanted - step * damping * a,    M a = efforts - l,    l = last efforts - M * (last a)
+
+    Args:
+        limits: of the efforts of the servos, shape ``(n,)``.
+        step_s: the physics step.
+        dampers: N m s/rad or N s/m, of the joints' dampers, which the engine leaves to this; None for none.
+
+    Attributes:
+        braking: the efforts of the dampers in the next step, which have no limit.
+    """
+
+    def __init__(self, limits: Sequence[float], step_s: float, dampers: FloatArray | None = None) -> None:
+        self._limits, self._step_s = np.array(limits), step_s
+        self._dampers = np.zeros(len(limits)) if dampers is None else dampers
+        self.braking = np.zeros(len(limits))
+        self._aims = np.zeros((len(limits), 5))  # in a row what a JointAim has
+        self._efforts = np.zeros(len(limits))
+        self._velocities: FloatArray | None = None
+
+    @property
+    def idle(self) -> bool:
+        """Whether they do nothing."""
+        return not (self._dampers.any() or self._aims.any())
+
+    def aim(self, number: int, aim: JointAim) -> None:
+        """Let one joint aim at something."""
+        idle = self.idle
+        self._aims[number] = aim.stiffness, aim.damping, aim.position, aim.velocity, aim.effort
+        if self.idle and not idle:  # nothing is pushed from now on, and what was seen last grows old
+            self.forget()
+
+    def push(
+        self,
+        positions: FloatArray,
+        velocities: FloatArray,
+        inertia: FloatArray,
+        springs: FloatArray | float = 0.0,
+    ) -> FloatArray:
+        """Return the servos' efforts in the next step, from the joints' state at its start, shape ``(n,)``.
+
+        Args:
+            positions: shape ``(n,)``.
+            velocities: shape ``(n,)``.
+            inertia: of the joints against each other, the base following freely, shape ``(n, n)``.
+            springs: the efforts of springs in that step, shape ``(n,)`` or alike for all.
+        """
+        dt = self._step_s
+        load: FloatArray = np.zeros(len(positions))
+        if self._velocities is not None:
+            load = self._efforts - inertia @ (velocities - self._velocities) / dt
+        stiffness, damping, position, velocity, effort = self._aims.T
+        wanted = stiffness * position + damping * velocity + effort - stiffness * positions
+        damping, dampers = damping + stiffness * dt, self._dampers  # backward Euler
+        wanted = wanted - damping * velocities
+        for _ in range(2):
+            free = wanted - dampers * velocities + springs - load
+            ahead = np.linalg.solve(inertia + np.diag(dt * (damping + dampers)), free)
+            efforts: FloatArray = (wanted - dt * damping * ahead).clip(-self._limits, self._limits)
+            strained = abs(efforts) == self._limits
+            if not (strained.any() and dampers.any()):
+                break
+            # the dampers brake what a servo at its limit does, not what it wanted
+            wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
+        self.braking = -dampers * (velocities + dt * ahead)
+        self._efforts, self._velocities = efforts + self.braking + springs, velocities
+        return efforts
+
+    def forget(self) -> None:
+        """Forget how the joints moved, because they were put elsewhere."""
+        self._velocities = None
+
+    def save(self) -> object:
+        """Return what is kept between steps."""
+        return self._efforts, self._velocities
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+        self._efforts, self._velocities = saved

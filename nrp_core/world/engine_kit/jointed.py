@@ -1,0 +1,232 @@
+"""What worlds do alike whose engine was given the bodies, joints and drives of a scene."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Protocol
+
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine_kit.options import PhysicsOptions
+from nrp_core.world.interface import World
+from nrp_core.world.render.cameras import SHARED
+from nrp_core.world.rigid.motion import (
+    BodyPath,
+    BodyVelocity,
+    JointAim,
+    JointStates,
+    ModelMotion,
+    Touch,
+    Wrench,
+)
+from nrp_core.world.rigid.pose import Pose, Quaternion, rotation_by
+from nrp_core.world.scene.merged_bodies import Body, body_of
+from nrp_core.world.scene.model import Link, Model, Scene
+
+MotionOf = Callable[[], ModelMotion]
+"""Reads how something moves."""
+
+
+class Built(Protocol):
+    """Where the things of a scene are in the engine; what a place is, the engine says."""
+
+    @property
+    def bodies(self) -> Mapping[str, Sequence[tuple[Body, Any]]]:
+        """The bodies of each model, with their places."""
+
+    @property
+    def joints(self) -> Mapping[str, Mapping[str, Any]]:
+        """The places of the coordinates of each model's joints."""
+
+
+class Drive(Protocol):
+    """Moves a body as it is commanded."""
+
+    def aim(self, velocity: BodyVelocity) -> None:
+        """Aim at a velocity of the body from now on."""
+
+    def forget(self) -> None:
+        """Take the next command as one that was in force already."""
+
+
+class JointReader(Protocol):
+    """Reads the movable joints of one model."""
+
+    def states(self) -> JointStates:
+        """Return positions, velocities and efforts."""
+
+
+class Base(Protocol):
+    """A body that floats freely."""
+
+    def __call__(self) -> ModelMotion:
+        """Return how its frame moves."""
+
+    def put(self, motion: ModelMotion) -> None:
+        """Put it where a motion says and let it move so."""
+
+
+class Control(Protocol):
+    """What acts on bodies and joints beside drives, and what is felt."""
+
+    def aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Let the servo of a joint aim at something."""
+
+    def set_effort(self, model: str, joint: str, effort: float) -> None:
+        """Put an effort on a joint."""
+
+    def set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        """Let a wrench act on a body."""
+
+    def touches(self) -> Iterable[Touch]:
+        """Return the contacts of the last step."""
+
+    def joint_wrench(self, body: Body, place: Any) -> Wrench:
+        """Return what a body did to its parent in the last step, at the body's origin."""
+
+
+class PhysicsWorld(World):
+    """A scene in a physics engine.
+
+    A backend's ``_do_load`` builds the scene, sets the four attributes, and calls :meth:`_survey`. Its
+    constructor ends with :meth:`_warm_up`.
+
+    Args:
+        scene: what is simulated.
+        seed: the experiment's seed for the world.
+        capabilities: what the backend has.
+        options: the backend's.
+        engine: name and version of the engine.
+    """
+
+    _built: Built
+    _drives: Mapping[tuple[str, str], Drive]
+    _joints: Mapping[str, JointReader]
+    _control: Control
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        seed: int,
+        capabilities: WorldCapabilities,
+        options: PhysicsOptions,
+        engine: str,
+    ) -> None:
+        identity = f"{engine} {options.model_dump_json()}"
+        super().__init__(scene, seed=seed, capabilities=capabilities, identity=identity)
+        self._options = options
+        self.image_scale = options.image_scale
+
+    @property
+    def _draws(self) -> bool:
+        """Whether the engine draws the pictures itself, so that it must know what things look like."""
+        return self.capabilities.renderers[0] not in SHARED
+
+    def _survey(self, scene: Scene) -> None:
+        """Find what reads how models move; links are found when they are asked for."""
+        self._motions = {model.name: self._motion_of(model, None) for model in scene.models}
+        self._links: dict[tuple[str, str], MotionOf] = {}
+
+    def _warm_up(self) -> None:
+        """Take a picture with each camera, because the first one is slow."""
+        for path in self._optics:
+            self._pictures().picture(path)
+
+    def _motion_of(self, model: Model, link: Link | None) -> MotionOf:
+        """Return what reads the motion of a link, or of the model's frame, which the base's body holds."""
+        name = (link or model.links[0]).name
+        bodies = self._built.bodies[model.name]
+        body, place = bodies[body_of([body for body, _ in bodies], name)]
+        held = next(each.pose for each in body.links if each.name == name)
+        offset = body.in_model.inverse() if link is None else held
+        if not body.fixed:
+            return self._do_motion_of(body, place, offset)
+        still = ModelMotion(body.pose @ offset)
+        return lambda: still
+
+    def _do_model_motion(self, model: str) -> ModelMotion:
+        return self._motions[model]()
+
+    def _do_link_motion(self, model: str, link: str) -> ModelMotion:
+        path = model, link
+        if path not in self._links:
+            owner = self.scene.model(model)
+            self._links[path] = self._motion_of(owner, owner.link(link))
+        return self._links[path]()
+
+    def _do_joint_states(self, model: str) -> JointStates:
+        return self._joints[model].states()
+
+    def _do_touches(self) -> Sequence[Touch]:
+        return list(self._control.touches())
+
+    def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
+        for body, place in self._built.bodies[model]:
+            if body.joint is not None and body.joint.name == joint:
+                return self._control.joint_wrench(body, place)
+        raise AssertionError(f"no joint '{joint}' parts two bodies of '{model}'")  # sensors' joints all do
+
+    def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        self._drives[model, drive].aim(velocity)
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        self._control.aim(model, joint, aim)
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        self._control.set_effort(model, joint, effort)
+
+    def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
+        self._control.set_wrench(body, wrench)
+
+    def _do_place(self, model: str, motion: ModelMotion) -> None:
+        to_model = self._do_model_motion(model).pose.inverse()
+        for body, place in self._built.bodies[model]:
+            if body.floats:
+                base = self._do_base(body, place)
+                base.put(motion.at(to_model @ base().pose))
+        self._moved(model)
+
+    def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        states = self._do_joint_states(model)
+        now = dict(zip(states.names, states.positions.tolist(), strict=True))
+        places = self._built.joints[model]
+        for joint in self.scene.model(model).joints:
+            given = [positions[name] for name in joint.coordinates if name in positions]
+            if given and joint.kind == "ball":
+                x, y, z = (positions.get(name, now[name]) for name in joint.coordinates)
+                self._do_put_ball(places[joint.coordinates[0]], rotation_by((x, y, z)))
+            elif given:
+                self._do_put_joint(places[joint.name], given[0])
+        self._moved(model)
+
+    def _do_close(self) -> None:
+        self._close_cameras()
+
+    def _continue(self, model: str | None = None) -> None:
+        """Start from another state of a model, by default of all, than the one reached by steps."""
+        for (owner, _), drive in self._drives.items():
+            if model in (owner, None):
+                drive.forget()
+
+    # -- for backends
+
+    @abstractmethod
+    def _moved(self, model: str) -> None:
+        """Go on from where a model was put."""
+
+    @abstractmethod
+    def _do_motion_of(self, body: Body, place: Any, offset: Pose) -> MotionOf:
+        """Return what reads the motion of a frame that is held at an offset by a body that moves."""
+
+    @abstractmethod
+    def _do_base(self, body: Body, place: Any) -> Base:
+        """Return a body that floats freely."""
+
+    @abstractmethod
+    def _do_put_joint(self, place: Any, position: float) -> None:
+        """Put a joint somewhere, at rest."""
+
+    @abstractmethod
+    def _do_put_ball(self, place: Any, orientation: Quaternion) -> None:
+        """Turn the child of a ball joint against its parent, at rest; the place is its first coordinate's."""

@@ -1,0 +1,247 @@
+"""A planar servo: how a wheel drive moves its robot, the same in every engine.
+
+Tyre contact is where engines differ most: by their friction models a skid-steered robot turns at 10 to 60 %
+of the commanded rate. So wheels roll without friction here, and the drive acts on the body:
+
+* A change of the command changes the body's velocity at once, as in the ideal unicycle.
+* Against everything else the velocity is held by forces, up to the friction of the tyres or the torque of
+  the motors.
+
+Seen from above, a body of mass ``m`` and radius of gyration ``k`` about its centre of mass moves as if driven
+at four points of a cross, at ``lever = k / sqrt(2)``: the left and the right one ahead, the front and the
+rear one sideways, each with::
+
+    force = m/2 / TIME_CONSTANT_S * (aim - velocity),   |force| <= limit
+
+Then forward, sideways and turning velocity decay alike and without coupling, for any robot. As with real
+tyres, each point has its share of the traction: a robot that tries to spin can be pushed, so it does not lock
+itself against a wall. The forces act at the height of the centre of mass: a drive alone neither pitches its
+robot nor tips it over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import copysign, hypot, sqrt
+
+from nrp_core.errors import SceneError
+from nrp_core.world.engine_kit.wheels import ServoedWheel, servoed_wheel
+from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
+from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.scene.acting import Ackermann, PlanarDrive, PlanarMove
+from nrp_core.world.scene.driven import driven_root, masses_in
+from nrp_core.world.scene.mass import combined, turned
+from nrp_core.world.scene.merged_bodies import Body
+from nrp_core.world.scene.model import Model
+
+TIME_CONSTANT_S = 0.001
+"""Of the body's velocity, while no limit is reached; on a slope a robot creeps by as much as it gains in this
+time in free fall along the slope, 2.5 mm/s at 15 degrees."""
+TRACTION = 1.0
+"""Coefficient of friction between tyres and floor."""
+
+Aims = tuple[float, float, float, float]
+"""Velocities (m/s) of the left and right point ahead, and of the front and rear point to the left."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanarServo:
+    """The servo of one drive.
+
+    Args:
+        body: index of the driven body among its model's; its frame looks along x.
+        centre: the robot's centre of mass in the body's frame.
+        to_centre: that point relative to the drive's centre (the middle of its wheels), forward and left.
+        lever: distance of the four points from the centre, m.
+        gain: of each point, N s/m.
+        limit: of each point, N.
+        wheels: left ones first.
+    """
+
+    body: int
+    centre: Vector
+    to_centre: tuple[float, float]
+    lever: float
+    gain: float
+    limit: float
+    wheels: tuple[ServoedWheel, ...] = ()
+
+    @property
+    def points(self) -> tuple[Vector, Vector, Vector, Vector]:
+        """The left, right, front and rear point in the body's frame."""
+        x, y, z = self.centre
+        lever = self.lever
+        return (x, y + lever, z), (x, y - lever, z), (x + lever, y, z), (x - lever, y, z)
+
+    def aims(self, velocity: BodyVelocity, step_s: float) -> Aims:
+        """Return what the points aim at while a velocity of the body is commanded.
+
+        In a turn the forces have to bend the path, for which the aims are ahead of the velocities. Half a
+        step is added to that, because an engine moves a body along its heading at the start of the step, and
+        the arc's chord points half the step's turn further.
+
+        Args:
+            velocity: the command.
+            step_s: the physics step.
+        """
+        forward, side, turn = self._of_centre(velocity)
+        bend = (TIME_CONSTANT_S + step_s / 2) * turn
+        forward, side = forward - bend * side, side + bend * forward
+        swing = turn * self.lever
+        return forward - swing, forward + swing, side + swing, side - swing
+
+    def changed(self, motion: ModelMotion, before: BodyVelocity, after: BodyVelocity) -> ModelMotion:
+        """Return the motion right after the command has changed, as :meth:`change` tells.
+
+        Args:
+            motion: of the driven body's frame.
+            before: the command until now.
+            after: the command from now on.
+        """
+        to_body = motion.pose.rotate_back
+        forward, left, turn = self.change(to_body(motion.linear), to_body(motion.angular), before, after)
+        linear = motion.pose.rotate((forward, left, 0.0))
+        angular = motion.pose.rotate((0.0, 0.0, turn))
+        return ModelMotion(motion.pose, _sum(motion.linear, linear), _sum(motion.angular, angular))
+
+    def change(self, linear: Vector, angular: Vector, before: BodyVelocity, after: BodyVelocity) -> Vector:
+        """Return how much faster the driven body is right after the command has changed.
+
+        Each velocity changes as the command does, but only towards the command and not beyond: a robot held
+        by a wall is not thrown back by a command to push less. Without traction nothing changes.
+
+        Args:
+            linear: velocity of the driven body's frame, along its own axes.
+            angular: its turn rate about them.
+            before: the command until now.
+            after: the command from now on.
+
+        Returns:
+            How much faster forward, to the left and in turning.
+        """
+        if not self.limit:
+            return 0.0, 0.0, 0.0
+        vx, vy, _ = linear
+        wx, wy, wz = angular
+        x, y, z = self.centre
+        now = (vx + wy * z - wz * y, vy + wz * x - wx * z, wz)
+        forward, side, turn = map(_towards, now, self._of_centre(before), self._of_centre(after))
+        return forward + turn * y, side - turn * x, turn
+
+    def spins(self, velocity: BodyVelocity) -> tuple[float, ...]:
+        """Return the velocities of the wheel joints, rad/s."""
+        return tuple(wheel.speed(velocity) for wheel in self.wheels)
+
+    def explicit_gain(self, step_s: float) -> float:
+        """Return the gain with which a force held for a step does what an implicit integrator does."""
+        return self.gain * TIME_CONSTANT_S / (TIME_CONSTANT_S + step_s)
+
+    def _of_centre(self, velocity: BodyVelocity) -> Vector:
+        """Return how the centre of mass moves forward, sideways and turns when the drive does so."""
+        ahead, aside = self.to_centre
+        turn = velocity.turn
+        return velocity.forward - turn * aside, velocity.left + turn * ahead, turn
+
+
+def _towards(velocity: float, before: float, after: float) -> float:
+    """Return the change of a velocity when its command changes."""
+    change, gap = after - before, after - velocity
+    return copysign(min(abs(change), abs(gap)), change) if change * gap > 0 else 0.0
+
+
+def _sum(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def servo_of(
+    model: Model, drive: PlanarDrive, bodies: Sequence[Body], gravity: Vector, physical: bool = False
+) -> PlanarServo:
+    """Lay out the servo of a drive.
+
+    Args:
+        model: what it drives.
+        drive: the drive.
+        bodies: of the model.
+        gravity: of the scene.
+        physical: whether the wheels move the robot by their friction, if it has any. Nothing else does then.
+
+    Raises:
+        SceneError: a wheel cannot turn, or no one body that floats freely holds all wheels.
+    """
+    sides = () if isinstance(drive, PlanarMove) else ((-1.0, drive.left), (1.0, drive.right))
+    wheels = [(side, _wheel(model, drive, bodies, name)) for side, names in sides for name in names]
+    base = driven_root(model, drive, bodies, [wheel for _, wheel in wheels])
+    whole = combined(masses_in(base, bodies))
+    assert whole is not None  # a body that can move has mass
+    lever = sqrt(float(turned(whole)[2, 2]) / whole.mass / 2)
+    x, y, _ = whole.pose.position
+    middle = _middle(drive, [wheel for _, wheel in wheels])
+    physical = physical and bool(wheels)
+    carried = whole.mass / len(wheels) if physical else 0.0
+    return PlanarServo(
+        base,
+        whole.pose.position,
+        (x - middle[0], y - middle[1]),
+        lever,
+        gain=whole.mass / 2 / TIME_CONSTANT_S,
+        limit=0.0 if physical else _limit(drive, whole.mass, gravity),
+        wheels=()
+        if isinstance(drive, PlanarMove)
+        else tuple(servoed_wheel(drive, wheel, side, carried) for side, wheel in wheels),
+    )
+
+
+def without_wheel_friction(model: Model, bodies: Sequence[Body], physical: bool = False) -> tuple[Body, ...]:
+    """Return the bodies with wheels that roll, and bases without wheels that slide, without friction.
+
+    Their traction is the servo's, but where wheels are ``physical``. Nor do friction and dampers of their
+    joints brake such wheels, whose motors are not those that move the robot.
+    """
+    wheels = {
+        name
+        for drive in model.planar_drives
+        if not isinstance(drive, PlanarMove) and not physical
+        for name in (*drive.left, *drive.right)
+    }
+    slides = any(isinstance(drive, PlanarMove) for drive in model.planar_drives)
+    return tuple(
+        _slippery(body) if (body.joint.name in wheels if body.joint else slides and body.floats) else body
+        for body in bodies
+    )
+
+
+def _slippery(body: Body) -> Body:
+    links = tuple(
+        replace(link, collisions=tuple(replace(collision, friction=0.0) for collision in link.collisions))
+        for link in body.links
+    )
+    joint = body.joint and replace(body.joint, damping=0.0, friction=0.0)
+    return replace(body, links=links, joint=joint)
+
+
+def _wheel(model: Model, drive: PlanarDrive, bodies: Sequence[Body], joint: str) -> Body:
+    for body in bodies:
+        if body.joint is not None and body.joint.name == joint:
+            return body
+    raise SceneError(f"the drive '{drive.name}' of '{model.name}' has a wheel that cannot turn: '{joint}'")
+
+
+def _middle(drive: PlanarDrive, wheels: Sequence[Body]) -> tuple[float, float]:
+    """Return the point whose velocity is commanded: the middle of the wheels, of a car's rear ones."""
+    if isinstance(drive, Ackermann):
+        rear = (drive.left[0], drive.right[0])
+        wheels = [wheel for wheel in wheels if wheel.joint is not None and wheel.joint.name in rear]
+    if not wheels:
+        return 0.0, 0.0
+    places = [wheel.in_model.position for wheel in wheels]
+    return sum(x for x, _, _ in places) / len(places), sum(y for _, y, _ in places) / len(places)
+
+
+def _limit(drive: PlanarDrive, mass: float, gravity: Vector) -> float:
+    """Return the force that half of the tyres, or one side's motors, can bring to the ground."""
+    traction = TRACTION * mass * hypot(*gravity) / 2
+    if isinstance(drive, PlanarMove):
+        return traction
+    motors = min(len(drive.left), len(drive.right)) * drive.torque / (drive.wheel_diameter / 2)
+    return min(traction, motors)

@@ -1,0 +1,73 @@
+"""Wheels that spin as their drive commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrp_core.world.rigid.motion import BodyVelocity
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.acting import Ackermann, WheelDrive
+from nrp_core.world.scene.mass import turned
+from nrp_core.world.scene.merged_bodies import Body
+
+ROLLING_TIME_CONSTANT_S = 0.05
+"""Of the spin of a wheel that moves nothing; slow enough that its reaction does not rock the body."""
+DRIVING_TIME_CONSTANT_S = 0.001
+"""Of the spin of a wheel that moves its share of the robot; within the torque, friction hardly slows it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoedWheel:
+    """A wheel that spins as its drive commands.
+
+    Args:
+        joint: its name.
+        per_forward, per_turn: rad/s of the joint for each m/s forward and each rad/s of turn.
+        gain: N m s/rad.
+        limit: N m.
+        time_constant_s: of its spin, while the limit is not reached.
+    """
+
+    joint: str
+    per_forward: float
+    per_turn: float
+    gain: float
+    limit: float
+    time_constant_s: float = ROLLING_TIME_CONSTANT_S
+
+    def share_in(self, step_s: float) -> float:
+        """Return the share of a wheel's error in speed that one physics step takes away."""
+        return step_s / (step_s + self.time_constant_s)
+
+    def speed(self, velocity: BodyVelocity) -> float:
+        """Return the joint's velocity (rad/s) that goes with a velocity of the body."""
+        return self.per_forward * velocity.forward + self.per_turn * velocity.turn
+
+
+def servoed_wheel(drive: WheelDrive | Ackermann, wheel: Body, side: float, carried: float) -> ServoedWheel:
+    """Return a wheel's servo; a joint whose axis points right turns the other way round.
+
+    Args:
+        drive: its drive.
+        wheel: the wheel.
+        side: -1 for a left wheel, 1 for a right one.
+        carried: the mass (kg) that its friction moves; 0: it rolls without.
+    """
+    assert wheel.joint is not None
+    assert wheel.inertial is not None
+    axis = Pose(orientation=wheel.in_model.orientation).rotate(wheel.joint.axis)
+    sign = 1.0 if axis[1] >= 0 else -1.0
+    radius = drive.wheel_diameter / 2
+    spin_axis = np.array(wheel.joint.axis)
+    inertia = float(spin_axis @ turned(wheel.inertial) @ spin_axis) + carried * radius**2
+    time_constant_s = DRIVING_TIME_CONSTANT_S if carried else ROLLING_TIME_CONSTANT_S
+    return ServoedWheel(
+        wheel.joint.name,
+        per_forward=sign / radius,
+        per_turn=sign * side * drive.separation / 2 / radius,
+        gain=inertia / time_constant_s,
+        limit=min(drive.torque, wheel.joint.effort),
+        time_constant_s=time_constant_s,
+    )

@@ -1,1 +1,0 @@
-"""What every physics engine needs of a scene, prepared once: bodies, drives, options."""

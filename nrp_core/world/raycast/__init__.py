@@ -1,0 +1,1 @@
+"""Rays against the collision shapes of a scene, the same in every engine."""

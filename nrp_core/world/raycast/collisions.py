@@ -1,0 +1,203 @@
+"""The collision shapes of a scene as one space: what a ray meets, and which shape is at a point.
+
+It is made of the neutral scene, so that lasers measure the same and contacts carry the same names in all
+engines; these tell only where bodies are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import hypot, inf
+
+import numpy as np
+
+from nrp_core.world.raycast.beams import directions
+from nrp_core.world.raycast.rays import BOX, CAPSULE, CYLINDER, MESH, PLANE, SPHERE, FloatArray, cast
+from nrp_core.world.rigid.matrices import matrix_of
+from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, body_of, place_in_frame
+from nrp_core.world.scene.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Heightmap,
+    Mesh,
+    Plane,
+    Sphere,
+)
+from nrp_core.world.scene.sensing import Laser
+from nrp_core.world.scene.tessellation import triangles_of
+
+
+class CollisionSpace:
+    """All collision shapes of a scene.
+
+    Args:
+        bodies: of each model.
+        reader: is given the paths of the bodies that move, once, and returns what writes where these are.
+    """
+
+    def __init__(
+        self, bodies: Mapping[str, Sequence[Body]], reader: Callable[[Sequence[BodyPath]], ReadFrames]
+    ) -> None:
+        self._bodies = bodies
+        moving = [
+            (model, i) for model, each in bodies.items() for i, body in enumerate(each) if not body.fixed
+        ]
+        self._numbers = {path: number for number, path in enumerate(moving, start=WORLD_FRAME + 1)}
+        self._frames = np.tile(np.eye(3, 4), (1 + len(moving), 1, 1))
+        self._read = reader(moving)
+        shapes = [shape for model, each in bodies.items() for shape in _shapes_of(model, each)]
+        self._owners = [path for path, *_ in shapes]
+        self._names = [name for _, name, *_ in shapes]
+        self._shapes = [(collision.geometry, place @ collision.pose) for *_, collision, place in shapes]
+        self._set_up([geometry for geometry, _ in self._shapes])
+
+    def _set_up(self, geometries: Sequence[Geometry]) -> None:
+        """Lay the shapes out as arrays."""
+        n = len(geometries)
+        meshes = [_triangles(each) for each in geometries]
+        middles = [_middle(each) for each in meshes]
+        meshes = [mesh - middle for mesh, middle in zip(meshes, middles, strict=True)]
+        ends = np.cumsum([0, *map(len, meshes)])
+        self._kinds = np.array([_KINDS[type(each)] for each in geometries], np.int64)
+        self._sizes = np.array([_size(*each) for each in zip(geometries, meshes, strict=True)]).reshape(n, 3)
+        self._radii = np.array([_radius(*each) for each in zip(geometries, meshes, strict=True)])
+        self._meshes = np.column_stack([ends[:-1], ends[1:]]).astype(np.int64)
+        self._triangles = np.concatenate([np.empty((0, 3, 3)), *meshes])
+        places = [pose @ Pose(middle) for (_, pose), middle in zip(self._shapes, middles, strict=True)]
+        self._local = np.array([matrix_of(place) for place in places]).reshape(n, 3, 4)
+        self._held = np.array([self._numbers.get(path, WORLD_FRAME) for path in self._owners], np.int64)
+        self._places = self._local.copy()
+        self._moves = self._held != WORLD_FRAME
+
+    def scan(self, model: str, link: str, laser: Laser) -> FloatArray:
+        """Return the distance along each ray, layer by layer, m; ``inf`` where it meets nothing.
+
+        A laser does not see the body that carries it.
+        """
+        self._update()
+        index = body_of(self._bodies[model], link)
+        body = self._bodies[model][index]
+        held = next(part.pose for part in body.links if part.name == link)
+        local = matrix_of(place_in_frame(body) @ held @ laser.pose)
+        frame = self._frames[self._numbers.get((model, index), WORLD_FRAME)]
+        turn, eye = frame[:, :3] @ local[:, :3], frame[:, :3] @ local[:, 3] + frame[:, 3]
+        rays = directions(laser) @ turn.T
+        distances = np.full(len(rays), np.nextafter(laser.range_max, inf))
+        hidden = np.array([path == (model, index) for path in self._owners], bool)
+        # the nearest first, so that of the others most need no closer look
+        order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
+        kinds, sizes, radii = self._kinds[order], self._sizes[order], self._radii[order]
+        places, meshes = self._places[order], self._meshes[order]
+        shapes = (kinds, sizes, radii, places, meshes, self._triangles, hidden[order])
+        cast(*shapes, eye, rays, laser.range_min, distances)
+        distances[distances > laser.range_max] = inf
+        return distances
+
+    def name_at(self, path: BodyPath, position: Vector) -> str:
+        """Return the collision of a body, ``model/link/collision``, whose surface is nearest to a point."""
+        mine = [i for i, owner in enumerate(self._owners) if owner == path]
+        if len(mine) > 1:
+            self._update()
+            mine.sort(key=lambda i: self._distance(i, position))
+        return self._names[mine[0]]
+
+    def _distance(self, shape: int, position: Vector) -> float:
+        """Return how far a point of the world is from a shape's surface."""
+        place, triangles = self._places[shape], self._triangles[slice(*self._meshes[shape])]
+        x, y, z = (place[:, :3].T @ (position - place[:, 3])).tolist()
+        return abs(_depth(self._shapes[shape][0], triangles, (x, y, z)))
+
+    def _update(self) -> None:
+        self._read(self._frames[WORLD_FRAME + 1 :])
+        frames, local = self._frames[self._held[self._moves]], self._local[self._moves]
+        self._places[self._moves, :, :3] = frames[:, :, :3] @ local[:, :, :3]
+        self._places[self._moves, :, 3] = (
+            np.einsum("nij,nj->ni", frames[:, :, :3], local[:, :, 3]) + frames[:, :, 3]
+        )
+
+
+_KINDS: Mapping[type[Geometry], int] = {
+    Plane: PLANE, Sphere: SPHERE, Box: BOX, Cylinder: CYLINDER, Capsule: CAPSULE, Mesh: MESH, Heightmap: MESH,
+}  # fmt: skip
+
+
+def _shapes_of(model: str, bodies: Sequence[Body]) -> Iterator[tuple[BodyPath, str, Collision, Pose]]:
+    """Return each collision with its body, its name, and the place of its link in the body's frame."""
+    for index, body in enumerate(bodies):
+        for link in body.links:
+            for collision in link.collisions:
+                name = f"{model}/{link.name}/{collision.name}"
+                yield (model, index), name, collision, place_in_frame(body) @ link.pose
+
+
+def _triangles(geometry: Geometry) -> FloatArray:
+    """Return the triangles of a mesh, of anything else none, shape ``(n, 3, 3)``."""
+    if not isinstance(geometry, Mesh):
+        return np.empty((0, 3, 3))
+    vertices, faces = triangles_of(geometry)
+    return np.asarray(vertices[faces], float)
+
+
+def _middle(triangles: FloatArray) -> Vector:
+    """Return the middle of the box that holds triangles, the origin for none."""
+    if not len(triangles):
+        return 0.0, 0.0, 0.0
+    x, y, z = ((triangles.min((0, 1)) + triangles.max((0, 1))) / 2).tolist()
+    return x, y, z
+
+
+def _size(geometry: Geometry, triangles: FloatArray) -> Vector:
+    match geometry:
+        case Box((x, y, z)):
+            return x / 2, y / 2, z / 2
+        case Cylinder(radius, length) | Capsule(radius, length):
+            return radius, radius, length / 2
+        case Sphere(radius):
+            return radius, radius, radius
+        case Mesh():
+            x, y, z = triangles.max((0, 1)).tolist()
+            return x, y, z
+    return inf, inf, inf
+
+
+def _radius(geometry: Geometry, triangles: FloatArray) -> float:
+    """Return the radius of a sphere about the origin that holds a shape."""
+    match geometry:
+        case Box():
+            return hypot(*_size(geometry, triangles))
+        case Cylinder(radius, length):
+            return hypot(radius, length / 2)
+        case Capsule(radius, length):
+            return radius + length / 2
+        case Sphere(radius):
+            return radius
+        case Mesh():
+            return float(np.linalg.norm(triangles, axis=2).max(initial=0.0))
+    return inf
+
+
+def _depth(geometry: Geometry, triangles: FloatArray, point: Vector) -> float:
+    """Return the signed distance of a point from a surface, of a mesh from the box that holds it."""
+    x, y, z = point
+    match geometry:
+        case Plane():
+            return z
+        case Sphere(radius):
+            return hypot(x, y, z) - radius
+        case Capsule(radius, length):
+            return hypot(x, y, z - max(-length / 2, min(length / 2, z))) - radius
+        case Cylinder(radius, length):
+            return _outside((hypot(x, y) - radius, abs(z) - length / 2))
+        case Box((a, b, c)):
+            return _outside((abs(x) - a / 2, abs(y) - b / 2, abs(z) - c / 2))
+    low, high = triangles.min((0, 1)), triangles.max((0, 1))
+    return _outside(np.maximum(low - point, point - high).tolist())
+
+
+def _outside(beyond: Sequence[float]) -> float:
+    return hypot(*(max(each, 0.0) for each in beyond)) + min(max(beyond), 0.0)

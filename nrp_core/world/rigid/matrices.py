@@ -1,0 +1,21 @@
+"""Rotations and poses as matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.rigid.pose import Pose, Quaternion
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def rotation_matrix(orientation: Quaternion) -> FloatArray:
+    """Return the matrix that turns a vector like a quaternion does."""
+    pose = Pose(orientation=orientation)
+    return np.array([pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
+
+
+def matrix_of(pose: Pose) -> FloatArray:
+    """Return a pose as rotation and translation, shape ``(3, 4)``."""
+    return np.column_stack([rotation_matrix(pose.orientation), pose.position])

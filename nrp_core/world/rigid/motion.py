@@ -1,0 +1,103 @@
+"""How bodies and joints move, what they are to do, and what acts on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.rigid.matrices import FloatArray
+from nrp_core.world.rigid.pose import Pose, Vector
+
+BodyPath = tuple[str, int]
+"""A model and the index of one of its bodies."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelMotion:
+    """Pose of a model's frame and its linear (m/s) and angular (rad/s) velocity, in the world's frame."""
+
+    pose: Pose
+    linear: Vector = (0.0, 0.0, 0.0)
+    angular: Vector = (0.0, 0.0, 0.0)
+
+    def at(self, offset: Pose) -> ModelMotion:
+        """Return how a frame moves that is rigidly held at ``offset`` in this one."""
+        pose = self.pose @ offset
+        (px, py, pz), (ox, oy, oz) = pose.position, self.pose.position
+        x, y, z = px - ox, py - oy, pz - oz
+        vx, vy, vz = self.linear
+        wx, wy, wz = self.angular
+        linear = (vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)
+        return ModelMotion(pose, linear, self.angular)
+
+
+@dataclass(frozen=True, slots=True)
+class BodyVelocity:
+    """A velocity in the body's own frame: forward and left in m/s, turn (about z) in rad/s.
+
+    ``steer`` is the angle (rad) of steered wheels that goes with it.
+    """
+
+    forward: float = 0.0
+    left: float = 0.0
+    turn: float = 0.0
+    steer: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class JointStates:
+    """Names, positions (rad, m), velocities and efforts of joints, each of shape ``(n,)``."""
+
+    names: tuple[str, ...]
+    positions: npt.NDArray[np.float64]
+    velocities: npt.NDArray[np.float64]
+    efforts: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class JointAim:
+    """What a joint's servo aims at from now on.
+
+    Its effort is ``stiffness * (position - q) + damping * (velocity - dq/dt) + effort``, taken at the end of
+    each physics step (backward Euler, so that any gains are stable) and bounded by the joint's limit.
+    """
+
+    stiffness: float = 0.0
+    damping: float = 0.0
+    position: float = 0.0
+    velocity: float = 0.0
+    effort: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """Where two bodies touched in the last physics step.
+
+    Args:
+        bodies: model and index of the body of each.
+        position: in the world, m.
+        normal: unit vector out of the second body.
+        depth: how deep they overlap, m.
+        force: what the second does to the first, N, along the world's axes.
+    """
+
+    bodies: tuple[BodyPath, BodyPath]
+    position: Vector
+    normal: Vector
+    depth: float
+    force: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Wrench:
+    """A force (N) and a torque (N m), along the world's axes."""
+
+    force: Vector = (0.0, 0.0, 0.0)
+    torque: Vector = (0.0, 0.0, 0.0)
+
+
+ReadFrames = Callable[[FloatArray], None]
+"""Writes rotation and translation to the world of some bodies, shape ``(n, 3, 4)``."""

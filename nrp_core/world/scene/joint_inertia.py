@@ -1,0 +1,48 @@
+"""What joints have to move, and the gains with which they follow at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from nrp_core.world.scene.acting import Pid
+from nrp_core.world.scene.mass import combined, turned
+from nrp_core.world.scene.merged_bodies import Body, tree_of
+from nrp_core.world.scene.model import Inertial
+
+STIFF_TIME_CONSTANT_S = 0.04
+"""In which joints follow their command whose files give no gains."""
+
+
+def joint_inertias(bodies: Sequence[Body]) -> Mapping[str, float]:
+    """Return what each movable joint has to turn (kg m^2) or push (kg), with all joints at 0."""
+    return {
+        body.joint.name: _inertia(index, bodies)
+        for index, body in enumerate(bodies)
+        if body.joint is not None
+    }
+
+
+def _inertia(index: int, bodies: Sequence[Body]) -> float:
+    body = bodies[index]
+    assert body.joint is not None
+    to_joint = body.in_model.inverse()
+    masses = [
+        Inertial(part.inertial.mass, to_joint @ part.in_model @ part.inertial.pose, part.inertial.inertia)
+        for part in (bodies[each] for each in tree_of(index, bodies))
+        if part.inertial is not None
+    ]
+    whole = combined(masses)
+    assert whole is not None  # what can move has mass
+    if body.joint.kind == "prismatic":
+        return whole.mass
+    axis = np.array(body.joint.axis)
+    lever = np.cross(axis, whole.pose.position)
+    return float(axis @ turned(whole) @ axis + whole.mass * lever @ lever)
+
+
+def stiff_gains(inertia: float, *, velocity: bool = False) -> Pid:
+    """Return gains with which a joint follows at once, whatever it has to move: critically damped."""
+    rate = inertia / STIFF_TIME_CONSTANT_S
+    return Pid(p=rate) if velocity else Pid(p=rate / STIFF_TIME_CONSTANT_S, d=2 * rate)

@@ -1,0 +1,140 @@
+"""A model as rigid bodies: links that cannot move against each other are one body.
+
+Engines pay for every body and every joint; what a file splits into links for its own reasons costs nothing
+once it is merged here, in the same way for all engines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from nrp_core.errors import SceneError
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.mass import combined
+from nrp_core.world.scene.model import Inertial, Joint, Link, Model
+from nrp_core.world.scene.sensing import ForceTorque
+
+WORLD_FRAME = 0
+"""The frame of what does not move."""
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """One or more links that move as one.
+
+    Args:
+        name: of its first link, or ``world`` for what does not move.
+        parent: index of the parent among the model's bodies, None for a root.
+        joint: the joint to the parent, movable or of a force-torque sensor; its frame is the body's frame.
+        fixed: a root that does not move; other roots float freely.
+        pose: the body's frame in the parent's with the joint at 0; a root's in the world.
+        in_model: the body's frame in the model's frame with all joints at 0; a root's is the same.
+        inertial: mass in the body's frame, along principal axes; None where it does not move.
+        links: the links, with their poses in the body's frame.
+    """
+
+    name: str
+    parent: int | None
+    joint: Joint | None
+    fixed: bool
+    pose: Pose
+    in_model: Pose
+    inertial: Inertial | None
+    links: tuple[Link, ...]
+
+    @property
+    def floats(self) -> bool:
+        """Whether it is a root that can go anywhere."""
+        return self.parent is None and not self.fixed
+
+
+def bodies_of(model: Model) -> tuple[Body, ...]:
+    """Return the bodies of a model, parents before children, roots in the order of the links.
+
+    Raises:
+        SceneError: a movable body has no mass.
+    """
+    return tuple(_Merger(model).bodies())
+
+
+def body_of(bodies: Sequence[Body], link: str) -> int:
+    """Return the index of the body that a link is part of."""
+    return next(i for i, body in enumerate(bodies) if any(part.name == link for part in body.links))
+
+
+def tree_of(root: int, bodies: Sequence[Body]) -> list[int]:
+    """Return the index of a root and those of all bodies that hang on it, parents before children."""
+    tree = [root]
+    for index, body in enumerate(bodies):
+        if body.parent in tree:
+            tree.append(index)
+    return tree
+
+
+def place_in_frame(body: Body) -> Pose:
+    """Return where a body is in the frame that it moves with: its own, or the world's if it does not move."""
+    return body.pose if body.fixed else Pose()
+
+
+class _Merger:
+    """Groups links by the first link of the body they belong to, ``world`` for what is fixed."""
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self._joints: Mapping[str, Joint] = {} if model.static else {j.child: j for j in model.joints}
+        self._kept = {
+            sensor.joint for link in model.links for sensor in link.sensors if isinstance(sensor, ForceTorque)
+        }
+        self._first = {link.name: WORLD if model.static else self._top(link.name) for link in model.links}
+        self._members: dict[str, set[str]] = {WORLD: {WORLD}}
+        for link, first in self._first.items():
+            self._members.setdefault(first, set()).add(link)
+
+    def bodies(self) -> list[Body]:
+        bodies: list[Body] = []
+        for first in self._roots():
+            self._add(first, None, bodies)
+        return bodies
+
+    def _top(self, link: str) -> str:
+        """Return the link at the upper end of the fixed joints that hold a link."""
+        joint = self._joints.get(link)
+        return link if joint is None or self._parts(joint) else self._top(joint.parent)
+
+    def _parts(self, joint: Joint) -> bool:
+        """Whether a joint parts two bodies: it moves, or what it carries is measured."""
+        return joint.kind != "fixed" or joint.name in self._kept
+
+    def _roots(self) -> Iterator[str]:
+        if WORLD in self._first.values() or any(joint.parent == WORLD for joint in self._joints.values()):
+            yield WORLD
+        for first in dict.fromkeys(self._first.values()):
+            if first != WORLD and first not in self._joints:
+                yield first
+
+    def _add(self, first: str, parent: int | None, bodies: list[Body]) -> None:
+        """Append a body and then those that hang on it."""
+        joint = self._joints.get(first)
+        in_model = Pose() if joint is None else joint.pose
+        pose = self._model.pose if parent is None else bodies[parent].in_model.inverse() @ in_model
+        to_body, members = in_model.inverse(), self._members[first]
+        links = [
+            replace(link, pose=to_body @ link.pose) for link in self._model.links if link.name in members
+        ]
+        fixed = first == WORLD
+        inertial = None if fixed else combined(_masses(links))
+        if inertial is None and not fixed:
+            raise SceneError(f"the link '{first}' of the model '{self._model.name}' can move but has no mass")
+        index = len(bodies)
+        bodies.append(Body(first, parent, joint, fixed, pose, in_model, inertial, tuple(links)))
+        for child, held in self._joints.items():
+            if self._parts(held) and held.parent in members:
+                self._add(child, index, bodies)
+
+
+def _masses(links: Sequence[Link]) -> Iterator[Inertial]:
+    for link in links:
+        if link.inertial is not None:
+            yield replace(link.inertial, pose=link.pose @ link.inertial.pose)

@@ -1,0 +1,65 @@
+"""What touches what."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from nrp_core.world.engine import Engine
+from nrp_core.world.messages.gazebo_msgs import ContactsState, ContactState
+from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
+from nrp_core.world.rigid.motion import Touch
+from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.scene.sensing import ContactSensor
+from nrp_core.world.sensors.sensor import SensorPart
+
+Named = tuple[Touch, tuple[str, str]]
+
+
+class ContactPart(SensorPart):
+    """Serves what touches one link, as of the last physics step; its own collisions come first."""
+
+    def __init__(self, sensor: ContactSensor, model: str, link: str, engine: Engine) -> None:
+        super().__init__(sensor, model, link, engine)
+        self._prefix = f"{model}/{link}/"
+        self._feeling = {self._prefix + name for name in sensor.collisions}
+        self.topics = (self._served(sensor.topic, ContactsState, f"contacts of {model}/{link}"),)
+
+    def read(self, topic: str, now_ns: int) -> ContactsState:
+        mine: dict[tuple[str, str], list[Touch]] = {}
+        for touch, names in self._engine.touches():
+            for seen, pair in ((touch, names), (_reversed(touch), names[::-1])):
+                if self._feels(pair[0]):
+                    mine.setdefault((pair[0], pair[1]), []).append(seen)
+        states = [contact_message(*names, touches) for names, touches in mine.items()]
+        return ContactsState(self._header(now_ns), states)
+
+    def _feels(self, collision: str) -> bool:
+        return collision in self._feeling if self._feeling else collision.startswith(self._prefix)
+
+
+def contact_message(one: str, other: str, touches: Iterable[Touch]) -> ContactState:
+    """Return the contacts of two collisions as Gazebo tells them."""
+    found = list(touches)
+    total = np.sum([touch.force for touch in found], axis=0).tolist()
+    return ContactState(
+        "",
+        one.replace("/", "::"),
+        other.replace("/", "::"),
+        [Wrench(Vector3(*touch.force)) for touch in found],
+        Wrench(Vector3(*total)),
+        [Vector3(*touch.position) for touch in found],
+        [Vector3(*touch.normal) for touch in found],
+        np.array([touch.depth for touch in found]),
+    )
+
+
+def _reversed(touch: Touch) -> Touch:
+    """Return a contact as the other body feels it."""
+    one, other = touch.bodies
+    return Touch((other, one), touch.position, _minus(touch.normal), touch.depth, _minus(touch.force))
+
+
+def _minus(vector: Vector) -> Vector:
+    return -vector[0], -vector[1], -vector[2]

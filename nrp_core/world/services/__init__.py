@@ -1,0 +1,1 @@
+"""The services of Gazebo, in any world."""

@@ -1,0 +1,181 @@
+"""Requests about bodies and joints: where they are, where they shall be, what pushes them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.forces import Push
+from nrp_core.world.messages import gazebo_srvs as srv
+from nrp_core.world.messages.base import Time, ns_of
+from nrp_core.world.messages.gazebo_msgs import LinkState
+from nrp_core.world.messages.std_msgs import Header
+from nrp_core.world.pose_messages import pose_of, seen_from, seen_in_world, state_messages, vector_of
+from nrp_core.world.rigid.motion import ModelMotion, Wrench
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Model
+
+if TYPE_CHECKING:
+    from nrp_core.world.interface import World
+
+_WORLD = ("", "world", "map", "/world", "/map")
+
+
+class BodyRequests:
+    """Answers requests about bodies and joints.
+
+    Args:
+        world: the world.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def model_state(self, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
+        """Tell where a model is."""
+        model = self._world.scene.model(request.model_name)
+        motion = self._seen(self._motion(model), request.relative_entity_name)
+        header = Header(Time.from_ns(self._world.now_ns), request.relative_entity_name)
+        return srv.GetModelStateResponse(header, *state_messages(motion))
+
+    def set_model_state(self, request: srv.SetModelStateRequest) -> srv.SetModelStateResponse:
+        """Put a model somewhere."""
+        state = request.model_state
+        self._world.place(state.model_name, self._given(state))
+        return srv.SetModelStateResponse()
+
+    def link_state(self, request: srv.GetLinkStateRequest) -> srv.GetLinkStateResponse:
+        """Tell where a link is."""
+        motion = self._seen(self._named(request.link_name), request.reference_frame)
+        state = LinkState(request.link_name, *state_messages(motion), request.reference_frame)
+        return srv.GetLinkStateResponse(state)
+
+    def set_link_state(self, request: srv.SetLinkStateRequest) -> srv.SetLinkStateResponse:
+        """Put the base link of a model somewhere; the others follow."""
+        state = request.link_state
+        model, link = self._link(state.link_name)
+        base = model.links[0]
+        if link != base.name:
+            raise SceneError(
+                f"of '{model.name}' only the base link '{base.name}' can be put somewhere, not '{link}'"
+            )
+        self._world.place(model.name, self._given(state).at(base.pose.inverse()))
+        return srv.SetLinkStateResponse()
+
+    def joint_properties(self, request: srv.GetJointPropertiesRequest) -> srv.GetJointPropertiesResponse:
+        """Tell how a joint stands."""
+        model, joint = self._joint(request.joint_name)
+        joints = self._world.joint_states(model)
+        index = joints.names.index(joint)
+        position, rate = float(joints.positions[index]), float(joints.velocities[index])
+        told = next(each for each in self._world.scene.model(model).joints if joint in each.coordinates)
+        kind = getattr(srv.GetJointPropertiesResponse, told.kind.upper())
+        return srv.GetJointPropertiesResponse(kind, [told.damping], [position], [rate])
+
+    def set_configuration(
+        self, request: srv.SetModelConfigurationRequest
+    ) -> srv.SetModelConfigurationResponse:
+        """Put joints somewhere."""
+        names, positions = request.joint_names, request.joint_positions
+        if len(names) != len(positions):
+            raise SceneError(f"{len(names)} joints need as many positions, not {len(positions)}")
+        joints = [self._joint(f"{request.model_name}::{name}")[1] for name in names]
+        self._world.set_joints(request.model_name, dict(zip(joints, map(float, positions), strict=True)))
+        return srv.SetModelConfigurationResponse()
+
+    def apply_wrench(self, request: srv.ApplyBodyWrenchRequest) -> srv.ApplyBodyWrenchResponse:
+        """Push a link at a point of it; the push keeps its direction in the world."""
+        model, link = self._link(request.body_name)
+        here = self._world.link_motion(model.name, link).pose
+        reference = request.reference_frame
+        frame = ModelMotion(Pose()) if reference in _WORLD else self._reference(reference)
+        force = frame.pose.rotate(vector_of(request.wrench.force))
+        torque = frame.pose.rotate(vector_of(request.wrench.torque))
+        inertial = model.link(link).inertial
+        centre = (here @ inertial.pose).position if inertial else here.position
+        # Gazebo takes the point relative to the link where the world is the frame of reference
+        origin = here.position if reference in _WORLD else frame.pose.position
+        offset = frame.pose.rotate(vector_of(request.reference_point))
+        lever = np.add(origin, offset) - centre if any(offset) else np.zeros(3)
+        x, y, z = (np.cross(lever, force) + torque).tolist()
+        self._push(model.name, link, Wrench(force, (x, y, z)), request)
+        return srv.ApplyBodyWrenchResponse()
+
+    def clear_wrenches(self, request: srv.BodyRequestRequest) -> srv.BodyRequestResponse:
+        """End all pushes on a link."""
+        model, link = self._link(request.body_name)
+        self._world.forces.clear(model.name, link, Wrench, self._world.now_ns)
+        return srv.BodyRequestResponse()
+
+    def apply_effort(self, request: srv.ApplyJointEffortRequest) -> srv.ApplyJointEffortResponse:
+        """Drive a joint."""
+        self._push(*self._joint(request.joint_name), float(request.effort), request)
+        return srv.ApplyJointEffortResponse()
+
+    def clear_efforts(self, request: srv.JointRequestRequest) -> srv.JointRequestResponse:
+        """End all efforts on a joint."""
+        self._world.forces.clear(*self._joint(request.joint_name), float, self._world.now_ns)
+        return srv.JointRequestResponse()
+
+    # -- names
+
+    def _link(self, name: str) -> tuple[Model, str]:
+        """Return the model and link of ``model::link``; of a name alone, the one model that has it."""
+        model_name, found, link = name.replace("/", "::").rpartition("::")
+        if found:
+            model = self._world.scene.model(model_name)
+            return model, model.link(link).name
+        owners = [model for model, each in self._world.scene.links() if each.name == name]
+        if len(owners) != 1:
+            known = [f"{model.name}::{each.name}" for model, each in self._world.scene.links()]
+            many = "more than one model has" if owners else "no model has"
+            raise SceneError(f"{many} a link '{name}'; name it model::link{did_you_mean(name, known)}")
+        return owners[0], name
+
+    def _joint(self, name: str) -> tuple[str, str]:
+        """Return the model and joint of ``model::joint``; of a name alone, the one model that has it."""
+        model_name, found, joint = name.replace("/", "::").rpartition("::")
+        models = [self._world.scene.model(model_name)] if found else list(self._world.scene.models)
+        owners = [m.name for m in models if any(joint in j.coordinates for j in m.joints)]
+        if len(owners) != 1:
+            known = [name for m in models for j in m.joints for name in j.coordinates]
+            many = "more than one model has" if owners else "no model has"
+            where = f"'{model_name}' has no" if found else many
+            raise SceneError(f"{where} joint '{joint}'{did_you_mean(joint, known)}")
+        return owners[0], joint
+
+    # -- motions
+
+    def _motion(self, model: Model) -> ModelMotion:
+        return ModelMotion(model.pose) if model.static else self._world.model_motion(model.name)
+
+    def _named(self, link: str) -> ModelMotion:
+        model, name = self._link(link)
+        if model.static:
+            return ModelMotion(model.pose @ model.link(name).pose)
+        return self._world.link_motion(model.name, name)
+
+    def _reference(self, name: str) -> ModelMotion:
+        """Return the motion of a frame of reference: a model, or a link of one."""
+        names = [model.name for model in self._world.scene.models]
+        return self._motion(self._world.scene.model(name)) if name in names else self._named(name)
+
+    def _seen(self, motion: ModelMotion, reference: str) -> ModelMotion:
+        return motion if reference in _WORLD else seen_from(self._reference(reference), motion)
+
+    def _given(self, state: Any) -> ModelMotion:
+        """Return the motion in the world of a model's or link's state."""
+        twist = state.twist
+        motion = ModelMotion(pose_of(state.pose), vector_of(twist.linear), vector_of(twist.angular))
+        reference = state.reference_frame
+        return motion if reference in _WORLD else seen_in_world(self._reference(reference), motion)
+
+    def _push(self, model: str, name: str, load: Wrench | float, request: Any) -> None:
+        now_ns = self._world.now_ns
+        start_ns = max(now_ns, ns_of(request.start_time))
+        lasts_ns = ns_of(request.duration)
+        end_ns = None if lasts_ns < 0 else start_ns + lasts_ns
+        if end_ns is None or end_ns > start_ns:
+            self._world.forces.add(Push(model, name, load, start_ns, end_ns), now_ns)
