@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from nrp_core._support import machine
+from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.recording.folder.capsule import FORMAT, changed_files
 from nrp_core.recording.layout import RUN_NAME
@@ -17,13 +18,26 @@ _MACHINE = ("python", "architecture", "cpu_features")
 """What of a machine results may depend on."""
 
 
+def require_format(recording: Recording) -> None:
+    """Refuse a recording whose files and hashes are laid out in another way than this version's.
+
+    Raises:
+        ExperimentError: it names the version that made the recording.
+    """
+    found = recording.run.get("format", FORMAT)
+    if found != FORMAT:
+        maker = dict(recording.run.get("distributions") or {}).get("nrp-core", "of an unknown version")
+        raise ExperimentError(
+            f"{recording.folder}: recorded by nrp-core {maker} in format {found}; "
+            f"this version replays format {FORMAT}"
+        )
+
+
 def explanations(recording: Recording) -> list[str]:
     """Return what of a recording is not what it was."""
     if not recording.run:
         return [f"there is no {RUN_NAME}: what ran, and with which files, is not known"]
     found = [f"{name} is not what was recorded" for name in changed_files(recording)]
-    if recording.run.get("format", FORMAT) != FORMAT:
-        found.append("it was made by another version, whose hashes are not those of this one")
     if not recording.complete:
         found.append("the recording was cut or damaged: only its beginning is there")
     return found

@@ -23,7 +23,12 @@ from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import SNAPSHOTS, Pictures
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
-from nrp_core.recording.replay.explanations import explanations, other_code, other_surroundings
+from nrp_core.recording.replay.explanations import (
+    explanations,
+    other_code,
+    other_surroundings,
+    require_format,
+)
 from nrp_core.recording.replay.recorded_brain import with_recorded_brain
 from nrp_core.recording.replay.recorded_world import with_recorded_world
 from nrp_core.recording.writing.hashes import GROUPS, Hasher
@@ -93,6 +98,7 @@ class Replay(Closing):
     def __init__(
         self, recording: Recording, request: Request, say: Say = quietly, *, files: FilesRead | None = None
     ) -> None:
+        require_format(recording)
         self._recording, self._request, self._say, self._files = recording, request, say, files
         if request.from_ns is not None and request.recorded:
             raise ExperimentError("what is recorded of one side alone can only be run from the beginning")
