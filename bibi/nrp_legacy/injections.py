@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sources import ACSource, DCSource, NoisyCurrentSource, SourceSpec
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import IntArray
 from nrp_core.errors import CapabilityError
 
 _FOREVER_MS = 1e12

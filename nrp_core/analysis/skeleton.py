@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population, Projection
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import Network, Population, Projection
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
 _NO_VALUE = np.empty(0)

@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Projection
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values
 from nrp_core.errors import NetworkError, did_you_mean
 

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
@@ -25,7 +26,7 @@ from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.devices.state_recorder import StateRecorderPort
-from nrp_core.brain.network.data import STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.data import STDP, Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.report import Report
 from nrp_core.brain.spikes import Spikes, SynapticEvents

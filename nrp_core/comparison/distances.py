@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import FloatArray
 
 
 def dtw_distance(one: FloatArray, other: FloatArray, band: float = 0.2) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.recording import Recording

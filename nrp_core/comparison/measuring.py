@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.judgement import Cells, Contrast, Factor, Judgement, Part, corrected
 from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric

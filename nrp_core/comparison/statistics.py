@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 
 ALPHA = 0.05
 """Level of every test; the intervals shown are of 90 %, which is what two one-sided tests at 5 % look at."""

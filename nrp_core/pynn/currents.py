@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sources import DCSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.clock import from_milliseconds, milliseconds
 
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pyNN import recording
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError
 

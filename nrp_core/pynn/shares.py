@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.data import IntArray, Network
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn.populations import ids_of, parts_of
 from nrp_core.brain.pynn.simulator import State
 

@@ -14,8 +14,8 @@ from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.simulation import State
@@ -24,8 +24,6 @@ from nrp_core.world.messages.base import type_name
 from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.rigid.motion import JointStates
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class WorldBatch(Closing):

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, final
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED, Cameras, DepthArray, ImageArray
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace
     from nrp_core.world.render.raster import RasterCameras
 
-FloatArray = npt.NDArray[np.float64]
 ReadFrames = Callable[[FloatArray], None]
 """Writes rotation and translation to the world of some bodies, shape ``(n, 3, 4)``."""
 

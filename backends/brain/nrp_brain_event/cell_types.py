@@ -15,7 +15,8 @@ from nrp_brain_event.records import (
     JUMP,
     LINEAR,
 )
-from nrp_core.brain.network.data import IntArray, Network
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError, DivergedError
 
 TIME_CONSTANTS: Final = {"tau_syn_E": 0, "tau_syn_I": 1}

@@ -19,7 +19,8 @@ from nrp_brain_event.records import (
     Array,
     Cell,
 )
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import NetworkError, did_you_mean
 
 _IZHIKEVICH_PEAK_MV: Final = 30.0

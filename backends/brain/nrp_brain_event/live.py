@@ -9,8 +9,9 @@ from nrp_brain_event.cells import with_parameters
 from nrp_brain_event.kernels import begin_anew
 from nrp_brain_event.records import JUMP, CellParameters, Engine
 from nrp_brain_event.spike_timing import bring_up_to
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import STDP, FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.data import STDP, Network, Projection
 
 
 def change_parameters(engine: Engine, network: Network, change: ParameterChange) -> None:

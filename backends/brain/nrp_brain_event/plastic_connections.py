@@ -8,7 +8,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nrp_brain_event.records import Array, Plastic, Rule
-from nrp_core.brain.network.data import STDP, FloatArray, IntArray, Projection
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import STDP, Projection
 from nrp_core.errors import CapabilityError, NetworkError
 
 _TIMING: Final = "SpikePairRule"

@@ -25,9 +25,10 @@ from nrp_brain_spinnaker.machine.poisson import Sources, change_sources, draw, l
 from nrp_brain_spinnaker.models import cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.readout import read
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError

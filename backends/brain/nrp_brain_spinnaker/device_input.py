@@ -17,7 +17,8 @@ from nrp_brain_spinnaker.host.conversion import to_accum
 from nrp_brain_spinnaker.host.weights import weight_factors
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.models import CellModel
-from nrp_core.brain.network.data import RECEPTORS, IntArray
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError
 

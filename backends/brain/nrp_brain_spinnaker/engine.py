@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from nrp_brain_spinnaker.machine.state import Machine
 from nrp_brain_spinnaker.machine.tick import Window, advance
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 
 _ROOM = 1024
 

@@ -15,16 +15,9 @@ from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY, WeightArray
 from nrp_brain_spinnaker.machine.tsodyks_markram import TAU_SYN
 from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import (
-    STATIC,
-    STDP,
-    TSODYKS_MARKRAM,
-    FloatArray,
-    IntArray,
-    Network,
-    Population,
-)
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population
 from nrp_core.errors import CapabilityError
 
 _WEIGHTS_DEPEND_ON = frozenset({"cm", "tau_m"})

@@ -11,7 +11,7 @@ from nrp_brain_spinnaker.machine.hodgkin_huxley import OPEN
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.synapse_kernels import read_values
 from nrp_brain_spinnaker.models import GSYN, ISYN, CellModel
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 
 
 def read(cells: Cells, population: int, model: CellModel, variable: str) -> FloatArray:

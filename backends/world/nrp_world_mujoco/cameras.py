@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.cameras import Cameras, ImageArray
 from nrp_core.world.render.optics import CameraPath, Optics, flat
-from nrp_core.world.rigid.matrices import FloatArray
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.scene.model import Rgba
 from nrp_world_mujoco import headless

@@ -6,15 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import IndexArray
 from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_core.world.rigid.motion import JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose, Vector, rotation_vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.engine import mujoco
-
-IntArray = npt.NDArray[np.int32]
 
 
 def motion_of(
@@ -115,7 +113,7 @@ class JointReader:
         self._balls = [(int(first), int(self._positions[first])) for first in np.flatnonzero(of_balls)[::3]]
 
     @property
-    def places(self) -> tuple[IntArray, IntArray]:
+    def places(self) -> tuple[IndexArray, IndexArray]:
         """Where the joints' positions and velocities are in the state."""
         rest = [np.arange(place + 1, place + 4) for _, place in self._balls]  # of their quaternions
         return np.unique(np.concatenate([self._positions, *rest])), self._velocities

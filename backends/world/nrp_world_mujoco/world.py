@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import MotionOf, PhysicsWorld
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
-from nrp_core.world.rigid.matrices import FloatArray
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Quaternion
 from nrp_core.world.scene.merged_bodies import Body
@@ -27,7 +27,7 @@ from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Drive
 from nrp_world_mujoco.engine import mujoco
-from nrp_world_mujoco.motion import Floating, IntArray, JointReader, motion_of
+from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.shapes import scalar_first
 
 
@@ -143,7 +143,7 @@ class MujocoWorld(PhysicsWorld):
         self._data.qpos[positions], self._data.qvel[velocities] = configuration
         self._continue(model)
 
-    def _places(self, model: str) -> tuple[IntArray, IntArray]:
+    def _places(self, model: str) -> tuple[IndexArray, IndexArray]:
         """Return where all that moves of a model is in the state."""
         positions, velocities = self._joints[model].places
         roots = [self._model.body_jntadr[i] for body, i in self._built.bodies[model] if body.floats]

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
-from nrp_core.world.rigid.matrices import FloatArray
 from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body

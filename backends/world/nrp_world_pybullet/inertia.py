@@ -10,7 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nrp_core.world.rigid.matrices import FloatArray, rotation_matrix
+from nrp_core._support.arrays import FloatArray
+from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Inertial

@@ -8,12 +8,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import MotionOf, PhysicsWorld
 from nrp_core.world.render.cameras import Cameras
-from nrp_core.world.rigid.matrices import FloatArray
 from nrp_core.world.rigid.motion import BodyPath, JointStates, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.checks import WORLD

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.files import save_network
-from nrp_core.brain.network.data import IntArray, Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.errors import NrpError
 from nrp_core.experiment.making.networks import network_from

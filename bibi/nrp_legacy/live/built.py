@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import LifecycleError

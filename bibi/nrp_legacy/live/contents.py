@@ -11,7 +11,7 @@ import numpy as np
 from pyNN.common import Assembly, BasePopulation, IDMixin
 from pyNN.common import Projection as AnyProjection
 
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_legacy.live.built import Built
 from nrp_legacy.live.cells import Cells

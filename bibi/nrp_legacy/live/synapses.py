@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import IntArray, Projection
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import Projection
 from nrp_core.errors import CapabilityError
 from nrp_legacy.live.built import Built
 

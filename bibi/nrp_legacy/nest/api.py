@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_legacy.live.cells import Cells
 from nrp_legacy.nest import distributions as of

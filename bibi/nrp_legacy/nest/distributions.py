@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import NetworkError, did_you_mean
 
 

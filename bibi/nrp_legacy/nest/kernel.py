@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.seeds import Seeds
 from nrp_legacy.nest.distributions import drawn, is_random

@@ -9,17 +9,9 @@ from typing import Any
 import numpy as np
 from pyNN.standardmodels import cells as standard
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.sonata.models import LEAK_NS, Parameter
-from nrp_core.brain.network.data import (
-    STATIC,
-    STDP,
-    TSODYKS_MARKRAM,
-    FloatArray,
-    IntArray,
-    Network,
-    Population,
-    Projection,
-)
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population, Projection
 from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.brain.pynn.export import unique
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes

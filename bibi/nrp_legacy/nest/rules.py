@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 
 RULES = (

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.files.sonata.models import LEAK_NS
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.running.run import Run
 from nrp_legacy.live.built import Built

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.ports import Setting, SourcePort, SourceSpec, Value
-from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.seeds import Seeds
 
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.ports import NO_EVENTS, SourcePort, SourceSpec, check_synapse
-from nrp_core.brain.network.data import FloatArray, IntArray, Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import NeuronSelectionError
 from nrp_core.seeds import Seeds

@@ -10,7 +10,8 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from nrp_core.brain.network.data import RECEPTORS, FloatArray, IntArray, Network
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import RECEPTORS, Network
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.seeds import Seeds
 

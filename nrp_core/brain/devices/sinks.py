@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.filters import Kernel, LeakyMembrane
 from nrp_core.brain.spikes import Spikes
 from nrp_core.errors import CapabilityError

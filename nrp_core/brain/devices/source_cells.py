@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.trains import PoissonPort, PoissonSource
-from nrp_core.brain.network.data import FloatArray, IntArray, Population
+from nrp_core.brain.network.data import Population
 from nrp_core.errors import CapabilityError
 from nrp_core.seeds import Seeds
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
-from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.brain.spikes import Spikes
 
 _ROUNDING = 1e-9

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.grid import Grid
 
 Train = tuple[list[float], list[float]]

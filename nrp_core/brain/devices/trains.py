@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.ports import NO_EVENTS, Setting, SourcePort, SourceSpec, Value, check_synapse
-from nrp_core.brain.network.data import FloatArray, IntArray, Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.limits import MAX_RATE_HZ
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.seeds import Seeds

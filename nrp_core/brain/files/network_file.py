@@ -25,8 +25,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
-from nrp_core.brain.network.data import FloatArray, Network, Origin, Population, Projection
+from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import NetworkError

@@ -17,15 +17,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from nrp_core.brain.network.indices import IndexArray as IndexArray
+from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_cells, check_spike_times, check_synapses, check_values
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 RECEPTORS = ("excitatory", "inhibitory")
 STATIC = "static"

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import TimestepError
 

@@ -14,7 +14,8 @@ from typing import Any, Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-IndexArray = npt.NDArray[np.int32]
+from nrp_core._support.arrays import IndexArray
+
 T = TypeVar("T")
 
 _FEW: Final = 1 << 16

@@ -9,7 +9,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from nrp_core.brain.network.data import IntArray, Network
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import Network
 from nrp_core.errors import NeuronSelectionError
 
 Selection: TypeAlias = str | int | Sequence[int] | Mapping[str, Any] | None

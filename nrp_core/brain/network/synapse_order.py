@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 
 _LAST: Final = "weight"
 

@@ -12,7 +12,7 @@ from pyNN import common
 from pyNN.parameters import ParameterSpace
 from pyNN.standardmodels import StandardCurrentSource, electrodes
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_values
 from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.models import untranslated

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from pyNN.random import RandomDistribution
 
+from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network import data as data
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Origin
+from nrp_core.brain.network.data import Network, Origin
 from nrp_core.brain.network.indices import indices_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
@@ -99,14 +100,14 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
         )
 
 
-def _within(places: data.IndexArray, projection: Projection, end: str, chosen: Any) -> Any:
+def _within(places: IndexArray, projection: Projection, end: str, chosen: Any) -> Any:
     """Return where chosen cells lie in their population; of a whole population as they are kept."""
     if isinstance(getattr(projection, end), Population) and isinstance(chosen, slice):
         return indices_of(projection, f"{end}_index")
     return places[getattr(projection, f"{end}_index")[chosen]]
 
 
-def _members(cells: Any) -> list[tuple[Population, data.IndexArray]]:
+def _members(cells: Any) -> list[tuple[Population, IndexArray]]:
     """Return each population that cells belong to, with the index in it of every cell, or -1."""
     owners = dict.fromkeys(part._owner() for part in parts_of(cells))
     ids = ids_of(cells)

@@ -15,7 +15,7 @@ from pyNN.models import BaseCellType
 from pyNN.parameters import ArrayParameter, LazyArray, ParameterSpace, simplify
 from pyNN.space import BaseStructure
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.limits import check_cells, check_spike_times, check_values
 from nrp_core.brain.network.memory import require_memory
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape, require_values

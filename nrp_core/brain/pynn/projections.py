@@ -15,8 +15,8 @@ from pyNN.parameters import ParameterSpace
 from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
-from nrp_core.brain.network.data import FloatArray
-from nrp_core.brain.network.indices import IndexArray, ends_of, folded, indices_of
+from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses
 from nrp_core.brain.pynn.arguments import require_kind, require_names
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising

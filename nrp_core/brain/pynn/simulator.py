@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pyNN.common.control import DEFAULT_TIMESTEP, BaseState
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network.data import FloatArray
-from nrp_core.brain.network.indices import IndexArray, Indices, index_type
+from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core.brain.network.indices import Indices, index_type
 
 _DRAWN_AT_ONCE = 2**22
 """Random numbers: 32 MiB."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from pyNN.common import Assembly, BasePopulation
 
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.picking import CIRCUIT, Selection, picked
 from nrp_core.brain.pynn.populations import ids_of, require_existing
 from nrp_core.brain.pynn.simulator import State

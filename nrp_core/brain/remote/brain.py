@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Final, Self
 
 from pydantic import Field
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.remote.process import BrainProcess
 from nrp_core.brain.remote.sole import is_taken
 from nrp_core.brain.remote.step import Inputs, read_spikes

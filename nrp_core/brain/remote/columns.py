@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 
 _BYTES: Final = 8
 """Of each number, an integer or a float."""

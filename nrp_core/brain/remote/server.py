@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange, projection_of
 from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
-from nrp_core.brain.network.data import FloatArray, IntArray, Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.remote.columns import SharedColumns
 from nrp_core.brain.remote.messages import Channel
 from nrp_core.brain.remote.step import carry_out, write_spikes

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import RECEPTORS, FloatArray, IntArray
+from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.remote.columns import SharedColumns
 from nrp_core.brain.remote.messages import Numbers
 from nrp_core.brain.spikes import Spikes, SynapticEvents

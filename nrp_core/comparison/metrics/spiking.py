@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.distances import filtered_trains
 from nrp_core.comparison.metrics.base import DistanceMetric, ScalarMetric
 from nrp_core.comparison.signals import RunSignals

@@ -7,7 +7,7 @@ from math import atan2, cos, pi, sin
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.distances import dtw_distance
 from nrp_core.comparison.metrics.base import DistanceMetric, ScalarMetric
 from nrp_core.comparison.signals import RunSignals

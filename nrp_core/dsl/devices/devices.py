@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.sources import SourcePort
-from nrp_core.brain.network.data import IntArray
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.parameters.binding import Adapter
 from nrp_core.dsl.selection.selection import Selection

@@ -10,10 +10,10 @@ from typing import Any, Final
 
 import numpy as np
 
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices import sinks, sources, state_recorder
 from nrp_core.brain.devices.sinks import SinkSpec
 from nrp_core.brain.devices.sources import SourceSpec
-from nrp_core.brain.network.data import IntArray
 from nrp_core.dsl.devices import devices
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.parameters.binding import Binding

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray, IntArray, Network
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import Network
 from nrp_core.dsl.selection.regions import Region, distances_um, point
 from nrp_core.errors import NeuronSelectionError
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population
+from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.world.capabilities import WorldCapabilities

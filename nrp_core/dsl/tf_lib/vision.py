@@ -9,10 +9,10 @@ from typing import TypeGuard, cast
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.messages.sensor_msgs import Image
 
 ByteArray = npt.NDArray[np.uint8]
-FloatArray = npt.NDArray[np.float64]
 
 RED_HSV = ((0, 30, 30), (0, 255, 255))
 """What :func:`detect_red` takes for red, in OpenCV's 8-bit HSV (hue 0..179)."""

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
-from nrp_core.brain.network.data import IntArray, Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import Spikes
 from nrp_core.world.rigid.pose import Pose
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.recording.figures.story import numbers_in
 from nrp_core.recording.layout import Role

@@ -9,8 +9,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.hdf5 import new_file
-from nrp_core.brain.network.data import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
 from nrp_core.recording.layout import Role

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.story import Series
 from nrp_core.recording.figures.traces import draw_series, short_labels
 

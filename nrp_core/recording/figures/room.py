@@ -13,7 +13,7 @@ from matplotlib.patches import Polygon
 from matplotlib.text import Annotation
 from matplotlib.ticker import MaxNLocator
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.labels import keep_apart, label, label_ends
 from nrp_core.recording.figures.story import Coloured, Rgb, Story, Track
 from nrp_core.recording.figures.style import FAINT, time_colours

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import SCENE, Role

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.story import Coloured, Series, Story
 from nrp_core.recording.figures.style import FAINT, colour
 

@@ -17,8 +17,9 @@ import numpy as np
 from pydantic import BaseModel
 
 from nrp_core._support import machine
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.jsonable import plain
-from nrp_core.brain.network.data import IntArray, Network
+from nrp_core.brain.network.data import Network
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
 from nrp_core.experiment.model.experiment import Experiment

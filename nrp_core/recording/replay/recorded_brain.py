@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population
+from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.experiment.making.prepare import Plan, Side
 from nrp_core.recording.layout import spikes_topic

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import NS_PER_S
 from nrp_core.recording.writing.packing import Packed
 from nrp_core.world.messages.sensor_msgs import Image

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xxhash
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.errors import CapabilityError
 from nrp_core.recording.layout import Role
 from nrp_core.recording.writing.packing import Packed

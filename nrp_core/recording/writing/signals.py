@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xxhash
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import seconds
 from nrp_core.recording.images import compress, compressible

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import Twist
@@ -26,8 +26,6 @@ MAX_ACCELERATION = 20.0
 """With which velocities change at most, m/s^2, besides what holds the body up."""
 MAX_ANGULAR_ACCELERATION = 200.0
 """The same of turn rates, rad/s^2."""
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class FlightPart(Part):

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.world.rigid.matrices import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.rigid.motion import JointAim
 from nrp_core.world.scene.acting import Ackermann
 from nrp_core.world.scene.model import Model

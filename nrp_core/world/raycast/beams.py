@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from nrp_core.world.rigid.matrices import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.scene.sensing import Laser
 
 

@@ -11,8 +11,9 @@ from math import hypot, inf
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.raycast.beams import directions
-from nrp_core.world.raycast.rays import BOX, CAPSULE, CYLINDER, MESH, PLANE, SPHERE, FloatArray, cast
+from nrp_core.world.raycast.rays import BOX, CAPSULE, CYLINDER, MESH, PLANE, SPHERE, cast
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Vector

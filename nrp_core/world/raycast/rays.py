@@ -11,10 +11,8 @@ from math import inf, sqrt
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 PLANE, SPHERE, BOX, CYLINDER, CAPSULE, MESH = range(6)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.pixels import NearnessArray, draw
 from nrp_core.world.render.scene_mesh import SceneMesh
-from nrp_core.world.rigid.matrices import FloatArray
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME
 
 _WORLD = np.eye(3, 4)[np.newaxis]

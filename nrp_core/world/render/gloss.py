@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from math import sqrt
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import inlined
 from nrp_core.world.render.microfacets import (
     STEPS,
@@ -20,8 +20,6 @@ from nrp_core.world.render.microfacets import (
     width_of,
 )
 from nrp_core.world.scene.finish import Finish
-
-FloatArray = npt.NDArray[np.float64]
 
 MATT = -1.0
 """The table of a surface without a finish."""

@@ -7,8 +7,8 @@ from math import cos, inf, tan
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.pixels import NearnessArray
-from nrp_core.world.rigid.matrices import FloatArray
 from nrp_core.world.scene.model import Light
 
 SIZE = 1024

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from math import sqrt
 
-import numpy as np
-import numpy.typing as npt
-
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import inlined
 from nrp_core.world.render.pixels import NearnessArray
-
-FloatArray = npt.NDArray[np.float64]
 
 BIAS = 1.5
 """How far a point is lifted off its surface before it is looked up in a shadow map, in texels."""

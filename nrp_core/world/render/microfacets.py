@@ -17,11 +17,9 @@ from __future__ import annotations
 from math import cos, pi, sqrt
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import inlined, jit
-
-FloatArray = npt.NDArray[np.float64]
 
 SMOOTHEST = 0.07
 """What is less rough counts as this: it shows the sun half a degree wide, as it is."""

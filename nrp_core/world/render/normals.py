@@ -5,18 +5,17 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 _CREASE = 0.77  # cosine of the angle (40 degrees) up to which two triangles are one smooth surface
 
 
 @jit
-def corner_normals(vertices: FloatArray, faces: IntArray, corners: IntArray, starts: IntArray) -> FloatArray:
+def corner_normals(
+    vertices: FloatArray, faces: IndexArray, corners: IndexArray, starts: IndexArray
+) -> FloatArray:
     """Return a unit normal for each corner of each face: smooth over curved surfaces, sharp at edges.
 
     Args:
@@ -62,7 +61,7 @@ def _cosine(a: FloatArray, b: FloatArray) -> float:
 def find_normal(
     place: FloatArray,
     points: FloatArray,
-    faces: IntArray,
+    faces: IndexArray,
     face: int,
     normals: FloatArray,
     turns: FloatArray,

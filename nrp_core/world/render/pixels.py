@@ -11,12 +11,11 @@ from math import ceil
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
 
-FloatArray = npt.NDArray[np.float64]
 NearnessArray = npt.NDArray[np.float32]
 """Reciprocals of depths: seven digits tell surfaces apart, in half of a processor's cache."""
-IntArray = npt.NDArray[np.int32]
 
 NOTHING = -1
 """The surface of a pixel that nothing covers."""
@@ -25,9 +24,9 @@ NOTHING = -1
 @jit
 def draw(
     vertices: FloatArray,
-    vertex_frames: IntArray,
-    faces: IntArray,
-    surfaces: IntArray,
+    vertex_frames: IndexArray,
+    faces: IndexArray,
+    surfaces: IndexArray,
     shown: npt.NDArray[np.bool_],
     frames: FloatArray,
     eye_frame: int,
@@ -36,7 +35,7 @@ def draw(
     near: float,
     far: float,
     nearness: NearnessArray,
-    seen: IntArray,
+    seen: IndexArray,
 ) -> None:
     """Fill ``seen`` with the surface that each pixel shows.
 
@@ -68,7 +67,7 @@ def draw(
 
 
 @jit
-def paint(seen: IntArray, palette: npt.NDArray[np.uint8], picture: npt.NDArray[np.uint8]) -> None:
+def paint(seen: IndexArray, palette: npt.NDArray[np.uint8], picture: npt.NDArray[np.uint8]) -> None:
     """Fill a picture, shape ``(height, width, 3)``, with the colours of what is seen.
 
     Args:
@@ -90,7 +89,7 @@ def paint(seen: IntArray, palette: npt.NDArray[np.uint8], picture: npt.NDArray[n
 
 @jit
 def to_camera(
-    vertices: FloatArray, vertex_frames: IntArray, frames: FloatArray, eye_frame: int, eye: FloatArray
+    vertices: FloatArray, vertex_frames: IndexArray, frames: FloatArray, eye_frame: int, eye: FloatArray
 ) -> FloatArray:
     """Return the vertices in the camera's frame."""
     held = frames[eye_frame]
@@ -124,7 +123,7 @@ def _row_times_column(a: FloatArray, row: int, b: FloatArray, column: int) -> fl
 
 
 @inlined
-def _faces_eye(points: FloatArray, faces: IntArray, face: int) -> bool:
+def _faces_eye(points: FloatArray, faces: IndexArray, face: int) -> bool:
     a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
     x, y, z = points[a, 0], points[a, 1], points[a, 2]
     ux, uy, uz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
@@ -134,7 +133,7 @@ def _faces_eye(points: FloatArray, faces: IntArray, face: int) -> bool:
 
 
 @inlined
-def _clip(points: FloatArray, faces: IntArray, face: int, near: float, polygon: FloatArray) -> int:
+def _clip(points: FloatArray, faces: IndexArray, face: int, near: float, polygon: FloatArray) -> int:
     """Write what of a triangle lies beyond the near plane; return its number of corners, 0, 3 or 4."""
     corners = 0
     for i in range(3):
@@ -162,7 +161,7 @@ def _project(polygon: FloatArray, corners: int, focal: float, middle: float, cen
 
 
 @inlined
-def _fill(polygon: FloatArray, corners: int, surface: int, nearness: NearnessArray, seen: IntArray) -> None:
+def _fill(polygon: FloatArray, corners: int, surface: int, nearness: NearnessArray, seen: IndexArray) -> None:
     """Draw a convex polygon where nothing is nearer."""
     height, width = seen.shape
     x, y, w = polygon[0, 0], polygon[0, 1], polygon[0, 2]

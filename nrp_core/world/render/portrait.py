@@ -8,11 +8,12 @@ from math import radians, tan
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.faces import FaceView
 from nrp_core.world.render.optics import Optics, looking
 from nrp_core.world.render.pixels import NOTHING
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
-from nrp_core.world.rigid.matrices import FloatArray, matrix_of
+from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Scene

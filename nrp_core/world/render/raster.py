@@ -10,11 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.cameras import Cameras, DepthArray, ImageArray
 from nrp_core.world.render.optics import CameraPath, Optics, eye_of
 from nrp_core.world.render.pixels import NOTHING, draw, paint
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
-from nrp_core.world.rigid.matrices import FloatArray, matrix_of
+from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.world.scene.model import Rgba

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.render.faces import FaceView
 from nrp_core.world.render.gloss import Gloss
@@ -27,7 +28,6 @@ from nrp_core.world.render.optics import SKY, CameraPath, Optics
 from nrp_core.world.render.pixels import to_camera
 from nrp_core.world.render.raster import RasterCameras
 from nrp_core.world.render.shading import shade
-from nrp_core.world.rigid.matrices import FloatArray
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body
 from nrp_core.world.scene.model import Light

@@ -7,28 +7,26 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core.world.render.gloss import MATT, add_gloss, begin_gloss
 from nrp_core.world.render.lighting import add_light, way_to
 from nrp_core.world.render.normals import find_normal
 from nrp_core.world.render.pixels import NOTHING, NearnessArray
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-
 
 @jit
 def shade(
-    seen: IntArray,
+    seen: IndexArray,
     nearness: NearnessArray,
     focal: float,
     eye: FloatArray,
     points: FloatArray,
-    faces: IntArray,
+    faces: IndexArray,
     normals: FloatArray,
     turns: FloatArray,
-    face_frames: IntArray,
-    surfaces: IntArray,
+    face_frames: IndexArray,
+    surfaces: IndexArray,
     albedo: FloatArray,
     glowing: npt.NDArray[np.bool_],
     gloss: FloatArray,

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.rigid.pose import Pose, Quaternion
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def rotation_matrix(orientation: Quaternion) -> FloatArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.rigid.matrices import FloatArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.rigid.pose import Pose, Vector
 
 BodyPath = tuple[str, int]

@@ -9,9 +9,10 @@ import numpy as np
 from registry import Found, register
 from small_brain import CELL, SmallBackend, SmallBrain
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import STATIC, STDP, FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.data import STATIC, STDP, Network, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 FOUND_BY: Found = {}

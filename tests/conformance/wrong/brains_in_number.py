@@ -11,8 +11,9 @@ from nrp_brain_minimal.brain import MinimalBackend, MinimalBrain
 from registry import Found, register
 from small_brain import STEP_MS, SmallBackend, SmallBrain
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.synapses.short_term import CONSTANTS, released_share
 
 FOUND_BY: Found = {}

@@ -7,7 +7,7 @@ from typing import Any
 from registry import Found, register
 from small_brain import STEP_MS, SmallBackend, SmallBrain, State
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.spikes import Spikes
 
 FOUND_BY: Found = {}

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError, SnapshotError

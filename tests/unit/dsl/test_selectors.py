@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network.data import IntArray, Network, Population
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import Network, Population
 from nrp_core.dsl.selection.selection import BrainRoot, Selection
 from nrp_core.dsl.selection.selectors import (
     brain,

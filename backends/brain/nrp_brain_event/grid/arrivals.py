@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nrp_brain_event.records import Array
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
-from nrp_core.brain.network.data import FloatArray, IntArray
 
 
 class Arrivals(NamedTuple):

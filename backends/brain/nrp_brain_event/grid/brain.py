@@ -22,9 +22,10 @@ from nrp_brain_event.grid.runs import input_lines
 from nrp_brain_event.grid.tables import load_tables, places_of_plastic
 from nrp_brain_event.handles import handle
 from nrp_brain_event.records import DIVERGED, Array
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.data import STDP, Network, Population, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.spikes import Spikes, SynapticEvents

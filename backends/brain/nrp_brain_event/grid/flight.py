@@ -11,8 +11,8 @@ from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid
 from nrp_brain_event.records import Array
 from nrp_brain_event.short_term import released_share
 from nrp_brain_event.spike_timing import SIMULTANEOUS, bring_up_to
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import FloatArray, IntArray
 
 
 def unfolded(grid: Grid, arrivals: Arrivals) -> tuple[Grid, Arrivals]:

@@ -9,9 +9,10 @@ from nrp_brain_event.grid.records import Grid, S, V
 from nrp_brain_event.grid.runs import load_runs
 from nrp_brain_event.neuron import move
 from nrp_brain_event.records import ALPHA, START, Array, CellParameters
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import FloatArray, IntArray, Network
+from nrp_core.brain.network.data import Network
 
 
 def change_cells(

@@ -15,7 +15,8 @@ from nrp_brain_event.grid.runs import load_runs, load_state
 from nrp_brain_event.grid.tables import load_tables, targets_of_plastic
 from nrp_brain_event.plastic_connections import load_plastic
 from nrp_brain_event.records import Array, Event, Work
-from nrp_core.brain.network.data import IntArray, Network
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid as TimeGrid
 
 _ROOM: Final = 1024

@@ -19,8 +19,8 @@ from nrp_brain_event.grid.loader import enlarged
 from nrp_brain_event.grid.records import Grid
 from nrp_brain_event.handles import Handle, handle
 from nrp_brain_event.records import DONE, FULL, Array
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import COMPILED, jit
-from nrp_core.brain.network.data import IntArray
 
 Held = Handle[Grid]
 _run = run

@@ -9,7 +9,8 @@ from nrp_brain_event.grid.records import Noise
 from nrp_brain_event.grid.runs import line_of
 from nrp_brain_event.grid.tables import common
 from nrp_brain_event.records import Array
-from nrp_core.brain.network.data import STATIC, IntArray, Network, Projection
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import STATIC, Network, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
 
 _NEVER = 1 << 62

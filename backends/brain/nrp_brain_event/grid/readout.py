@@ -13,8 +13,8 @@ from nrp_brain_event.neuron import voltage_at
 from nrp_brain_event.records import Array
 from nrp_brain_event.runge_kutta import state_at
 from nrp_brain_event.synapses import remaining_at
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import FloatArray, IntArray
 
 
 def read(grid: Grid, rows: IntArray, variable: str) -> FloatArray:

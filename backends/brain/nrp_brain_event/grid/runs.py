@@ -11,7 +11,7 @@ from nrp_brain_event.grid.records import CONDUCTANCE, CURRENT, CURVED, JUMP, N_S
 from nrp_brain_event.records import ALPHA, LINEAR, Array
 from nrp_brain_event.records import CONDUCTANCE as CONDUCTANCE_MEMBRANE
 from nrp_brain_event.records import JUMP as JUMP_SYNAPSE
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.filters import driven
 
 _DECIDING: Final = (

@@ -19,7 +19,8 @@ from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Table
 from nrp_brain_event.grid.runs import line_of
 from nrp_brain_event.plastic_connections import rows_of_plastic
 from nrp_brain_event.records import Array, ShortTerm
-from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, FloatArray, IntArray, Network, Projection
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Network, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
 

@@ -14,7 +14,8 @@ from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.fixed_point import LARGEST, ONE, div
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.models import CONDUCTANCE_SCALE, CellModel, Semantics, cell_models
-from nrp_core.brain.network.data import FloatArray, IntArray, Population
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import Population
 from nrp_core.errors import NetworkError
 
 _SHARED = {"tau_syn_E": 5.0, "tau_syn_I": 5.0, "e_rev_E": 0.0, "e_rev_I": -70.0, "i_offset": 0.0}

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_brain_spinnaker.machine.fixed_point import FRACTION_LARGEST, LARGEST, ONE, SMALLEST
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 
 
 def to_accum(values: npt.ArrayLike, what: str = "value") -> IntArray:

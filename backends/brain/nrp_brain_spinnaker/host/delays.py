@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 
 RING_BITS = 14
 """Bits of the index into a core's ring buffer: 16384 entries of 16 bits."""

@@ -11,7 +11,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 
 _TEXT = re.compile(r"\s*(\w+)\((.*)\)\s*\Z")
 

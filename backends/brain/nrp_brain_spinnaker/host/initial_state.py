@@ -10,7 +10,8 @@ from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.hodgkin_huxley import FINE_BITS, OPEN
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.models import CONDUCTANCE_SCALE, GSYN, ISYN, CellModel
-from nrp_core.brain.network.data import FloatArray, Population
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.data import Population
 from nrp_core.errors import NetworkError, did_you_mean
 
 GATES = {"m": kinds.GATE_M, "h": kinds.GATE_H, "n": kinds.GATE_N}

@@ -17,7 +17,8 @@ from nrp_brain_spinnaker.machine.ring import Ring
 from nrp_brain_spinnaker.machine.state import Machine
 from nrp_brain_spinnaker.mapping.fidelity import losses
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, IntArray, Network, Population
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,8 @@ from nrp_brain_spinnaker.host.rows import collect
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.stdp import HISTORY, RULE_COLUMNS, TRACE_ONE, StdpRows
 from nrp_brain_spinnaker.models import Semantics
-from nrp_core.brain.network.data import IntArray, Projection
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import Projection
 from nrp_core.errors import CapabilityError, NetworkError
 
 _TIMING = "SpikePairRule"

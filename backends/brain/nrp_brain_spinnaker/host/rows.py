@@ -12,7 +12,8 @@ from nrp_brain_spinnaker.host.conversion import to_accum
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.ring import Rows, WeightArray
 from nrp_brain_spinnaker.machine.tsodyks_markram import WHOLE, TsodyksRows
-from nrp_core.brain.network.data import IndexArray, IntArray, Projection
+from nrp_core._support.arrays import IndexArray, IntArray
+from nrp_core.brain.network.data import Projection
 from nrp_core.errors import NetworkError
 
 

@@ -11,7 +11,8 @@ from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.ring import WeightArray
 from nrp_brain_spinnaker.models import CellModel
-from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, FloatArray, Projection
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Projection
 from nrp_core.brain.network.limits import distinct
 
 GENERATED_ON_MACHINE = frozenset(

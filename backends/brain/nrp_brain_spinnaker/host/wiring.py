@@ -24,7 +24,8 @@ from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.ring import WeightArray
 from nrp_brain_spinnaker.models import CellModel, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network.data import RECEPTORS, FloatArray, IntArray, Network, Projection
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import RECEPTORS, Network, Projection
 from nrp_core.brain.network.limits import check_synapses, distinct
 from nrp_core.errors import NetworkError
 

@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 
 from nrp_brain_spinnaker.machine.fixed_point import FRACTION_LARGEST, ONE
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import IntArray
 from nrp_core.seeds import Seeds
 
 _WORD: Final = 0xFFFFFFFF

@@ -14,8 +14,8 @@ from nrp_brain_spinnaker.machine.exponential import exp_accum
 from nrp_brain_spinnaker.machine.fixed_point import ONE, clamp, mul
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.spiking import note_spike
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import IntArray
 
 OPEN: Final = 1 << 30
 """A gate that is fully open."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from nrp_core.brain.network.data import IntArray
+from nrp_core._support.arrays import IntArray
 
 # How a synapse turns what arrives into a course over time.
 EXPONENTIAL: Final = 0

@@ -16,8 +16,9 @@ import numpy as np
 from nrp_brain_spinnaker.hardware import POISSON_SOURCES_PER_CORE
 from nrp_brain_spinnaker.machine.exponential import exp_accum
 from nrp_brain_spinnaker.machine.generator import exponential_variate, poisson_variate
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import IntArray, Population
+from nrp_core.brain.network.data import Population
 
 _SLOW_BELOW: Final = 328
 """0.01 spikes a tick, s16.15."""

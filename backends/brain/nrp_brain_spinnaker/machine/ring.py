@@ -15,8 +15,8 @@ import numpy.typing as npt
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.fixed_point import clamp, wrap
 from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import IndexArray, IntArray
 
 LARGEST_ENTRY: Final = 65535
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from nrp_brain_spinnaker.machine.fixed_point import mul
 from nrp_brain_spinnaker.machine.ring import Ring, WeightArray, add_entry
+from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import IndexArray, IntArray
 
 TRACE_ONE: Final = 1 << 11
 """1.0 in s4.11."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.fixed_point import ONE, div, mul, scale, wrap
 from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import IntArray
 
 
 @jit

@@ -17,8 +17,8 @@ from nrp_brain_spinnaker.machine.state import Machine, lend
 from nrp_brain_spinnaker.machine.stdp import deliver_plastic, remember
 from nrp_brain_spinnaker.machine.synapse_kernels import add_arrived, decay_synapses, read_values
 from nrp_brain_spinnaker.machine.tsodyks_markram import deliver_dynamic
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import borrowed, jit
-from nrp_core.brain.network.data import IntArray
 
 
 class Window(NamedTuple):

@@ -13,8 +13,8 @@ import numpy as np
 
 from nrp_brain_spinnaker.machine.exponential import exp_fraction
 from nrp_brain_spinnaker.machine.ring import Ring, WeightArray, add_entry
+from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import IndexArray, IntArray
 
 WHOLE: Final = 1 << 31
 """The fraction 1."""

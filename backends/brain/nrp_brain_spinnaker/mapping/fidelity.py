@@ -13,7 +13,8 @@ from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY
 from nrp_brain_spinnaker.mapping.activity import share_above, spikes_per_tick
 from nrp_brain_spinnaker.mapping.learning import lost_changes
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network.data import RECEPTORS, FloatArray, Network
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.data import RECEPTORS, Network
 
 _COARSE = 0.05
 _RARE = 1e-4

@@ -8,13 +8,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
 from nrp_core.brain.files.sonata.config import Config, Files, read_config
 from nrp_core.brain.files.sonata.edges import read_edges
 from nrp_core.brain.files.sonata.items import Items, read_items, read_types
 from nrp_core.brain.files.sonata.node_sets import read_node_sets
 from nrp_core.brain.files.sonata.nodes import Nodes, Trains, read_nodes
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError
 

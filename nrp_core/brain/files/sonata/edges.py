@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute
 from nrp_core.brain.files.sonata.items import Items
 from nrp_core.brain.files.sonata.models import Model
 from nrp_core.brain.files.sonata.nodes import Nodes
 from nrp_core.brain.files.sonata.synapses import Chosen, Values, models_of
-from nrp_core.brain.network.data import RECEPTORS, FloatArray, IndexArray, IntArray, Population, Projection
+from nrp_core.brain.network.data import RECEPTORS, Population, Projection
 from nrp_core.errors import NetworkError, did_you_mean
 
 

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, group
-from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.errors import NetworkError
 
 Types = Mapping[int, Mapping[str, Any]]

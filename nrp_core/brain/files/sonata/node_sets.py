@@ -14,8 +14,8 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.files.sonata.nodes import Nodes
-from nrp_core.brain.network.data import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 
 Mask = npt.NDArray[np.bool_]

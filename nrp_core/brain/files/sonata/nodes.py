@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from pyNN.standardmodels import cells as standard
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array
 from nrp_core.brain.files.sonata.items import Items
 from nrp_core.brain.files.sonata.models import LEAK_NS, Model, Parameter, model_of
-from nrp_core.brain.network.data import FloatArray, IntArray, Population
+from nrp_core.brain.network.data import Population
 from nrp_core.errors import CapabilityError, NetworkError
 
 VIRTUAL = "virtual"

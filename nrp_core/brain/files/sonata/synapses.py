@@ -15,8 +15,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.brain.files.sonata.items import Items
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, FloatArray, IndexArray, Population
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Population
 from nrp_core.errors import CapabilityError
 
 Values = Callable[[str, float], FloatArray]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_core.brain.network.data import FloatArray
+from nrp_core._support.arrays import FloatArray
 
 
 def settled_gates(v_mv: FloatArray) -> dict[str, FloatArray]:

@@ -14,9 +14,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.network import filters
-from nrp_core.brain.network.data import FloatArray, IntArray
 from nrp_core.brain.network.limits import check_values
 from nrp_core.errors import did_you_mean
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from nrp_core.brain.network.data import RECEPTORS, FloatArray, IntArray, Network
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import RECEPTORS, Network
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import SynapticEvents
 

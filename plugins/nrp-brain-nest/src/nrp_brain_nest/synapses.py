@@ -8,16 +8,8 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
-from nrp_core.brain.network.data import (
-    STATIC,
-    STDP,
-    TSODYKS_MARKRAM,
-    FloatArray,
-    IntArray,
-    Network,
-    Population,
-    Projection,
-)
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.errors import CapabilityError, NetworkError
 

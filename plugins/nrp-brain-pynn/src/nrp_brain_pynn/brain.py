@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from importlib import import_module
 
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import FloatArray, IntArray, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.remote import Sole
 from nrp_core.brain.spikes import Spikes, SynapticEvents

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.cells.traub import settled_gates
-from nrp_core.brain.network.data import STATIC, STDP, FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain.network.data import STATIC, STDP, Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 

@@ -9,7 +9,8 @@ from abc import abstractmethod
 from typing import ClassVar
 
 import numpy as np
-from nrp_core.brain.network.data import STDP, FloatArray, IntArray, Projection
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.network.data import STDP, Projection
 
 from nrp_brain_pynn.driver import Driver
 

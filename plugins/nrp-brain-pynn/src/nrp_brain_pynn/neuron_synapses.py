@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from nrp_core.brain.network.data import TSODYKS_MARKRAM, FloatArray, Projection
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.data import TSODYKS_MARKRAM, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.network.synapse_order import same_order
 

@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.interface import World, WorldBackend, WorldOptions
 from nrp_core.world.render.optics import drawn
-from nrp_core.world.rigid.matrices import FloatArray, matrix_of
+from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Collision, Model, Plane, Scene

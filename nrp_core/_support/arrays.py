@@ -1,0 +1,11 @@
+"""Types of the arrays that the interfaces pass."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+IndexArray = npt.NDArray[np.int32]
+"""Of indices within one population or mesh, in half the memory."""
