@@ -1,5 +1,6 @@
 """An exact, event-driven simulator of point neurons: spike times are real numbers, not grid points."""
 
-from nrp_brain_event.backend import EventBackend, EventOptions
+from nrp_brain_event.backend import EventBackend
+from nrp_brain_event.options import EventOptions
 
 __all__ = ["EventBackend", "EventOptions"]

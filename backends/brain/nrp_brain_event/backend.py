@@ -1,59 +1,14 @@
-"""The entry point: what the backend has, its options. Importing it loads no compiler."""
+"""The entry point: what the backend has. Importing it loads no compiler."""
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, Self
+from typing import ClassVar
 
-from pydantic import Field, model_validator
-
+from nrp_brain_event.options import EventOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network
-from nrp_core.clock import NS_PER_MS
-from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
-
-
-class EventOptions(BrainOptions):
-    """Options of the ``event`` backend."""
-
-    tolerance: float = Field(
-        default=1e-9,
-        gt=1e-13,
-        le=1e-2,
-        description="largest local error (mV) of an integration step, for cells without a closed form: "
-        "conductance-based, adaptive exponential, Izhikevich, Hodgkin-Huxley",
-    )
-    resolution: DurationNs | None = Field(
-        default=None,
-        description="a grid of times, e.g. `0.1 ms`, on which all spikes lie: for dense networks, where "
-        "that is many times faster; none: spike times are exact",
-    )
-    poisson: Literal["core", "grid"] = Field(
-        default="core",
-        description="who draws SpikeSourcePoisson populations: the core, so that all backends get the same "
-        "spikes, or the grid, for populations of equal cells with one synapse each: many times faster",
-    )
-
-    threads: int = Field(
-        default=1,
-        ge=1,
-        le=64,
-        description="how many threads share the neurons on the grid, with the same result to the last bit: "
-        "for many thousands of neurons, delays of a millisecond and more, and cores that are free",
-    )
-
-    @model_validator(mode="after")
-    def _check_grid(self) -> Self:
-        if self.resolution is None and self.poisson == "grid":
-            raise ValueError("poisson: grid needs a resolution, e.g. 0.1 ms")
-        if self.resolution is None and self.threads > 1:
-            raise ValueError(
-                f"threads: {self.threads} needs a resolution, e.g. 0.1 ms; the exact mode takes one thread"
-            )
-        if self.resolution is not None and self.resolution > NS_PER_MS:
-            raise ValueError(f"a resolution is 1 ms or finer, not {self.resolution / NS_PER_MS:g} ms")
-        return self
 
 
 class EventBackend(BrainBackend):

@@ -8,13 +8,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_brain_event.backend import EventOptions
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import places_of
 from nrp_brain_event.engine import build_engine, changing, enlarged
 from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import change_parameters, change_weights, weights_now
+from nrp_brain_event.options import EventOptions
 from nrp_brain_event.records import DIVERGED, FULL, Engine
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange

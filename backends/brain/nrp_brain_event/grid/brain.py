@@ -7,7 +7,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_brain_event.backend import EventOptions
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
 from nrp_brain_event.grid.advance import set_currents
 from nrp_brain_event.grid.arrivals import Arrivals
@@ -21,6 +20,7 @@ from nrp_brain_event.grid.records import Grid
 from nrp_brain_event.grid.runs import input_lines
 from nrp_brain_event.grid.tables import load_tables, places_of_plastic
 from nrp_brain_event.handles import handle
+from nrp_brain_event.options import EventOptions
 from nrp_brain_event.records import DIVERGED, Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange

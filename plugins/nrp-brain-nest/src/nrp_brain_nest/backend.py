@@ -1,41 +1,23 @@
-"""The entry point: what the backend has, its options. Importing it does not load NEST."""
+"""The entry point: what the backend has. Importing it does not load NEST."""
 
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network
-from nrp_core.brain.remote import RemoteBrain, RemoteOptions
-from nrp_core.clock import NS_PER_MS
+from nrp_core.brain.remote import RemoteBrain
 from nrp_core.errors import BackendLoadError
-from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
-from pydantic import AfterValidator, Field
 
 from nrp_brain_nest.cell_types import APPROXIMATE, CELL_TYPES
 from nrp_brain_nest.kernel import NAME
+from nrp_brain_nest.options import NestOptions
 
 INSTALL = "pip install 'nest-simulator>=3.9'"
-_NS_PER_TIC = 1000
-
-
-def _whole_tics(t_ns: int) -> int:
-    if t_ns % _NS_PER_TIC or t_ns > NS_PER_MS:
-        raise ValueError(f"NEST's grid is a whole number of microseconds up to 1 ms, not {t_ns} ns")
-    return t_ns
-
-
-class NestOptions(RemoteOptions):
-    """Options of the ``nest`` backend."""
-
-    resolution: Annotated[DurationNs, AfterValidator(_whole_tics)] = Field(
-        default=100_000, description="the grid on which spikes lie and membranes are updated"
-    )
-    threads: int = Field(default=1, ge=1, description="threads that share the neurons")
 
 
 class NestBackend(BrainBackend):

@@ -13,10 +13,10 @@ from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
 
-from nrp_brain_nest.backend import NestOptions
 from nrp_brain_nest.cells import Cells
 from nrp_brain_nest.inputs import DeviceInput, SourceCells
 from nrp_brain_nest.kernel import NAME, Kernel
+from nrp_brain_nest.options import NestOptions
 from nrp_brain_nest.status import put
 from nrp_brain_nest.synapses import Wiring
 from nrp_brain_nest.weights import Weights

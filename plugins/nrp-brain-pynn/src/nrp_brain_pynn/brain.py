@@ -12,10 +12,10 @@ from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.remote import Sole
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
-from nrp_brain_pynn.backend import PyNNOptions
 from nrp_brain_pynn.checks import check
 from nrp_brain_pynn.driver import Driver
 from nrp_brain_pynn.loading import quietly
+from nrp_brain_pynn.options import PyNNOptions
 
 
 class PyNNBrain(Brain):

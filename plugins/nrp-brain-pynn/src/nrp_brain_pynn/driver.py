@@ -14,8 +14,8 @@ from nrp_core.brain.network.data import STATIC, STDP, Network, Population, Proje
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
-from nrp_brain_pynn.backend import PyNNOptions
 from nrp_brain_pynn.checks import check_change
+from nrp_brain_pynn.options import PyNNOptions
 from nrp_brain_pynn.short_term import short_term
 
 _STATE = ("v", "u", "w", "m", "h", "n")
