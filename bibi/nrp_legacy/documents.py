@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from nrp_core._support.xml import Element
+from nrp_core._support.xml import Element, read_xml
 from nrp_core.errors import ExperimentError
 from nrp_legacy.elements import (
     attribute,
@@ -15,7 +15,6 @@ from nrp_legacy.elements import (
     flag,
     local,
     number,
-    read_document,
     text,
 )
 
@@ -117,7 +116,7 @@ def read_experiment(path: Path) -> Experiment:
     Raises:
         ExperimentError: it is not XML.
     """
-    root = read_document(path)
+    root = read_xml(path, ExperimentError)
     environment, bibi, timeout = (child(root, tag) for tag in ("environmentModel", "bibiConf", "timeout"))
     seed = text(root, "rngSeed")
     poses = [pose for place in (environment, root) if place for pose in children(place, "robotPose")]
@@ -146,7 +145,7 @@ def read_bibi(path: Path) -> Bibi:
     Raises:
         ExperimentError: it is not XML.
     """
-    root = read_document(path)
+    root = read_xml(path, ExperimentError)
     brain, timestep = child(root, "brainModel"), child(root, "timestep")
     file = None if brain is None else FileNamed.of(brain)
     chosen = [] if brain is None else children(brain, "populations", "neuronGroup")

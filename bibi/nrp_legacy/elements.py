@@ -4,29 +4,14 @@ from __future__ import annotations
 
 import re
 from math import isfinite, nan
-from pathlib import Path
 
-from nrp_core._support.xml import Element, parse_xml
-from nrp_core.errors import ExperimentError
+from nrp_core._support.xml import Element
 
 _DURATION = re.compile(
     r"P(?:(?P<days>\d+)D)?(?:T(?:(?P<hours>\d+)H)?(?:(?P<minutes>\d+)M)?(?:(?P<seconds>\d+(?:\.\d*)?)S)?)?"
 )
 _SHORTEST, _LONGEST = 1e-6, 1e9  # of the step, in ms, it is the nanosecond in which time is counted
 _SECONDS = {"days": 86_400.0, "hours": 3600.0, "minutes": 60.0, "seconds": 1.0}
-
-
-def read_document(path: Path) -> Element:
-    """Return the root of a file; blanks before its declaration are forgiven.
-
-    Raises:
-        ExperimentError: there is no such file, or it is not XML.
-    """
-    try:
-        text = path.read_bytes()
-    except OSError as error:
-        raise ExperimentError(f"cannot be read: {error.strerror}", path=path) from error
-    return parse_xml(text.lstrip(), path, ExperimentError)
 
 
 def local(name: str) -> str:

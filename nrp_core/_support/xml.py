@@ -1,22 +1,33 @@
 """XML as a tree that knows the file and line of every element, for messages that name them.
 
-Safe for files from anywhere: document types, and with them entities of any kind, are refused.
+lxml parses. Lines are counted here: libxml2 keeps only 16 bits of a line number, and for an element it keeps
+the line on which the start tag ends, while messages need the lines on which an element begins and ends.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import hypot, isnan
 from pathlib import Path
-from xml.parsers import expat
+from typing import Any
 
+from lxml import etree
+
+from nrp_core._support.xml_text import VERBATIM, XmlError, strict_xml
 from nrp_core.errors import ExperimentError, did_you_mean
 
 _MAX_DEPTH = 100
 _LARGEST = 1e30  # in any unit it is a slip, and its powers are not finite any more
-_UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # how such documents begin
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
+_XML_NAMESPACE = "http://www.w3.org/XML/1998/namespace"
+_QUOTED = r"""(?:"[^"]*"|'[^']*')"""
+_TAG = re.compile(
+    rf"<(?:{VERBATIM}|!--.*?-->|(?P<end>/?)(?P<name>[^\s/>]+)[^\"'>]*(?:{_QUOTED}[^\"'>]*)*>)", re.DOTALL
+)
+_PREFIX = re.compile(r"[<\s]([A-Za-z_][\w.-]*):", re.ASCII)
+_DECLARED_PREFIX = re.compile(r"\sxmlns:([^\s=]+)")
 
 
 @dataclass(slots=True, eq=False)
@@ -169,71 +180,100 @@ def read_xml(path: Path, kind: type[ExperimentError]) -> Element:
         raise kind(f"cannot read {path}: {error.strerror}") from None
 
 
-def parse_xml(text: bytes, path: Path, kind: type[ExperimentError]) -> Element:
+def parse_xml(data: bytes, path: Path, kind: type[ExperimentError]) -> Element:
     """Parse XML; ``path`` is for messages.
 
     Raises:
-        ExperimentError: of the given kind: it is not well-formed, or has a document type.
+        ExperimentError: of the given kind: it is not well-formed, has a document type, or is too large.
     """
-    builder = _Builder(path, kind)
     try:
-        builder.parser.Parse(_forgiven(text), True)
-    except expat.ExpatError as error:
-        reason = expat.ErrorString(error.code)
-        raise kind(f"this is not well-formed XML: {reason}", path=path, line=error.lineno) from None
-    except (LookupError, ValueError) as error:  # of the codec that the document names
-        if isinstance(error, ExperimentError):
-            raise
-        raise kind(f"this is XML in an encoding that cannot be read: {error}", path=path, line=1) from None
-    return builder.root.children[0]
+        text = strict_xml(data)
+        root = _parsed(text)
+    except XmlError as error:
+        raise kind(str(error), path=path, line=error.line) from None
+    return _elements(root.iter(), text, Element("", {}, path, 0, kind=kind))
 
 
-def _forgiven(text: bytes) -> bytes:
-    """Return a document without what most parsers forgive and expat does not; its lines stay.
+def _parsed(text: str) -> Any:
+    """Return the root that lxml makes of a text."""
+    parser = etree.XMLParser(
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        return etree.fromstring(text.encode(errors="surrogatepass"), parser)
+    except etree.XMLSyntaxError:
+        errors = [entry for entry in parser.error_log if entry.level >= etree.ErrorLevels.ERROR]
+    others = [entry for entry in errors if entry.type != etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE]
+    if not others and (declared := _with_prefixes(text)) != text:
+        return _parsed(declared)
+    first = (others or errors)[0]
+    if first.type == etree.ErrorTypes.ERR_RESOURCE_LIMIT:
+        reason = (
+            f"elements are nested more than {_MAX_DEPTH} deep, or a text is longer than 10 million characters"
+        )
+        raise XmlError(f"this XML is too large: {reason}", first.line)
+    raise XmlError(f"this is not well-formed XML: {first.message.strip()}", first.line)
 
-    Blanks before the declaration, and Latin-1 that is not declared.
-    """
-    declaration = re.match(rb"(\s*)(<\?xml\b.*?\?>)", text, re.DOTALL)
-    if declaration:
-        text = declaration[2] + declaration[1] + text[declaration.end() :]
-    encoding = re.search(rb"encoding\s*=\s*[\"']([^\"']*)", declaration[2]) if declaration else None
-    if text[:2] not in _UTF_16 and (not encoding or encoding[1].lower() == b"utf-8"):
-        try:
-            text.decode()
-        except UnicodeDecodeError:
-            return text.decode("latin-1").encode()
-    return text
+
+def _with_prefixes(text: str) -> str:
+    """Return a document whose root declares the prefixes in its tags: Gazebo accepts undeclared ones."""
+    tags = list(_tags(text))
+    used = {prefix for tag in tags for prefix in _PREFIX.findall(tag[0])}
+    used -= {"xml", "xmlns", *_DECLARED_PREFIX.findall(tags[0][0])}
+    declarations = "".join(f' xmlns:{prefix}="{prefix}"' for prefix in sorted(used))
+    start = tags[0].end("name")
+    return text[:start] + declarations + text[start:]
 
 
-class _Builder:
-    def __init__(self, path: Path, kind: type[ExperimentError]) -> None:
-        self.parser = expat.ParserCreate()
-        self.parser.buffer_text = True
-        self.parser.StartElementHandler = self._start
-        self.parser.EndElementHandler = self._end
-        self.parser.CharacterDataHandler = self._characters
-        self.parser.StartDoctypeDeclHandler = self._doctype
-        self.root = Element("", {}, path, 0, kind=kind)
-        self._open = [self.root]
+def _tags(text: str) -> Iterator[re.Match[str]]:
+    """Yield the start and end tags of a well-formed document."""
+    return (found for found in _TAG.finditer(text) if found["name"])
 
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        element = self._here(tag, attributes)
-        if len(self._open) > _MAX_DEPTH:
+
+def _elements(nodes: Iterator[Any], text: str, document: Element) -> Element:
+    """Return the root of what lxml parsed, in the order of the start tags, with the lines of its tags."""
+    above = [document]
+    line, counted = 1, 0
+    for tag in _tags(text):
+        line += text.count("\n", counted, tag.start())
+        counted = tag.start()
+        if tag["end"]:
+            above.pop().end_line = line
+            continue
+        element = _element(next(nodes), document.path, line, document.kind)
+        if len(above) > _MAX_DEPTH:
             raise element.error(f"elements are nested more than {_MAX_DEPTH} deep")
-        self._open[-1].children.append(element)
-        self._open.append(element)
+        above[-1].children.append(element)
+        if text[tag.end() - 2] == "/":
+            element.end_line = line + tag[0].count("\n")
+        else:
+            above.append(element)
+    return document.children[0]
 
-    def _end(self, tag: str) -> None:
-        closed = self._open.pop()
-        closed.text = closed.raw_text.strip()
-        closed.end_line = self.parser.CurrentLineNumber
 
-    def _characters(self, text: str) -> None:
-        self._open[-1].raw_text += text
+def _element(node: Any, path: Path, line: int, kind: type[ExperimentError]) -> Element:
+    tag, prefix = node.tag.rpartition("}")[2], node.prefix
+    raw = "".join([node.text or "", *(child.tail or "" for child in node)])
+    return Element(
+        tag=f"{prefix}:{tag}" if prefix else tag,
+        attributes={_as_written(name, node): value for name, value in node.items()},
+        path=path,
+        line=line,
+        text=raw.strip(),
+        raw_text=raw,
+        kind=kind,
+    )
 
-    def _doctype(self, *declaration: object) -> None:
-        raise self._here("", {}).error("documents with a <!DOCTYPE> are refused: they can read other files")
 
-    def _here(self, tag: str, attributes: dict[str, str]) -> Element:
-        root = self.root
-        return Element(tag, attributes, root.path, self.parser.CurrentLineNumber, kind=root.kind)
+def _as_written(attribute: str, node: Any) -> str:
+    """Return the name of an attribute with its prefix in place of its name space."""
+    if attribute[0] != "{":
+        return attribute
+    space, _, name = attribute[1:].partition("}")
+    prefixes = (prefix for prefix, uri in node.nsmap.items() if prefix and uri == space)
+    return f"{'xml' if space == _XML_NAMESPACE else next(prefixes)}:{name}"

@@ -9,10 +9,10 @@ import io
 import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
-from xml.parsers import expat
 
 import numpy as np
 
+from nrp_core._support.xml_text import strict_xml
 from nrp_core.world.scene.meshes.pictures import mean_color
 from nrp_core.world.scene.meshes.triangles import Surface
 
@@ -32,32 +32,17 @@ def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
     import collada
     from collada.common import DaeError
 
-    _refuse_document_types(data)
+    text = strict_xml(data)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PendingDeprecationWarning)  # pycollada uses NumPy's matrices
-            document = collada.Collada(io.BytesIO(data), ignore=[DaeError])
+            document = collada.Collada(io.BytesIO(text.encode()), ignore=[DaeError])
             meter = float(document.assetInfo.unitmeter or 1.0)
             matrix = np.diag([meter, meter, meter, 1.0])
             roots = document.scene.nodes if document.scene else []
             return [part for root in roots for part in _surfaces(root, matrix, frozenset(), beside)]
     except Exception as error:  # pycollada raises whatever its XML and NumPy do
         raise ValueError(f"{type(error).__name__}: {error}") from error
-
-
-def _refuse_document_types(data: bytes) -> None:
-    """Refuse entities before anything expands them."""
-
-    def refuse(*_declaration: object) -> None:
-        raise ValueError("documents with a <!DOCTYPE> are refused")
-
-    parser = expat.ParserCreate()
-    parser.StartDoctypeDeclHandler = refuse
-    try:
-        parser.Parse(data, True)
-    except expat.ExpatError as error:
-        reason = expat.ErrorString(error.code)
-        raise ValueError(f"not well-formed XML: {reason}, line {error.lineno}") from None
 
 
 def _surfaces(

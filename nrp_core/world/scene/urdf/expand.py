@@ -8,6 +8,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
+from nrp_core._support.xml_text import strict_xml
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.reading.xml import Element, parse_xml, read_xml, without_lines
 
@@ -61,12 +62,16 @@ def expanded(path: Path, package: Callable[[str], Path]) -> Element:
 
 @contextmanager
 def _checking(xacro: Any) -> Iterator[None]:
-    """Let our parser read every file first, those that are included as well: it refuses document types."""
+    """Let our parser read every file first, those that are included as well.
+
+    It refuses document types, and accepts comments that xacro's parser refuses.
+    """
     own = xacro.parse
 
     def parse(inp: Any, filename: str | None = None) -> Any:
         if inp is None and filename is not None:
             read_xml(Path(filename))
+            inp = strict_xml(Path(filename).read_bytes())
         return own(inp, filename)
 
     xacro.parse = parse

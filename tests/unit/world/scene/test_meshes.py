@@ -204,6 +204,16 @@ def test_collada_with_entities_is_refused_unexpanded(pieces: Pieces) -> None:
         pieces("a.dae", dae().replace("<COLLADA", bomb + "]><COLLADA", 1).replace("skin", "&e11;", 1))
 
 
+def test_comments_in_collada_may_hold_hyphens(pieces: Pieces) -> None:
+    text = (
+        "<?xml version='1.0' encoding='iso-8859-1'?><!-- \N{DEGREE SIGN} --->"
+        + dae()[dae().index("<COLLADA") :]
+    )
+    text = text.replace("<node", "<!--- -- --->\n<node")
+    (right,) = pieces("a.dae", text.encode("latin-1"), "whole", submesh="right")
+    assert volume(read_stl(right.path)) == pytest.approx(8 / 6)
+
+
 # -- convex pieces
 
 
@@ -328,7 +338,7 @@ def test_without_a_cache_meshes_are_converted_in_each_process(
         ("a.obj", b"v 0 0 0\nf 1 0 1\n", "a face names the vertex 0"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2\n", "it has no triangles"),
         ("a.obj", b"", "it has no triangles"),
-        ("a.dae", b"<COLLADA>", "not well-formed XML: no element found, line 1"),
+        ("a.dae", b"<COLLADA>", "XML Parsing Error: Premature end of data in tag COLLADA line 1"),
         ("a.dae", b"<COLLADA/>", "cannot be read"),
         ("a.fbx", b"", r"not of a kind that is read \(.stl, .obj, .dae\)"),
     ],

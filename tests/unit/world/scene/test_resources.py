@@ -200,6 +200,14 @@ def test_what_xacro_cannot_expand_is_one_error(
     assert capfd.readouterr().err == ""
 
 
+def test_xacro_files_may_hold_comments_with_hyphens(tmp_path: Path) -> None:
+    comment = "<!---- \N{DEGREE SIGN} ----->\n"
+    (tmp_path / "parts.xacro").write_text(f"{comment}{PARTS}", encoding="latin-1")
+    robot = tmp_path / "cart.xacro"
+    robot.write_text(comment + XACRO.format(include="parts.xacro", mass=f"{comment}{MASS}"))
+    assert read_model(robot).links[0].visuals[0].geometry == Box((4, 1, 1))
+
+
 def test_without_xacro_the_remedy_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "xacro", None)
     robot = tmp_path / "cart.xacro"

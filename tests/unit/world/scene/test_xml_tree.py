@@ -1,12 +1,15 @@
 from __future__ import annotations
 
+import socket
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from lxml import etree
 
+from nrp_core._support.xml_text import strict_xml
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.reading.xml import Element, parse_xml, read_xml
 
@@ -21,6 +24,17 @@ def test_every_element_knows_its_line() -> None:
     root = parse("<a>\n  <b\n   x='1'/>\n  <c>\n<d/></c></a>")
     assert [e.line for e in (root, *root.children, root.children[1].children[0])] == [1, 2, 4, 5]
     assert root.children[0].where == "robot.sdf:2"
+
+
+def test_every_element_knows_the_line_on_which_it_ends() -> None:
+    root = parse("<a>\n<b\n x='>'\n/><c>\n</c\n><!-- </a>\n --><![CDATA[</a>\n]]><?no </a>\n?>\n</a>")
+    assert [(e.line, e.end_line) for e in (root, *root.children)] == [(1, 10), (2, 4), (4, 5)]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_are_counted_beyond_what_libxml2_counts(end: str) -> None:
+    root = parse(f"<a>{end * 70_000}<b/>{end * 70_000}<c>{end}</c></a>")
+    assert [(e.line, e.end_line) for e in root.children] == [(70_001, 70_001), (140_001, 140_002)]
 
 
 def test_text_is_stripped_and_joined_around_children() -> None:
@@ -39,6 +53,10 @@ def test_blanks_before_the_declaration_are_forgiven() -> None:
     assert (root.tag, root.line) == ("a", 4)
 
 
+def test_the_version_does_not_matter() -> None:
+    assert parse("<?xml\nversion='0.0' ?>\n<a/>").line == 3  # as in URDF files of PyBullet
+
+
 @pytest.mark.parametrize(
     "declaration", ["", "<?xml version='1.0'?>", "<?xml version='1.0' encoding='UTF-8'?>"]
 )
@@ -50,10 +68,123 @@ def test_latin_1_that_is_not_declared_is_read(declaration: str) -> None:
     assert parse_xml(text.encode(), FILE).attributes["b"] == "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
 
 
-@pytest.mark.parametrize("encoding", ["utf-16", "iso-8859-1"])
-def test_declared_encodings_are_read(encoding: str) -> None:
-    text = f"<?xml version='1.0' encoding='{encoding}'?><a>\N{LATIN SMALL LETTER U WITH DIAERESIS}</a>"
+@pytest.mark.parametrize("blanks", ["", " \n"])
+@pytest.mark.parametrize("encoding", ["utf-16", "iso-8859-1", "cp1252", "gb18030"])
+def test_declared_encodings_are_read(encoding: str, blanks: str) -> None:
+    text = (
+        f"{blanks}<?xml version='1.0' encoding='{encoding}'?><a>\N{LATIN SMALL LETTER U WITH DIAERESIS}</a>"
+    )
     assert parse_xml(text.encode(encoding), FILE).text == "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
+
+
+@pytest.mark.parametrize("codec", ["no-such", "rot13", "punycode", "utf-16"])
+def test_an_encoding_that_is_not_that_of_the_document_is_refused(codec: str) -> None:
+    hostile = f"<?xml version='1.0' encoding='{codec}'?>-{'a' * 1_000_000}"  # punycode would take a minute
+    with pytest.raises(SceneError, match=f"(?s)encoding.*{codec}|not in {codec}"):
+        parse(hostile)
+
+
+def test_a_byte_outside_the_declared_encoding_is_refused_with_its_line() -> None:
+    with pytest.raises(SceneError, match="not in ascii") as refusal:
+        parse_xml(b"<?xml version='1.0' encoding='ascii'?>\n<a>\n\xfc</a>", FILE)
+    assert refusal.value.line == 3
+
+
+COMMENTS = ["<!-- x --->", "<!---->", "<!---- x ---->", "<!-- a -- b -->", "<!--> x -->", "<!-- \x0c -->"]
+
+
+@pytest.mark.parametrize("comment", [*COMMENTS, "<!-- -\n--\n--->", "<!-- <b> <![CDATA[ <?no -->"])
+def test_comments_end_at_the_first_end_and_hide_nothing_behind_them(comment: str) -> None:
+    root = parse(f"<!-- - -->{comment}<a>1{comment}2<b>{comment}</b>\n<c/></a>{comment}")
+    lines = comment.count("\n")
+    assert (root.raw_text, root.line) == ("12\n", 1 + lines)
+    assert [(e.tag, e.line, e.end_line) for e in root.children] == [
+        ("b", 1 + 2 * lines, 1 + 3 * lines),
+        ("c", 2 + 3 * lines, 2 + 3 * lines),
+    ]
+
+
+@pytest.mark.parametrize(
+    "text", ["<a><!-- </a>", "<a/><!--->", "<a><!-- --> --></b>", "<a b='<!-- -- -->'/>"]
+)
+def test_a_comment_forgives_nothing_around_it(text: str) -> None:
+    with pytest.raises(SceneError, match="not well-formed"):
+        parse(text)
+
+
+@pytest.mark.parametrize("comment", COMMENTS)
+def test_what_looks_like_a_comment_in_cdata_is_text(comment: str) -> None:
+    comment = comment.replace("\x0c", "")
+    assert parse(f"<a><?no {comment}?><![CDATA[{comment}]]><!-- --></a>").text == comment
+
+
+PLACE = "<!--place-->"
+NAMES = st.sampled_from(["a", "b", "x:c"])
+TEXTS = st.text("1 <>&'\"-\n\r\t\u00fc", max_size=6)
+COMMENT_TEXTS = st.lists(
+    st.sampled_from([" ", "-x", "\n", "\r\n", "<b>", "]]>", "<?", "\u00fc", "&"]), max_size=4
+)
+MARKUP = st.one_of(
+    TEXTS.map(lambda text: text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")),
+    TEXTS.map(lambda text: f"<![CDATA[{text.replace(']]>', '')}<!-- x --->]]>"),
+    COMMENT_TEXTS.map(lambda parts: f"<!--{''.join(parts)}-->"),
+    st.sampled_from(["<?no <!-- x --->?>", "&#13;&#10;", PLACE, PLACE]),
+)
+
+
+def element(name: str, value: str, inside: list[str]) -> str:
+    quoted = value.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+    start = f'<{name} xmlns:x="u" v="{quoted}"'
+    return f"{start}>{''.join(inside)}</{name}\n>" if inside else f"{start}\n/>"
+
+
+DOCUMENTS = st.recursive(
+    st.builds(element, NAMES, TEXTS, st.lists(MARKUP, max_size=3)),
+    lambda below: st.builds(element, NAMES, TEXTS, st.lists(st.one_of(below, MARKUP), max_size=4)),
+    max_leaves=8,
+)
+
+
+@given(DOCUMENTS)
+def test_a_document_whose_comments_are_xml_means_the_same_after_blanking(text: str) -> None:
+    assert etree.canonicalize(strict_xml(text.encode())) == etree.canonicalize(text)
+
+
+@given(DOCUMENTS, st.sampled_from(COMMENTS))
+def test_an_odd_comment_can_stand_anywhere_and_changes_nothing(text: str, comment: str) -> None:
+    assert outline(parse(text.replace(PLACE, comment))) == outline(parse(text.replace(PLACE, "")))
+
+
+@given(DOCUMENTS)
+def test_blanking_keeps_every_line(text: str) -> None:
+    strict = strict_xml(text.encode())
+    assert strict.count("\n") == len(text.replace("\r\n", "\n").replace("\r", "\n").split("\n")) - 1
+    found = parse(text)
+    assert found.end_line >= max([found.line, *(child.end_line for child in found.children)])
+
+
+def outline(element: Element) -> tuple[object, ...]:
+    """Everything about an element."""
+    children = [outline(child) for child in element.children]
+    return element.tag, element.attributes, element.raw_text, element.line, element.end_line, children
+
+
+def test_prefixes_stay_whether_they_are_declared_or_not() -> None:
+    root = parse(
+        "<x:a xmlns='d' xmlns:x='u' x:p='1' xml:lang='en'>"
+        "<y:b y:q='2' z:r='3'/><c xmlns:y='v' y:s='4'/></x:a>"
+    )
+    assert (root.tag, root.attributes) == ("x:a", {"x:p": "1", "xml:lang": "en"})
+    assert [(e.tag, e.attributes) for e in root.children] == [
+        ("y:b", {"y:q": "2", "z:r": "3"}),
+        ("c", {"y:s": "4"}),
+    ]
+
+
+@pytest.mark.parametrize("text", ["<a y:b='1' y:b='2'/>", "<y:a></y:b>", "<a><y:b/>" * 150])
+def test_an_undeclared_prefix_forgives_nothing_else(text: str) -> None:
+    with pytest.raises(SceneError, match="not well-formed"):
+        parse(text)
 
 
 @pytest.mark.parametrize("text", ["", "<a>", "<a></b>", "<a/><b/>", "<a b=1/>", "no xml", "<a>&nothing;</a>"])
@@ -76,9 +207,39 @@ def test_document_types_are_refused_before_an_entity_is_expanded(doctype: str) -
         parse(doctype)
 
 
-def test_nesting_without_end_is_refused() -> None:
-    with pytest.raises(SceneError, match="nested more than 100 deep"):
-        parse("<a>" * 5000 + "</a>" * 5000)
+@pytest.mark.parametrize("codec", ["utf-8", "utf-16", "utf-7", "gb18030"])
+def test_document_types_are_refused_in_every_encoding(codec: str) -> None:
+    text = (
+        f"<?xml version='1.0' encoding='{codec}'?>\n<!-- x --->\n<!DOCTYPE a\n [<!ENTITY x 'y'>]><a>&x;</a>"
+    )
+    with pytest.raises(SceneError, match="DOCTYPE") as refusal:
+        parse_xml(text.encode(codec), FILE)
+    assert refusal.value.line == 3
+
+
+def test_nothing_is_fetched() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(0.2)
+        address = f"http://127.0.0.1:{server.getsockname()[1]}/a"
+        include = f"<i:include xmlns:i='http://www.w3.org/2001/XInclude' href='{address}'/>"
+        schema = f"xmlns:s='http://www.w3.org/2001/XMLSchema-instance' s:schemaLocation='u {address}'"
+        parse(f"<?xml-stylesheet href='{address}'?><a {schema}>{include}</a>")
+        with pytest.raises(SceneError, match="DOCTYPE"):
+            parse(f'<!DOCTYPE a SYSTEM "{address}"><a/>')
+        with pytest.raises(TimeoutError):
+            server.accept()
+
+
+def test_nesting_has_a_limit() -> None:
+    assert parse("<a>" * 100 + "</a>" * 100).tag == "a"
+    for depth in (101, 300, 5000):
+        with pytest.raises(SceneError, match="nested more than 100 deep"):
+            parse("<a>\n" * depth + "</a>" * depth)
+
+
+def test_texts_have_a_limit() -> None:
+    with pytest.raises(SceneError, match=r"f\.sdf:2: .*too large.* longer than 10 million"):
+        parse_xml(b"<a>\n" + b"x" * 10_100_000 + b"</a>", Path("f.sdf"))
 
 
 @given(st.binary(max_size=60))
