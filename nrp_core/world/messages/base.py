@@ -20,15 +20,17 @@ T = TypeVar("T")
 _TYPES: dict[str, type] = {}
 
 
-def message(name: str) -> Callable[[type[T]], type[T]]:
+def message(name: str, definition: str = "") -> Callable[[type[T]], type[T]]:
     """Name a dataclass as a message type.
 
     Args:
         name: ROS's full name, ``package/msg/Type``.
+        definition: its fields in ROS's format; needed where the type hints do not say the size of a number.
     """
 
     def register(cls: type[T]) -> type[T]:
         cls.__msgtype__ = name  # type: ignore[attr-defined]
+        cls.__definition__ = definition  # type: ignore[attr-defined]
         _TYPES[name] = cls
         return cls
 

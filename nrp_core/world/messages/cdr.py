@@ -161,8 +161,9 @@ class Codec:
         name = self._names[cls]
         if name not in self._store.fielddefs:
             lines = [f"{_type_text(hint, cls, self.name)} {field}" for field, hint in _fields(cls)]
+            text = getattr(cls, "__definition__", "") or "\n".join(lines)
             try:
-                self._store.register(get_types_from_msg("\n".join(lines), name))
+                self._store.register(get_types_from_msg(text, name))
             except TypesysError as error:
                 raise TopicError(f"{cls.__name__} cannot be a message: {error}") from error
         if _field_names(cls) != self._defined(name):

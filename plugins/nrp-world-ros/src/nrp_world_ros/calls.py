@@ -21,15 +21,6 @@ from nrp_world_ros.node import Node
 PATIENCE_S = 30.0
 """How long a caller waits for the world."""
 
-_EXACT = {
-    "gazebo_msgs/msg/GetJointPropertiesResponse": (
-        "uint8 REVOLUTE=0\nuint8 CONTINUOUS=1\nuint8 PRISMATIC=2\nuint8 FIXED=3\nuint8 BALL=4\n"
-        "uint8 UNIVERSAL=5\nuint8 type\nfloat64[] damping\nfloat64[] position\nfloat64[] rate\n"
-        "bool success\nstring status_message"
-    )
-}
-"""Definitions of which our classes do not tell all: how many bytes a number has."""
-
 
 @dataclass(frozen=True, slots=True)
 class _Call:
@@ -60,8 +51,6 @@ class Calls:
             self._offer(node)
 
     def _offer(self, node: Node) -> None:
-        for name, text in _EXACT.items():
-            self._codec.define(name, text)
         for info in self._world.topics.values():
             if info.name.startswith(PREFIX) and info.direction is Direction.IN:
                 request, response = map(self._codec.name, (info.type, response_of(info.type)))
