@@ -21,8 +21,14 @@ import pytest
 from nrp_core.cli.app import COMMANDS
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
-READMES = sorted([ROOT / "experiments" / "README.md", *(ROOT / "plugins").glob("*/README.md")])
+DOCS = [page for page in (ROOT / "docs").rglob("*.md") if "site" not in page.parts[len(ROOT.parts) :]]
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS])
+READMES = sorted(
+    [
+        *(ROOT / name / "README.md" for name in ("changes", "experiments")),
+        *(ROOT / "plugins").glob("*/README.md"),
+    ]
+)
 
 BLOCK = re.compile(r"(<!-- not run: .+? -->\n)?^```(\w+)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w./-]+\.\w+)(?: -->)?\n")

@@ -1,0 +1,52 @@
+"""The gallery: every experiment that ships is run, and its figure shown."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.metadata import entry_points
+from importlib.resources import files
+from pathlib import Path, PurePosixPath
+
+from pages import write_page
+from paths import PAGES
+from ruamel.yaml import YAML
+
+FIGURES = PAGES / "images" / "gallery"
+INTRODUCTION = """\
+# Gallery
+
+Each figure is drawn by `nrp run NAME --plot FILE` from one run of an experiment that ships, when this site is
+built. The marks at the top right are the criteria of the experiment.
+"""
+
+
+def figures() -> list[Callable[[], None]]:
+    """Return what draws the figures, to be called in any order or at once."""
+    FIGURES.mkdir(parents=True, exist_ok=True)
+    return [lambda name=name: _draw(name) for name in _shipped()]  # type: ignore[misc]
+
+
+def write_gallery() -> None:
+    """Write the page, once the figures are drawn."""
+    entries = []
+    for name, package in _shipped().items():
+        experiment = YAML(typ="safe").load((files(package) / "experiment.yaml").read_text())
+        text = f"## {name.replace('_', ' ').capitalize()}\n\n{experiment['description'].strip()}\n"
+        text += f"\n[![The run of {name}](images/gallery/{name}.png)](images/gallery/{name}.png)\n"
+        entries.append(f"{text}\n```sh\nnrp run {name} --plot {name}.png\n```\n")
+    write_page(PurePosixPath("gallery.md"), "\n".join([INTRODUCTION, *entries]))
+
+
+def _shipped() -> dict[str, str]:
+    """Return the package of each experiment."""
+    entries = entry_points(group="nrp_core.experiments")
+    return {entry.name: entry.value for entry in sorted(entries, key=lambda entry: entry.name)}
+
+
+def _draw(name: str) -> None:
+    command = [str(Path(sys.executable).parent / "nrp"), "run", name, "--plot", str(FIGURES / f"{name}.png")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")

@@ -1,0 +1,91 @@
+"""The notebooks: kept without outputs, executed when the site is built, and shown as pages."""
+
+from __future__ import annotations
+
+import base64
+import shutil
+from collections.abc import Callable
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import nbformat
+from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
+from pages import on_the_site, write_page
+from paths import PAGES, ROOT
+
+FOLDER = ROOT / "docs" / "notebooks"
+TIME_LIMIT_S = 120
+
+
+def notebooks() -> list[Callable[[], None]]:
+    """Return what executes the notebooks and writes their pages, to be called in any order or at once."""
+    return [lambda path=path: _show(path) for path in sorted(FOLDER.glob("*.ipynb"))]  # type: ignore[misc]
+
+
+def _show(path: Path) -> None:
+    notebook = nbformat.read(path, as_version=4)
+    with TemporaryDirectory() as folder:
+        resources = {"metadata": {"path": folder}}
+        client = NotebookClient(notebook, timeout=TIME_LIMIT_S, resources=resources)
+        client.extra_arguments = ["--log-level=40"]
+        try:
+            client.execute()
+        except CellExecutionError as error:
+            raise SystemExit(f"{path.name}: {error}") from None
+    name = PurePosixPath(path.relative_to(ROOT).as_posix())
+    title, *rest = [
+        on_the_site(cell.source, name, set())
+        if cell.cell_type == "markdown"
+        else _code(cell, path.stem, index)
+        for index, cell in enumerate(notebook.cells)
+    ]
+    download = f"[Download this notebook]({path.name}){{ download }}"
+    write_page(PurePosixPath("notebooks", f"{path.stem}.md"), "\n\n".join([title, download, *rest]))
+
+
+def _code(cell: Any, stem: str, index: int) -> str:
+    """Return a cell and its outputs as Markdown."""
+    source = cell.source.removeprefix("%%sh\n")
+    language = "python" if source == cell.source else "sh"
+    parts = [f"```{language}\n{source}\n```"]
+    images = PAGES / "notebooks" / stem
+    parts += [_output(output, images, f"{index}-{i}") for i, output in enumerate(_joined(cell.outputs))]
+    return "\n\n".join(parts)
+
+
+def _joined(outputs: list[Any]) -> list[Any]:
+    """Return outputs with pieces of one stream that follow each other as one."""
+    joined: list[Any] = []
+    for output in outputs:
+        if joined and output.get("name") and output.get("name") == joined[-1].get("name"):
+            joined[-1].text += output.text
+        else:
+            joined.append(output)
+    return joined
+
+
+def _output(output: Any, images: Path, name: str) -> str:
+    """Return an output as Markdown; an image becomes a file in the folder of the notebook's images."""
+    if output.output_type == "stream":
+        return _text(output.text)
+    data = output.data
+    if "image/png" in data:
+        images.mkdir(parents=True, exist_ok=True)
+        (images / f"{name}.png").write_bytes(base64.b64decode(data["image/png"]))
+        return f"![Output of the cell above]({images.name}/{name}.png)"
+    if "text/html" in data:
+        return f'<div class="notebook-output" markdown="0">\n{data["text/html"].strip()}\n</div>'
+    return _text(data["text/plain"])
+
+
+def _text(text: str) -> str:
+    return f"```text {{ .notebook-output }}\n{text.rstrip()}\n```"
+
+
+def copy_notebooks() -> None:
+    """Put the notebooks themselves beside their pages, to be downloaded."""
+    for path in FOLDER.glob("*.ipynb"):
+        (PAGES / "notebooks").mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, PAGES / "notebooks" / path.name)

@@ -1,0 +1,50 @@
+"""Where the site is made, and which page of it each file of the repository becomes."""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePosixPath
+
+ROOT = Path(__file__).parents[2]
+PAGES = ROOT / "build" / "docs"
+"""The pages as they are handed to the site generator."""
+SITE = ROOT / "build" / "site"
+"""The site itself."""
+
+_RENAMED = {
+    "docs/gallery.md": "gallery.md",  # made by a script
+    "docs/site/home.md": "index.md",
+    "docs/README.md": "contents.md",
+    "docs/decisions/README.md": "decisions/index.md",
+    "README.md": "readme.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md",
+    "changes/README.md": "changes.md",
+    "experiments/README.md": "experiments.md",
+}
+
+
+def page_of(file: PurePosixPath) -> PurePosixPath | None:
+    """Return the page that a file of the repository becomes, or None if it is shown as source."""
+    name = str(file)
+    if name in _RENAMED:
+        return PurePosixPath(_RENAMED[name])
+    if file.match("plugins/*/README.md"):
+        return PurePosixPath("plugins", f"{file.parent.name}.md")
+    if file.parts[:2] == ("docs", "notebooks"):
+        return PurePosixPath("notebooks", f"{file.stem}.md")
+    if file.parts[0] == "docs" and (file.suffix == ".md" or file.parts[1] == "images"):
+        return file.relative_to("docs")
+    return None
+
+
+def source_page_of(file: PurePosixPath) -> PurePosixPath:
+    """Return the page that shows a source file or a folder."""
+    return PurePosixPath("source", f"{file}.md")
+
+
+def documents() -> list[PurePosixPath]:
+    """Return the Markdown files of the repository that are pages of the site."""
+    found = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *ROOT.glob("*/README.md")]
+    found += (ROOT / "plugins").glob("*/README.md")
+    names = {PurePosixPath(path.relative_to(ROOT).as_posix()) for path in found}
+    return sorted(name for name in names if page_of(name))
