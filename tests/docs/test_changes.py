@@ -1,0 +1,78 @@
+"""Fragments of the changelog make a section of it, and say one thing each."""
+
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+KINDS = {
+    kind["directory"]
+    for kind in tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["towncrier"]["type"]
+}
+FRAGMENTS = sorted(
+    set((ROOT / "changes").iterdir()) - {ROOT / "changes" / name for name in ("README.md", "template.jinja")}
+)
+
+
+def fault(name: str, text: str) -> str | None:
+    """Return what is wrong with a fragment."""
+    match = re.fullmatch(r"\+[a-z0-9-]+\.(\w+)\.md", name)
+    if match is None:
+        return "its name is not +WORDS.KIND.md"
+    if match[1] not in KINDS:
+        return f"its kind is not one of {', '.join(sorted(KINDS))}"
+    if not re.match(r"[A-Z`*]", text) or not text.endswith(".\n"):
+        return "it is not made of sentences"
+    if re.search(r"^(#|- |\* )|\n\n", text, re.MULTILINE):
+        return "it has a heading, a list or several paragraphs"
+    return None
+
+
+@pytest.mark.parametrize("fragment", FRAGMENTS, ids=lambda path: path.name)
+def test_a_fragment_is_well_formed(fragment: Path) -> None:
+    assert fault(fragment.name, fragment.read_text()) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("site.added.md", "A site.\n"),
+        ("+site.feature.md", "A site.\n"),
+        ("+site.added.md", "a site\n"),
+        ("+site.added.md", "A site.\n\n- A list.\n"),
+    ],
+)
+def test_a_malformed_fragment_is_found(name: str, text: str) -> None:
+    assert fault(name, text)
+
+
+def test_a_release_moves_the_fragments_into_the_changelog(tmp_path: Path) -> None:
+    for name in ("pyproject.toml", "CHANGELOG.md"):
+        shutil.copy(ROOT / name, tmp_path)
+    shutil.copytree(ROOT / "changes", tmp_path / "changes")
+    (tmp_path / "changes" / "+other.fixed.md").write_text("It turns\nleft.\n")
+    before = (ROOT / "CHANGELOG.md").read_text()
+    command = [
+        sys.executable,
+        "-m",
+        "towncrier",
+        "build",
+        "--yes",
+        "--version",
+        "9.9",
+        "--date",
+        "2030-01-01",
+    ]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    after = (tmp_path / "CHANGELOG.md").read_text()
+    start, end = before.split("<!-- changes -->\n")
+    assert after.startswith(f"{start}<!-- changes -->\n\n## 9.9 (2030-01-01)\n")
+    assert "### Fixed\n\n- It turns\n  left.\n" in after
+    assert after.endswith(end)
+    assert {path.name for path in (tmp_path / "changes").iterdir()} == {"README.md", "template.jinja"}
