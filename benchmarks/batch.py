@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 from world_step import STEP_NS, SUBSTEP_NS, SUBSTEPS, shipped_scene
 
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 
 STEPS = 25
 

@@ -23,12 +23,12 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.files.script import load_network
 from nrp_core.brain.network.data import Network
 from nrp_core.clock import NS_PER_MS
-from nrp_core.registry import brains
 
 STEP_MS = 20
 LARGEST_RATE_HZ = 2000.0

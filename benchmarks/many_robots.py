@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene

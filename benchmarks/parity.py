@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core.dsl.tf_lib import detect_red
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image

@@ -121,7 +121,7 @@ def cpu_ms(work: Callable[[], object]) -> float:
 
 def measure(models: int, rounds: int) -> dict[str, float]:
     """Return CPU milliseconds of each kind of import."""
-    from nrp_core.registry import worlds
+    from nrp_core.world.backends import worlds
     from nrp_core.world.interface import WorldBackend
     from nrp_core.world.scene.sdf import read_scene
 

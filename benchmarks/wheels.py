@@ -15,7 +15,7 @@ from importlib.resources import files
 from math import cos, degrees, hypot, sin
 from pathlib import Path
 
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import WheelDrive

@@ -25,7 +25,7 @@ from statistics import fmean
 from typing import Any, NamedTuple
 
 from nrp_core.clock import SampleSchedule
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.render.cameras import SHARED, Cameras
 from nrp_core.world.render.optics import optics_of

@@ -12,9 +12,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from nrp_core.brain.backends import brains
 from nrp_core.conformance.proof import Proof
 from nrp_core.conformance.report import Result
-from nrp_core.registry import brains, worlds
+from nrp_core.world.backends import worlds
 
 TARGET = Path(__file__).parent / "reference" / "backends.md"
 HEAD = """\

@@ -28,9 +28,6 @@ from nrp_core.errors import (
     SnapshotError,
 )
 
-INTERFACE_VERSION = 1
-"""Version of the backend interfaces; a backend class carries it as ``interface_version``."""
-
 
 class Determinism(Enum):
     """How far two runs with equal seeds agree."""

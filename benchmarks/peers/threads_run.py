@@ -11,10 +11,10 @@ import measure
 import numpy as np
 from nrp_run import network_of
 
+from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import from_milliseconds
-from nrp_core.registry import brains
 
 
 def elapsed(brain: Brain, duration_ms: float) -> float:

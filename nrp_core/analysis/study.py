@@ -15,6 +15,7 @@ from nrp_core.analysis.evaluation import UnreadableError
 from nrp_core.analysis.events import Event
 from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
+from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain, BrainBackend
 from nrp_core.brain.network.data import Network
 from nrp_core.cle.wiring import declare_topics
@@ -42,7 +43,6 @@ from nrp_core.experiment.making.prepare import Examination, Say
 from nrp_core.experiment.making.watch import furnish
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level, has_errors
-from nrp_core.registry import brains
 from nrp_core.world.interface import World
 from nrp_core.world.topics import TopicInfo
 

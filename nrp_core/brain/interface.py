@@ -35,6 +35,9 @@ from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation
 
+BRAIN_INTERFACE_VERSION = 1
+"""Version of this interface; a backend class carries the one it was written for as ``interface_version``."""
+
 
 class BrainOptions(BaseModel):
     """Base of a backend's options, as an experiment file gives them; unknown names are refused."""
@@ -420,7 +423,7 @@ class BrainBackend(ABC):
     """The entry point of a brain simulator; importing and constructing it is cheap.
 
     Attributes:
-        interface_version: the version of the interfaces it was written for; the first, if it does not say.
+        interface_version: the version of this interface it was written for; the first, if it does not say.
         options: the model of its options.
     """
 

@@ -5,29 +5,28 @@ For ``nrp --help`` only the metadata is read; a command is imported when it is c
 
 from __future__ import annotations
 
-import importlib.metadata
 from functools import cached_property
-from importlib.metadata import EntryPoint
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
-GROUP = "nrp_core.commands"
+from nrp_core.registry import Provider, Registry
+
+COMMANDS: Registry[Any] = Registry("nrp_core.commands", "command")
 
 
 class CommandGroup(TyperGroup):
     """The commands of the core and of all installed packages; the core's cannot be replaced."""
 
     @cached_property
-    def _added(self) -> dict[str, EntryPoint]:
-        entries = importlib.metadata.entry_points(group=GROUP)
-        return {entry.name: entry for entry in entries if entry.name not in self.commands}
+    def _added(self) -> dict[str, Provider]:
+        return {one.name: one for one in COMMANDS.providers() if one.name not in self.commands}
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return all names: the core's in their order, then the others by name."""
-        return [*self.commands, *sorted(self._added)]
+        return [*self.commands, *self._added]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return a command, importing it if it is not the core's.
@@ -55,21 +54,18 @@ class CommandGroup(TyperGroup):
         rows = [(name, command.get_short_help_str(120)) for name, command in self.commands.items()]
         with formatter.section("Commands"):
             formatter.write_dl(rows)
-        others = [(name, f"added by {_owner(entry)}") for name, entry in sorted(self._added.items())]
+        others = [(name, f"added by {_owner(added)}") for name, added in self._added.items()]
         if others:
             with formatter.section("Commands of other packages"):
                 formatter.write_dl(others)
 
 
-def _owner(entry: EntryPoint) -> str:
-    package = entry.value.partition(":")[0].partition(".")[0]
-    return package if entry.dist is None else f"{package} ({entry.dist.name} {entry.dist.version})"
+def _owner(provider: Provider) -> str:
+    return f"{provider.package} ({provider.distribution} {provider.version})"
 
 
 def _load(name: str) -> Any:
-    from nrp_core.registry import plugins
-
-    found = plugins(GROUP, "command").load(name)
+    found = COMMANDS.load(name)
     if isinstance(found, typer.Typer):
         return get_command(found)
     app = typer.Typer(rich_markup_mode=None, add_completion=False)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib.metadata import entry_points
 from json import dumps
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from nrp_core.registry import Registry
 
 
 def _backend_option(side: str) -> Any:
@@ -19,7 +20,7 @@ def _backend_option(side: str) -> Any:
         metavar="NAME",
         envvar=f"NRP_{side.upper()}",
         help=f"The {side} backend to use.",
-        autocompletion=lambda: sorted({entry.name for entry in entry_points(group=f"nrp_core.{side}")}),
+        autocompletion=Registry[Any](f"nrp_core.{side}", side).names,
     )
 
 

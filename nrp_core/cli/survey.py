@@ -21,8 +21,10 @@ from typing import Any
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core._support.jsonable import plain
 from nrp_core._support.probe import Answer, inquire
+from nrp_core.brain.backends import brains
 from nrp_core.errors import NrpError
-from nrp_core.registry import Provider, Registry, brains, worlds
+from nrp_core.registry import Provider, Registry
+from nrp_core.world.backends import worlds
 
 KINDS: dict[str, Callable[[], Registry[Any]]] = {"brain": brains, "world": worlds}
 TIMEOUT_S = 60.0

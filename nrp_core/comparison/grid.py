@@ -13,12 +13,15 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from nrp_core.brain.backends import brains
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.ranges import Range
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.recording.folder.capsule import named_files
-from nrp_core.registry import Registry, brains, code_of, worlds
+from nrp_core.registry import Registry
+from nrp_core.world.backends import worlds
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,13 +11,15 @@ from pydantic import BaseModel, ValidationError
 
 from nrp_core._support.jsonable import plain
 from nrp_core._support.machine import describe
+from nrp_core.brain.backends import brains
 from nrp_core.conformance import SUITES
 from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.report import Report, Result
 from nrp_core.conformance.run import run_tests
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.schema_findings import reason
-from nrp_core.registry import Registry, brains, worlds
+from nrp_core.registry import Registry
+from nrp_core.world.backends import worlds
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,12 +8,15 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from nrp_core._support.fingerprint import fingerprint
+from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.errors import BackendError, BackendLoadError, NrpError
 from nrp_core.experiment.model.schema_findings import schema_findings
 from nrp_core.experiment.model.tree import Tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError
-from nrp_core.registry import Registry, brains, worlds
+from nrp_core.registry import Registry
+from nrp_core.world.backends import worlds
 from nrp_core.world.interface import WorldBackend
 
 Backend = TypeVar("Backend", BrainBackend, WorldBackend)
@@ -87,3 +90,13 @@ def option_findings(source: Tree) -> list[Finding]:
             except BackendError:
                 continue
     return findings
+
+
+def code_of(brain: str, world: str) -> dict[str, str]:
+    """Return the fingerprints of the core and of two backends, by the names of their packages.
+
+    Raises:
+        UnknownBackendError, DuplicateBackendError: there is no such backend, or there are two.
+    """
+    packages = brains().provider(brain).package, worlds().provider(world).package
+    return {package: fingerprint(package) for package in ("nrp_core", *packages)}

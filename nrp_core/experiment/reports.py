@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.report import Report
 from nrp_core.errors import CapabilityError
@@ -12,7 +13,6 @@ from nrp_core.experiment.making.collector import Collector
 from nrp_core.experiment.making.prepare import Say, network_of, quietly, side_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code
-from nrp_core.registry import brains
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import STDP
 from nrp_core.brain.pynn.export import network_of
@@ -20,7 +21,6 @@ from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError
 from nrp_core.pynn.currents import Current, Waveform
 from nrp_core.pynn.shares import shares_of
-from nrp_core.registry import brains
 from nrp_core.seeds import Seeds
 
 DEFAULT_BACKEND = "event"

@@ -43,6 +43,9 @@ from nrp_core.world.visuals import ColorPart
 if TYPE_CHECKING:
     from nrp_core.world.batch import WorldBatch
 
+WORLD_INTERFACE_VERSION = 1
+"""Version of this interface; a backend class carries the one it was written for as ``interface_version``."""
+
 
 class WorldOptions(BaseModel):
     """Base of a backend's options, as an experiment file gives them; unknown names are refused."""
@@ -389,7 +392,7 @@ class WorldBackend(ABC):
     """The entry point of a physics engine; importing and constructing it is cheap.
 
     Attributes:
-        interface_version: the version of the interfaces it was written for; the first, if it does not say.
+        interface_version: the version of this interface it was written for; the first, if it does not say.
         options: the model of its options.
     """
 

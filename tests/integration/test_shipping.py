@@ -95,7 +95,10 @@ def test_what_nrp_new_makes_installs_and_is_found(run: Run, elsewhere: Path, tmp
     for subject in ("brain", "world", "experiment"):
         assert run("nrp", "new", subject, "acme").returncode == 0
     install(elsewhere, *wheels_of(tmp_path / "wheels", *sorted(tmp_path.glob("nrp-*-acme"))))
-    script = "from nrp_core.registry import *; print(brains().provider('acme'), worlds().provider('acme'))"
+    script = """if True:
+        from nrp_core.brain.backends import brains
+        from nrp_core.world.backends import worlds
+        print(brains().provider('acme'), worlds().provider('acme'))"""
     found = run("python", "-c", script).stdout
     assert found.split()[::3] == ["nrp-brain-acme", "nrp-world-acme"]
     done = run("nrp", "run", "acme", "--until", "1s")

@@ -1,12 +1,15 @@
 """Plugins are found by entry points; what is wrong with one is said, and hides no other."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from shutil import copytree
 
 import pytest
 
-from nrp_core import registry
+import nrp_core
+from nrp_core.brain import backends
+from nrp_core.brain.backends import BRAIN_GROUP, brains
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.errors import (
     BackendLoadError,
@@ -14,7 +17,8 @@ from nrp_core.errors import (
     IncompatibleBackendError,
     UnknownBackendError,
 )
-from nrp_core.registry import BRAIN_GROUP, Registry, brains, worlds
+from nrp_core.registry import Registry
+from nrp_core.world.backends import worlds
 
 Install = Callable[..., None]
 
@@ -111,7 +115,7 @@ def test_a_backend_that_does_not_say_was_written_for_the_first_version_of_the_in
 ) -> None:
     install("old")
     assert brains().load("old").interface_version == 1
-    monkeypatch.setattr(registry, "INTERFACE_VERSION", 2)
+    monkeypatch.setattr(backends, "BRAIN_INTERFACE_VERSION", 2)
     with pytest.raises(IncompatibleBackendError, match=r"version 1; .* version 2: .*--upgrade acme-brain"):
         brains().load("old")
 
@@ -120,3 +124,27 @@ def test_something_that_is_no_backend_is_refused(install: Install) -> None:
     install("odd", "Backend = 42")
     with pytest.raises(BackendLoadError, match="not a subclass of BrainBackend"):
         brains().load("odd")
+
+
+def test_a_class_of_a_group_with_several_bases_names_them_all(install: Install) -> None:
+    install("odd", "class Backend: pass")
+    with pytest.raises(BackendLoadError, match="not a subclass of int or str"):
+        Registry[object](BRAIN_GROUP, "thing", [int, str]).load("odd")
+
+
+def test_all_plugins_of_a_group_are_loaded_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    info = tmp_path / "colors-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: colors\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[acme.colors]\nred = math:pi\nblue = math:e\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert Registry[float]("acme.colors", "color").load_all() == {"blue": math.e, "red": math.pi}
+
+
+def test_every_group_of_entry_points_is_read_by_the_registry() -> None:
+    root = Path(nrp_core.__file__).parent
+    readers = {
+        str(path.relative_to(root)) for path in root.rglob("*.py") if "entry_points(" in path.read_text()
+    }
+    assert readers <= {"_support/entry_points.py", "_support/driver.py"}
+    assert "_support/entry_points.py" in readers

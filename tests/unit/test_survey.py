@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from nrp_core._support import probe
+from nrp_core.brain.backends import brains
 from nrp_core.cli.survey import Surveyed, look_at, survey
-from nrp_core.registry import brains
 
 GOOD = """
 from nrp_core.brain.interface import BrainBackend, BrainCapabilities

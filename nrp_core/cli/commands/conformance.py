@@ -76,7 +76,8 @@ def _require_the_kit() -> None:
 
 
 def _require_backend(kind: Kind, name: str) -> None:
-    from nrp_core.registry import brains, worlds
+    from nrp_core.brain.backends import brains
+    from nrp_core.world.backends import worlds
 
     (brains() if kind is Kind.BRAIN else worlds()).provider(name)
 

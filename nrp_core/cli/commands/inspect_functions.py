@@ -12,12 +12,13 @@ from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.dsl.functions.function import TransferFunction
-    from nrp_core.registry import Registry
 
 
 def are_functions(file: Path) -> bool:
     """Tell whether a file is of a kind that transfer functions are written in."""
-    return file.is_file() and file.suffix in _readers().names()
+    from nrp_core.experiment.making.maker import LISTERS
+
+    return file.is_file() and file.suffix in LISTERS.names()
 
 
 def inspect_functions(file: Path, *, as_json: bool) -> None:
@@ -28,8 +29,9 @@ def inspect_functions(file: Path, *, as_json: bool) -> None:
     """
     from nrp_core.analysis.declarations import Declarations
     from nrp_core.errors import TransferFunctionError
+    from nrp_core.experiment.making.maker import LISTERS
 
-    found = Declarations(_readers().load(file.suffix)(file))
+    found = Declarations(LISTERS.load(file.suffix)(file))
     functions = [one.function for one in found.functions]
     if not (functions or found.findings):
         raise TransferFunctionError("declares no transfer function", path=file)
@@ -51,10 +53,3 @@ def _as_data(function: TransferFunction) -> dict[str, Any]:
         "parameters": {name: str(function.mappings.get(name, "")) for name in function.parameters},
         "returns_to": None if function.topic is None else str(function.topic),
     }
-
-
-def _readers() -> Registry[Any]:
-    from nrp_core.experiment.making.maker import LISTINGS_GROUP
-    from nrp_core.registry import plugins
-
-    return plugins(LISTINGS_GROUP, "reader of transfer functions")

@@ -54,12 +54,18 @@ def new(
 
 
 def _require_free(subject: Subject, name: str) -> None:
+    from nrp_core.brain.backends import brains
     from nrp_core.errors import ExperimentError
-    from nrp_core.experiment.reading.find import SHIPPED_GROUP
-    from nrp_core.registry import BRAIN_GROUP, WORLD_GROUP, plugins
+    from nrp_core.experiment.reading.find import SHIPPED
+    from nrp_core.registry import Registry
+    from nrp_core.world.backends import worlds
 
-    groups = {Subject.BRAIN: BRAIN_GROUP, Subject.WORLD: WORLD_GROUP, Subject.EXPERIMENT: SHIPPED_GROUP}
-    for provider in plugins(groups[subject], subject).providers():
+    registries: Mapping[Subject, Registry[Any]] = {
+        Subject.BRAIN: brains(),
+        Subject.WORLD: worlds(),
+        Subject.EXPERIMENT: SHIPPED,
+    }
+    for provider in registries[subject].providers():
         if provider.name == name:
             raise ExperimentError(f"{provider} already provides the {subject} '{name}'; choose another name")
 
@@ -68,7 +74,8 @@ def _values(subject: Subject, name: str) -> Mapping[str, Any]:
     """Return what the templates are given."""
     from importlib.metadata import version
 
-    from nrp_core.simulation import INTERFACE_VERSION
+    from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION
+    from nrp_core.world.interface import WORLD_INTERFACE_VERSION
 
     words = re.split("[_-]", name)
     distribution = "-".join(["nrp", subject, *words])
@@ -78,7 +85,7 @@ def _values(subject: Subject, name: str) -> Mapping[str, Any]:
         "package": distribution.replace("-", "_"),
         "class_name": "".join(word.capitalize() for word in words),
         "core_version": version("nrp-core"),
-        "interface_version": INTERFACE_VERSION,
+        "interface_version": BRAIN_INTERFACE_VERSION if subject is Subject.BRAIN else WORLD_INTERFACE_VERSION,
     }
 
 

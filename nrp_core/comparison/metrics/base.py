@@ -18,9 +18,7 @@ from typing import Any, ClassVar
 
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
-from nrp_core.registry import plugins
-
-GROUP = "nrp_core.metrics"
+from nrp_core.registry import Registry
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,24 +108,21 @@ class DistanceMetric(Metric):
         """Return the distance between the features of one part of two runs."""
 
 
+METRICS: Registry[Metric] = Registry("nrp_core.metrics", "metric", [ScalarMetric, DistanceMetric])
+
+
 def all_metrics() -> list[Metric]:
     """Return the metrics of all installed packages; what a finding is made of comes first.
 
     Raises:
         BackendError: one cannot be used.
     """
-    registry = plugins(GROUP, "metric")
-    found = [_made(name, registry.load(name)) for name in registry.names()]
-    return sorted(found, key=lambda metric: (not metric.is_finding, metric.name))
-
-
-def _made(name: str, kind: Any) -> Metric:
-    if not (isinstance(kind, type) and issubclass(kind, (ScalarMetric, DistanceMetric))):
-        raise BackendLoadError(f"metric '{name}' is no subclass of ScalarMetric or DistanceMetric")
-    metric: Metric = kind()
-    if getattr(metric, "name", None) != name:
-        raise BackendLoadError(f"metric '{name}' calls itself '{getattr(metric, 'name', None)}'")
-    return metric
+    found = METRICS.load_all()
+    for name, metric in found.items():
+        own = getattr(metric, "name", None)
+        if own != name:
+            raise BackendLoadError(f"metric '{name}' of {METRICS.provider(name)} calls itself '{own}'")
+    return sorted(found.values(), key=lambda metric: (not metric.is_finding, metric.name))
 
 
 @dataclass(frozen=True, slots=True)

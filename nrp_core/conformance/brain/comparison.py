@@ -7,13 +7,13 @@ from time import perf_counter
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import BrainBackend, BrainOptions
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record
 from nrp_core.conformance.brain.parts import network
 from nrp_core.conformance.guard import undeclared
 from nrp_core.errors import BackendError
-from nrp_core.registry import brains
 
 SEEDS = range(1, 7)
 DURATION_MS = 400.0

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities
 from nrp_core.brain.network.data import Population, Projection
@@ -16,7 +17,6 @@ from nrp_core.conformance.base import SimulatorTests
 from nrp_core.conformance.brain.parts import Part, cells, connect, network, poisson, spikes
 from nrp_core.conformance.brain.samples import SAMPLES, Sample
 from nrp_core.conformance.guard import undeclared
-from nrp_core.registry import brains
 
 EXACT_MS = 1e-3
 """How far the times of a brain without a grid may be off: the accuracy of the reference."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from nrp_core.brain.devices.sources import DCSource
+from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION
 from nrp_core.clock import NS_PER_MS
 from nrp_core.conformance.brain.kit import BrainKit, record
 from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.errors import LifecycleError
-from nrp_core.simulation import INTERFACE_VERSION
 
 
 class LifeTests(BrainKit):
@@ -18,7 +18,7 @@ class LifeTests(BrainKit):
     def test_a_fresh_brain_is_at_time_zero_with_the_seed_it_was_given(self) -> None:
         brain = self.open(self.cells("n", 3), seed=12)
         assert (brain.now_ns, brain.seed, brain.network.size) == (0, 12, 3)
-        assert self.backend.interface_version == INTERFACE_VERSION
+        assert self.backend.interface_version == BRAIN_INTERFACE_VERSION
 
     def test_some_declared_cell_is_a_standard_one(self) -> None:
         """Without one nearly all tests have nothing to work with."""

@@ -11,7 +11,7 @@ from nrp_core.conformance.world.driving import SLIP
 from nrp_core.conformance.world.kit import WorldKit, where
 from nrp_core.conformance.world.scenes import RED, floor, robot, screen
 from nrp_core.errors import BackendError
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene
 

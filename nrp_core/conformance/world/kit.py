@@ -9,7 +9,7 @@ from nrp_core.clock import from_seconds, seconds
 from nrp_core.conformance.base import SimulatorTests
 from nrp_core.conformance.guard import undeclared
 from nrp_core.conformance.world.scenes import CAMERA_HZ
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.interface import World, WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3

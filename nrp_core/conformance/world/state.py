@@ -10,8 +10,7 @@ import pytest
 from nrp_core.conformance.world.kit import WorldKit, paint, states, twist
 from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, robot, screen, thing
 from nrp_core.errors import LifecycleError, SnapshotError, TimestepError
-from nrp_core.simulation import INTERFACE_VERSION
-from nrp_core.world.interface import World
+from nrp_core.world.interface import WORLD_INTERFACE_VERSION, World
 from nrp_core.world.scene.model import Box, Model, Sphere
 
 
@@ -143,7 +142,7 @@ class StateTests(WorldKit):
     def test_a_fresh_world_is_at_time_zero_where_its_scene_puts_it(self) -> None:
         world = self._open_busy(seed=9)
         assert (world.now_ns, world.seed) == (0, 9)
-        assert self.backend.interface_version == INTERFACE_VERSION
+        assert self.backend.interface_version == WORLD_INTERFACE_VERSION
         for model in world.scene.models:
             assert world.model_motion(model.name).pose.position == pytest.approx(
                 model.pose.position, abs=1e-6

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from nrp_core.brain.network.data import Network
 from nrp_core.dsl.functions.function import TransferFunction
@@ -17,7 +17,7 @@ from nrp_core.dsl.loading.listing import Listing
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.experiment.making.networks import network_from
 from nrp_core.findings import Code, Level
-from nrp_core.registry import Registry, plugins
+from nrp_core.registry import Registry
 from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.left_out import read_without
@@ -28,8 +28,11 @@ if TYPE_CHECKING:
     from nrp_core.experiment.model.experiment import Experiment
     from nrp_core.experiment.running.run import Run
 
-LOADERS_GROUP = "nrp_core.transfer_functions"
-LISTINGS_GROUP = "nrp_core.transfer_function_listings"
+Loader: TypeAlias = Callable[[Path], list[TransferFunction]]
+Lister: TypeAlias = Callable[[Path], Listing]
+
+LOADERS: Registry[Loader] = Registry("nrp_core.transfer_functions", "loader of transfer functions")
+LISTERS: Registry[Lister] = Registry("nrp_core.transfer_function_listings", "reader of transfer functions")
 
 Build: TypeAlias = Callable[[Callable[[], Network]], Network]
 """Makes a network by calling what makes it, which can be pickled; maybe not in this process."""
@@ -100,12 +103,10 @@ class Maker:
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
         """Yield what :meth:`functions` would execute; what is wrong with it goes to the collector."""
-        loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
-        readers = plugins(LISTINGS_GROUP, "reader of transfer functions")
         for i, path in enumerate(experiment.transfer_functions):
             with collector.during(Code.NRP210, "transfer_functions", i):
-                if _suffix(path, loaders) in readers.names():
-                    yield readers.load(path.suffix)(path)
+                if _suffix(path) in LISTERS.names():
+                    yield LISTERS.load(path.suffix)(path)
                 else:
                     message = f"'{path.name}' is known only when it runs"
                     collector.add(Code.NRP239, message, "transfer_functions", i, level=Level.NOTE)
@@ -123,14 +124,12 @@ def load_functions(path: Path) -> list[TransferFunction]:
     Raises:
         ExperimentError: it is of no kind that is known, or something in it is wrong.
     """
-    loaders = plugins(LOADERS_GROUP, "loader of transfer functions")
-    loaded: list[TransferFunction] = loaders.load(_suffix(path, loaders))(path)
-    return loaded
+    return LOADERS.load(_suffix(path))(path)
 
 
-def _suffix(path: Path, loaders: Registry[Any]) -> str:
+def _suffix(path: Path) -> str:
     """Return the suffix of a file that some loader knows."""
-    if path.suffix not in loaders.names():
-        valid = did_you_mean(path.suffix, loaders.names())
+    if path.suffix not in LOADERS.names():
+        valid = did_you_mean(path.suffix, LOADERS.names())
         raise ExperimentError(f"no transfer functions are read from '{path.name}'{valid}")
     return path.suffix

@@ -6,16 +6,15 @@ An entry point in ``nrp_core.networks``, named by a suffix, is a function
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import cast
 
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.registry import plugins
+from nrp_core.registry import Registry
 
-NETWORKS_GROUP = "nrp_core.networks"
+READERS: Registry[Callable[..., Network]] = Registry("nrp_core.networks", "reader of networks")
 
 
 def network_from(path: Path, *, populations: Mapping[str, Selection] | None = None, seed: int = 0) -> Network:
@@ -31,8 +30,7 @@ def network_from(path: Path, *, populations: Mapping[str, Selection] | None = No
         NeuronSelectionError: ``populations`` reaches outside the circuit.
         CapabilityError: it holds what networks cannot.
     """
-    readers = plugins(NETWORKS_GROUP, "reader of networks")
-    if path.suffix not in readers.names():
-        valid = did_you_mean(path.suffix, readers.names())
+    if path.suffix not in READERS.names():
+        valid = did_you_mean(path.suffix, READERS.names())
         raise NetworkError(f"no network is read from files that end in '{path.suffix}'{valid}", path=path)
-    return cast(Network, readers.load(path.suffix)(path, populations=populations, seed=seed))
+    return READERS.load(path.suffix)(path, populations=populations, seed=seed)

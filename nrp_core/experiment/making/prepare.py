@@ -9,6 +9,7 @@ from functools import reduce
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import blamed
@@ -25,7 +26,8 @@ from nrp_core.experiment.model.event_schema import END, START
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
 from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level, has_errors
-from nrp_core.registry import Registry, brains, worlds
+from nrp_core.registry import Registry
+from nrp_core.world.backends import worlds
 from nrp_core.world.interface import World, WorldBackend
 from nrp_core.world.scene.imperfect import with_imperfection
 from nrp_core.world.scene.model import Model, Scene

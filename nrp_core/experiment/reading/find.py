@@ -6,18 +6,20 @@ point; other files in the folder are its variants: ``braitenberg_husky`` and ``b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from types import ModuleType
 
 from nrp_core._support.archives import unpacked
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.registry import Registry, plugins
+from nrp_core.registry import Registry
 
-SHIPPED_GROUP = "nrp_core.experiments"
-READERS_GROUP = "nrp_core.experiment_readers"
+Reader = Callable[[Path, Sequence[str]], Experiment]
+
+SHIPPED: Registry[ModuleType] = Registry("nrp_core.experiments", "experiment")
+READERS: Registry[Reader] = Registry("nrp_core.experiment_readers", "experiment reader")
 STEM = "experiment"
 ARCHIVE = ".zip"
 
@@ -37,15 +39,13 @@ def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experime
     if Path(text).suffix.lower() == ARCHIVE:  # what is unpacked is kept where users do not look
         beside = Path.cwd() / Path(text).expanduser().with_suffix("")
         overrides = [f"csv_folder={beside / 'csv'}", *overrides]
-    read = _readers().load(path.suffix)
-    experiment: Experiment = read(path, overrides)
-    return experiment
+    return READERS.load(path.suffix)(path, overrides)
 
 
 def shipped() -> list[str]:
     """Return the names of all experiments that installed distributions ship, variants included."""
     names: list[str] = []
-    for package in _shipped().names():
+    for package in SHIPPED.names():
         with suppress(BackendError):  # a broken one is reported to whoever asks for it
             names += _variants(package)
     return names
@@ -64,7 +64,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
             is not of characters.
     """
     package = text.partition("/")[0]
-    if package in _shipped().names():
+    if package in SHIPPED.names():
         variants = _variants(package)
         if text in variants:
             return variants[text]
@@ -80,13 +80,13 @@ def find_file(text: str, folder: Path | None = None) -> Path:
         raise ExperimentError(f"there is no experiment '{text}', nor such a file{hint}")
     if path.suffix.lower() == ARCHIVE:
         return _in_archive(path.resolve())
-    if path.suffix not in _readers().names():
-        raise ExperimentError(f"no experiment: files end in {', '.join(_readers().names())}", path=path)
+    if path.suffix not in READERS.names():
+        raise ExperimentError(f"no experiment: files end in {', '.join(READERS.names())}", path=path)
     return path.resolve()
 
 
 def _in_archive(archive: Path) -> Path:
-    suffixes, top = _readers().names(), unpacked(archive)
+    suffixes, top = READERS.names(), unpacked(archive)
     found = [path for path in top.rglob("*") if path.suffix in suffixes and path.name[:1] != "."]
     if not found:
         raise ExperimentError(
@@ -98,7 +98,7 @@ def _in_archive(archive: Path) -> Path:
 
 
 def _in_folder(folder: Path) -> Path:
-    found = sorted(path for path in folder.iterdir() if path.suffix in _readers().names())
+    found = sorted(path for path in folder.iterdir() if path.suffix in READERS.names())
     named = [path for path in found if path.stem == STEM] or found
     if len(named) == 1:
         return named[0].resolve()
@@ -110,16 +110,8 @@ def _in_folder(folder: Path) -> Path:
 
 def _variants(package: str) -> dict[str, Path]:
     """Return the files of a shipped package by the names that users give them."""
-    folder = Path(_shipped().load(package).__file__).parent
-    suffixes = _readers().names()
+    folder = Path(str(SHIPPED.load(package).__file__)).parent
+    suffixes = READERS.names()
     files = (path for path in folder.iterdir() if path.suffix in suffixes)
     ordered = sorted(files, key=lambda path: (path.stem != STEM, path.name))
     return {package if path.stem == STEM else f"{package}/{path.stem}": path for path in ordered}
-
-
-def _shipped() -> Registry[Any]:
-    return plugins(SHIPPED_GROUP, "experiment")
-
-
-def _readers() -> Registry[Any]:
-    return plugins(READERS_GROUP, "experiment reader")

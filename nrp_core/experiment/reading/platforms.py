@@ -14,9 +14,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.schema_findings import schema_findings
 from nrp_core.experiment.model.section import Section
 from nrp_core.findings import Code, InvalidExperimentError
-from nrp_core.registry import plugins
-
-PLATFORMS_GROUP = "nrp_core.platforms"
+from nrp_core.registry import Registry
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +30,9 @@ class Platform:
     maker: Callable[[Experiment, Any], Maker]
 
 
+PLATFORMS: Registry[Platform] = Registry("nrp_core.platforms", "platform")
+
+
 def with_platform(experiment: Experiment) -> Experiment:
     """Return an experiment whose parts are made as on the platform that it names, if it names one.
 
@@ -42,7 +43,7 @@ def with_platform(experiment: Experiment) -> Experiment:
     if section is None:
         return experiment
     try:
-        platform: Platform = plugins(PLATFORMS_GROUP, "platform").load(section.platform)
+        platform = PLATFORMS.load(section.platform)
         options = platform.options.model_validate(section.options)
     except BackendError as error:
         place = experiment.place("compatibility", "platform")

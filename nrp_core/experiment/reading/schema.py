@@ -7,10 +7,12 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from nrp_core.brain.backends import brains
 from nrp_core.errors import BackendError
 from nrp_core.experiment.model.experiment import BrainSection, Experiment, WorldSection
 from nrp_core.experiment.reading.reader import EXTENDS
-from nrp_core.registry import Registry, brains, worlds
+from nrp_core.registry import Registry
+from nrp_core.world.backends import worlds
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

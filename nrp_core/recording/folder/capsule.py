@@ -22,6 +22,7 @@ from nrp_core._support.jsonable import plain
 from nrp_core.brain.network.data import Network
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
+from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Tree
 from nrp_core.experiment.running.run import Run
@@ -32,7 +33,6 @@ from nrp_core.recording.layout import FILES_FOLDER, MCAP_NAME, RUN_NAME, Picture
 from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
 from nrp_core.recording.writing.hashes import Chain
 from nrp_core.recording.writing.recorder import Recorder
-from nrp_core.registry import code_of
 from nrp_core.world.messages.nrp_msgs import Called
 from nrp_core.world.scene.model import Mesh, Scene
 

@@ -7,11 +7,11 @@ from typing import Any
 
 from nrp_core._support import machine
 from nrp_core.errors import ExperimentError
+from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.recording.folder.capsule import FORMAT, changed_files
 from nrp_core.recording.layout import RUN_NAME
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.registry import code_of
 
 _MOST_NAMED = 5
 _MACHINE = ("python", "architecture", "cpu_features")

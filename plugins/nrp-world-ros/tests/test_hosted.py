@@ -17,7 +17,7 @@ import pytest
 from nrp_core.conformance.world.kit import states, twist
 from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, robot, screen, thing
 from nrp_core.errors import LifecycleError, SimulationError
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.interface import World
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.cdr import Codec

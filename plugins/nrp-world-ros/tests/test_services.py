@@ -14,7 +14,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 from nrp_core.errors import TopicError
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.scene.model import Scene
 
 from conftest import Ros, needs_ros

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 from nrp_core.world.interface import World, WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose

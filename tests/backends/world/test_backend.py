@@ -33,7 +33,7 @@ def run_python(script: str, **environment: str) -> None:
 def test_capabilities_are_told_without_the_engine(backend):
     run_python(f"""
 import sys
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 backend = worlds().load("{engine_of(backend)}")
 capabilities = backend.capabilities(backend.options(timestep="4 ms", renderer="raster"))
 assert capabilities.step_ns == 4_000_000 and capabilities.snapshot

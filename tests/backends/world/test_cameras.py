@@ -247,7 +247,7 @@ def test_pictures_of_two_worlds_opened_at_once_do_not_mix(renderer, parts):
 
 def test_without_graphics_libraries_cameras_are_cast_by_rays():
     script = """
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 backend = worlds().load("mujoco")
 assert backend.capabilities(backend.options()).renderers == ("raster", "realistic", "rays")
 assert not backend.diagnose()[0].present
@@ -263,7 +263,7 @@ assert "OpenGL" not in sys.modules
 def test_a_forced_renderer_that_does_not_work_is_an_error(parts, monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disable")
     pytest.importorskip("mujoco")
-    from nrp_core.registry import worlds
+    from nrp_core.world.backends import worlds
 
     backend = worlds().load("mujoco")
     with pytest.raises(

@@ -153,7 +153,7 @@ def test_how_a_run_is_split_is_invisible(open_world, parts, stops):
 FRESH_PROCESS = """
 import pickle, sys
 scene, snapshot, name = pickle.loads(sys.stdin.buffer.read())
-from nrp_core.registry import worlds
+from nrp_core.world.backends import worlds
 backend = worlds().load(name)
 with backend.open(scene, seed=1, options=backend.options()) as world:
     world.restore(snapshot)

@@ -9,14 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.brain.interface import Brain
+from nrp_core.brain.backends import brains
+from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION, Brain
 from nrp_core.errors import NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.registry import brains, worlds
-from nrp_core.simulation import INTERFACE_VERSION
-from nrp_core.world.interface import World
+from nrp_core.world.backends import worlds
+from nrp_core.world.interface import WORLD_INTERFACE_VERSION, World
 
+VERSIONS = {"brain": BRAIN_INTERFACE_VERSION, "world": WORLD_INTERFACE_VERSION}
 SIDES = {"brain": (brains, Brain), "world": (worlds, World)}
 ROOT = Path(__file__).parents[3]
 
@@ -50,7 +51,7 @@ def test_what_is_made_is_found_by_its_name_and_tells_its_interface_version(made,
     registry, _ = SIDES[side]
     backend = registry().load("acme-two")
     assert type(backend).__name__ == "AcmeTwoBackend"
-    assert vars(type(backend))["interface_version"] == INTERFACE_VERSION
+    assert vars(type(backend))["interface_version"] == VERSIONS[side]
     assert backend.capabilities(backend.options())
 
 
