@@ -1,5 +1,7 @@
 """Networks written in PyNN, on every simulator that is installed."""
 
+import subprocess
+import sys
 from importlib.util import find_spec
 
 import pytest
@@ -9,19 +11,51 @@ from nrp_core.brain.pynn.export import network_of
 from nrp_brain_pynn import PyNNBackend
 from nrp_brain_pynn.simulators import SIMULATORS
 
-ALL = [
-    pytest.param(
-        name, marks=pytest.mark.skipif(find_spec(one.package) is None, reason=f"{one.name} is not installed")
+COMPILE = "from nrp_brain_pynn.loading import quietly\nwith quietly():\n    import pyNN.neuron"
+PROGRAMS = [name for name in SIMULATORS if name != "spinnaker"]  # which is a machine
+OPTION = "--simulators"
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        OPTION,
+        metavar="NAMES",
+        help="the simulators to test (nest,neuron); by default those that are installed",
     )
-    for name, one in SIMULATORS.items()
-    if name != "spinnaker"  # is a machine
-]
 
 
-@pytest.fixture(params=ALL)
-def simulator(request):
-    """Each simulator in turn."""
-    return request.param
+def pytest_configure(config):
+    """Know the chosen simulators, and let PyNN compile its models for NEURON once, before workers start."""
+    given = config.getoption(OPTION)
+    installed = [name for name, one in SIMULATORS.items() if find_spec(one.package)]
+    config.chosen = given.split(",") if given else installed
+    unknown = set(config.chosen) - set(SIMULATORS)
+    if unknown:
+        raise pytest.UsageError(f"{OPTION}: {', '.join(sorted(unknown))}; there are {', '.join(SIMULATORS)}")
+    is_worker = hasattr(config, "workerinput")
+    if "neuron" in config.chosen and "neuron" in installed and not is_worker:
+        subprocess.run([sys.executable, "-c", COMPILE], check=True)
+
+
+def pytest_report_header(config):
+    return f"simulators: {', '.join(config.chosen)}"
+
+
+def pytest_generate_tests(metafunc):
+    if "simulator" in metafunc.fixturenames:
+        marked = [pytest.param(name, marks=pytest.mark.simulator(name)) for name in PROGRAMS]
+        metafunc.parametrize("simulator", marked)
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out the tests of simulators that are not chosen."""
+    left_out = [item for item in items if not is_chosen(item)]
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = [item for item in items if is_chosen(item)]
+
+
+def is_chosen(item):
+    return all(marker.args[0] in item.config.chosen for marker in item.iter_markers("simulator"))
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """What every brain of the platform must do, from the platform's own kit."""
 
-from importlib.util import find_spec
-
 import pytest
 from nrp_core.conformance import BrainBackendTests
 
@@ -11,7 +9,7 @@ class _OnPyNN(BrainBackendTests):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(find_spec("nest") is None, reason="NEST is not installed")
+@pytest.mark.simulator("nest")
 class TestNest(_OnPyNN):
     """pyNN.nest."""
 
@@ -19,7 +17,7 @@ class TestNest(_OnPyNN):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(find_spec("neuron") is None, reason="NEURON is not installed")
+@pytest.mark.simulator("neuron")
 class TestNeuron(_OnPyNN):
     """pyNN.neuron."""
 
@@ -27,7 +25,7 @@ class TestNeuron(_OnPyNN):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(find_spec("brian2") is None, reason="Brian2 is not installed")
+@pytest.mark.simulator("brian2")
 class TestBrian2(_OnPyNN):
     """pyNN.brian2."""
 

@@ -2,10 +2,8 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -24,8 +22,7 @@ def result_of(*launcher):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(find_spec("neuron") is None, reason="NEURON is not installed")
-@pytest.mark.skipif(shutil.which("mpirun") is None, reason="there is no mpirun")
+@pytest.mark.simulator("neuron")
 def test_two_processes_give_the_spikes_of_one():
     one, two = result_of(), result_of(*MPIRUN)
     assert (one.pop("processes"), two.pop("processes")) == (1, 2)

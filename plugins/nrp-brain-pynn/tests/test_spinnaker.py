@@ -1,14 +1,12 @@
 """SpiNNaker as far as a board goes that is not there: networks are mapped, and no cell spikes."""
 
-from importlib.util import find_spec
-
 import pytest
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import FixedFrequencySource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError
 
-pytestmark = pytest.mark.skipif(find_spec("spynnaker") is None, reason="sPyNNaker is not installed")
+pytestmark = pytest.mark.simulator("spinnaker")
 VIRTUAL = "[Machine]\nvirtual_board = True\nversion = 5\n"
 DRIVE = {"rate": 200.0, "delay": 1.0}
 

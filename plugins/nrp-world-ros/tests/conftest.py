@@ -15,17 +15,37 @@ from pathlib import Path
 
 import pytest
 
-NEEDED = [name for name in ("rosmaster", "rostopic") if shutil.which(name) is None]
-if find_spec("rospy") is None:
-    NEEDED.append("rospy in this Python")
+OPTION = "--ros"
 
-needs_ros = pytest.mark.skipif(
-    bool(NEEDED), reason=f"ROS 1 is not here ({', '.join(NEEDED)}); the README says how to get it"
-)
+needs_ros = pytest.mark.ros("1")
+needs_ros2 = pytest.mark.ros("2")
 
-needs_ros2 = pytest.mark.skipif(
-    find_spec("cyclonedds") is None, reason="cyclonedds is not here; pip install 'nrp-world-ros[ros2]'"
-)
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        OPTION,
+        default="",
+        choices=("1", "2", "1,2"),
+        help="the ROS that must be here; by default any that is",
+    )
+
+
+def missing() -> dict[str, list[str]]:
+    """Return what each ROS lacks on this machine."""
+    ros1 = [name for name in ("rosmaster", "rostopic", "rosbag") if shutil.which(name) is None]
+    ros1 += ["rospy in this Python"] if find_spec("rospy") is None else []
+    return {"1": ros1, "2": ["cyclonedds in this Python"] if find_spec("cyclonedds") is None else []}
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Skip tests of a ROS that is not here, unless it must be."""
+    lacks, required = missing(), config.getoption(OPTION).split(",")
+    for item in items:
+        for marker in item.iter_markers("ros"):
+            (ros,) = marker.args
+            if lacks[ros] and ros not in required:
+                reason = f"ROS {ros} is not here ({', '.join(lacks[ros])}); the README says how to get it"
+                item.add_marker(pytest.mark.skip(reason=reason))
 
 
 class Programs:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -30,7 +29,6 @@ def test_nodes_of_ros_see_the_robot_and_drive_it(ros: Ros) -> None:
     ros.until(lambda: forward() > before + 0.5)
 
 
-@pytest.mark.skipif(shutil.which("rosbag") is None, reason="rosbag is not here")
 def test_rosbag_records_what_another_reader_understands(ros: Ros) -> None:
     ros.body()
     ros.run(
