@@ -3,5 +3,5 @@
 ::
 
     grid ──runs──> recordings ──signals──> metrics ──statistics──> judgement ──> report
-                       └────────parting: where two of them first differ ──────────┘
+                       └──────divergence: where two of them first differ ────────┘
 """

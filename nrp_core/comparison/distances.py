@@ -17,8 +17,8 @@ def dtw_distance(one: FloatArray, other: FloatArray, band: float = 0.2) -> float
 
     Args:
         one: points, shape ``(n, dimensions)``.
-        other: likewise, not always as many.
-        band: how far the times may be apart, as a share of the length.
+        other: the same; the number of points may differ.
+        band: largest difference in time, as a share of the length.
     """
     reach = max(int(band * max(len(one), len(other))), abs(len(one) - len(other)), 1)
     return float(_dtw(one, other, reach)) / (len(one) + len(other))
@@ -26,7 +26,7 @@ def dtw_distance(one: FloatArray, other: FloatArray, band: float = 0.2) -> float
 
 @jit
 def _dtw(one: FloatArray, other: FloatArray, reach: int) -> float:
-    """Return the least sum of distances along a path; a diagonal step counts twice."""
+    """Return the smallest sum of distances along a path; a diagonal step counts twice."""
     n, m, dimensions = one.shape[0], other.shape[0], one.shape[1]
     before, row = np.full(m + 1, np.inf), np.full(m + 1, np.inf)
     before[0] = 0.0
@@ -51,9 +51,9 @@ def filtered_trains(
 
     Args:
         trains_s: spike times of each neuron, s.
-        end_s: until when, s.
-        tau_s: time constant of the decay, s; the distance is deaf to much smaller shifts.
-        step_s: at which distance the curves are sampled, s.
+        end_s: end of the curves, s.
+        tau_s: time constant of the decay, s; the distance does not see much smaller shifts.
+        step_s: sampling interval of the curves, s.
 
     Returns:
         shape ``(n_trains, n_samples)``, scaled so that a single spike has a norm of 1.

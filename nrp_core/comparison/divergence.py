@@ -1,4 +1,4 @@
-"""Where two runs part: the first step that is not the same to the bit, and the first that one would see."""
+"""Where two runs diverge: the first step that differs in any bit, and the first that differs visibly."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from nrp_core.recording.reading.steps import Comparison, Difference, RecordedSte
 from nrp_core.world.messages.cdr import Codec
 
 VISIBLE = 0.05
-"""A signal has visibly parted when it differs by this share of its range over both runs."""
+"""A signal differs visibly when it differs by this share of its range over both runs."""
 
 
 @dataclass(frozen=True, slots=True)
 class Visible:
-    """The first signal that differs by more than rounding and a little.
+    """The first signal whose difference is visible.
 
     Args:
-        t_s: when, s.
+        t_s: time, s.
         signal: the topic and the number in it.
-        one, other: its values then.
+        one, other: its values at that time.
     """
 
     t_s: float
@@ -39,12 +39,12 @@ class Visible:
 
 @dataclass(frozen=True, slots=True)
 class Deviation:
-    """By how much a signal differs at most.
+    """The largest difference of a signal.
 
     Args:
         signal: the topic and the number in it.
-        largest: difference.
-        t_s: when, s.
+        largest: the largest difference.
+        t_s: its time, s.
         rms: root of the mean square of the difference.
         span: range of the signal over both runs.
     """
@@ -57,14 +57,14 @@ class Deviation:
 
 
 @dataclass(frozen=True, slots=True)
-class Parting:
-    """Two runs and where they part.
+class Divergence:
+    """Two runs and where they diverge.
 
     Args:
-        one, other: what they are called.
-        steps: how many steps were compared.
-        first: the first difference at all; None: they are the same to the last bit.
-        visible: the first one that can be seen; None: there is none.
+        one, other: their names.
+        steps: number of steps compared.
+        first: the first difference; None: the runs are identical.
+        visible: the first visible difference; None: there is none.
     """
 
     one: str
@@ -74,17 +74,17 @@ class Parting:
     visible: Visible | None
 
 
-def parting(one: RunSignals, other: RunSignals) -> Parting:
-    """Return where two runs part."""
+def divergence_of(one: RunSignals, other: RunSignals) -> Divergence:
+    """Return where two runs diverge."""
     steps, first = first_difference(one.recording, other.recording)
-    return Parting(one.label, other.label, steps, first, None if first is None else _visible(one, other))
+    return Divergence(one.label, other.label, steps, first, None if first is None else _visible(one, other))
 
 
 def first_difference(one: Recording, other: Recording) -> tuple[int, Difference | None]:
-    """Compare two recordings step by step, from the later of their beginnings on.
+    """Compare two recordings step by step, from the later of their two starts.
 
     Returns:
-        how many steps were compared, and the first difference, if there is any.
+        The number of steps compared, and the first difference, if there is one.
     """
     comparison, codec = Comparison(), Codec({})
     for ours, theirs in _together(steps_of(one), steps_of(other)):
@@ -99,7 +99,7 @@ def _together(
 ) -> Iterator[tuple[RecordedStep, RecordedStep]]:
     """Return the steps of both that end at the same time.
 
-    What a recording begins with is a state: in one that began before, a step has led there.
+    A recording starts with a state; in a recording that started earlier, a step led to that state.
     """
     ours, theirs = next(one, None), next(other, None)
     begun = ours is None or theirs is None or ours.t_ns == theirs.t_ns
@@ -113,7 +113,7 @@ def _together(
 
 
 def deviations(one: RunSignals, other: RunSignals) -> list[Deviation]:
-    """Return by how much each signal that both runs have differs, the largest share of its range first."""
+    """Return the difference of each signal that both runs have, the largest share of its range first."""
     found = []
     for signal, times_s, a, b in _signals(one, other):
         apart = np.abs(a - b)
@@ -135,7 +135,7 @@ def _visible(one: RunSignals, other: RunSignals) -> Visible | None:
 
 def _signals(one: RunSignals, other: RunSignals) -> Iterator[tuple[str, FloatArray, FloatArray, FloatArray]]:
     """Return each number that both runs have: its name, times, and values in both."""
-    roles = (Role.SINK, Role.PUBLISHED, Role.MODELS, Role.SENSOR, Role.SOURCE)  # in a tie causes come first
+    roles = (Role.SINK, Role.PUBLISHED, Role.MODELS, Role.SENSOR, Role.SOURCE)  # causes come first in a tie
     times_s = min(one.times_s, other.times_s, key=len)
     for series in one.numbers.with_role(*roles):
         twin = other.numbers.series.get(series.name)

@@ -1,4 +1,4 @@
-"""What runs: an experiment with every brain, in every world, from every seed."""
+"""The grid of runs: an experiment with every brain, in every world, from every seed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Cell:
 
     Args:
         brain, world: names of the backends.
-        seed: what everything random follows from.
+        seed: the seed of every random number.
     """
 
     brain: str
@@ -54,7 +54,7 @@ class Grid:
 
     Raises:
         BackendError: there is no such backend.
-        ExperimentError: a name or a seed is given twice, or none is.
+        ExperimentError: a name or a seed is given twice, or there is none.
     """
 
     experiment: str
@@ -76,12 +76,12 @@ class Grid:
         cls, experiment: str, brains: Sequence[str], worlds: Sequence[str], seeds: int,
         overrides: Sequence[str] = (), varied: Mapping[str, Range] | None = None,
     ) -> Grid:  # fmt: skip
-        """Return a grid of so many seeds from the experiment's own on; without names its own backends.
+        """Return a grid of consecutive seeds, the experiment's own first; by default with its own backends.
 
-        What the experiment itself says is varied is varied as well, unless an override says otherwise.
+        Settings that the experiment itself varies are varied as well, unless an override says otherwise.
 
         Raises:
-            ExperimentError: what is to be varied is of something, such as an event, that there is not.
+            ExperimentError: a varied setting belongs to something that does not exist, such as an event.
         """
         own = load_experiment(experiment, overrides)
         for key in varied or ():
@@ -99,7 +99,7 @@ class Grid:
 
     @property
     def cells(self) -> list[Cell]:
-        """Every run; those of one seed follow each other, so that a part of them is of use already."""
+        """Every run; those of one seed follow each other, so that a part of the grid is useful already."""
         return [Cell(b, w, seed) for seed, b, w in product(self.seeds, self.brains, self.worlds)]
 
     def settings(self, cell: Cell) -> list[str]:
@@ -114,7 +114,7 @@ class Grid:
         ]
 
     def folder(self, results: Path, cell: Cell) -> Path:
-        """Return where a run is recorded: its name tells all that it depends on."""
+        """Return the folder of a run; its name holds everything that the run depends on."""
         sides = zip(self._sides(), (cell.brain, cell.world), strict=True)
         providers = [str(registry.provider(name)) for (registry, _), name in sides]
         told = [self._digest, *providers, *self.settings(cell), code_of(cell.brain, cell.world)]
@@ -139,9 +139,9 @@ class Grid:
 
 
 def _require_there(experiment: Experiment, key: str) -> None:
-    """Refuse a key below a name that the experiment does not have: it would make something new of it.
+    """Refuse a key below a name that the experiment does not have: it would create something new.
 
-    Options may be varied that the experiment leaves at their defaults.
+    Options that the experiment leaves at their defaults may be varied.
     """
     value: Any = experiment
     for name in key.split("."):

@@ -1,4 +1,4 @@
-"""Say of every metric on what it depends: contrasts between backends, held against the seeds' spread."""
+"""Judge what every metric depends on: contrasts between backends against the spread of the seeds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nrp_core.comparison.statistics import ALPHA, Estimate, holm
 
 
 class Answer(StrEnum):
-    """On what a value depends."""
+    """The factors that a value depends on."""
 
     AGREES = "agrees across backends"
     SEED = "depends on the seed only"
@@ -24,33 +24,33 @@ class Answer(StrEnum):
 
     @property
     def is_independent(self) -> bool:
-        """Whether it does not depend on the simulator."""
+        """Whether the value is independent of the simulator."""
         return self in (Answer.AGREES, Answer.SEED)
 
     @property
     def is_dependent(self) -> bool:
-        """Whether it does."""
+        """Whether the value depends on the simulator."""
         return self in (Answer.BRAIN, Answer.WORLD, Answer.BOTH)
 
 
 class Relation(StrEnum):
-    """How two backends are to each other."""
+    """The relation of two backends."""
 
     EQUIVALENT = "equivalent"
-    """The difference is below the margin (TOST), if there is any."""
+    """Any difference is below the margin (TOST)."""
     DIFFERENT = "different"
-    """There is one, and it is above the margin."""
+    """There is a difference, and it is above the margin."""
     OPEN = "open"
-    """The runs do not tell."""
+    """The runs do not decide."""
 
 
 class Factor(StrEnum):
-    """What is exchanged in a contrast."""
+    """The factor that is exchanged in a contrast."""
 
     BRAIN = "brain"
     WORLD = "world"
     BOTH = "brain and world"
-    """What one makes of a difference of the other: half a difference of differences."""
+    """The interaction: half the difference of differences."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +58,12 @@ class Contrast:
     """Two backends (of a difference of differences: two pairs) compared in one part of a metric.
 
     Args:
-        factor: what is exchanged.
+        factor: the factor that is exchanged.
         one, other: the names.
-        estimate: how much more the other gives.
+        estimate: value of the other minus value of the one.
         effect_sd: the same in standard deviations of the spread from seed to seed.
-        p_different: of there being no difference, corrected by Holm for all contrasts of the finding, or of
-            all else.
+        p_different: p-value of no difference, corrected by Holm for all contrasts of the finding, or for
+            all other contrasts.
     """
 
     factor: Factor
@@ -74,7 +74,7 @@ class Contrast:
     p_different: float
 
     def relation(self, margin: float) -> Relation:
-        """Return what it says at a margin."""
+        """Return the relation at a margin."""
         if self.estimate.p_equivalent(margin) < ALPHA:
             return Relation.EQUIVALENT
         if self.p_different < ALPHA and abs(self.estimate.mean) > margin:
@@ -83,7 +83,7 @@ class Contrast:
 
 
 class Cells(NamedTuple):
-    """What one pair of backends gave."""
+    """The values of one pair of backends."""
 
     brain: str
     world: str
@@ -96,15 +96,15 @@ class Part:
 
     Args:
         name: of the part.
-        margin: below which a difference does not matter, in the metric's unit.
-        in_sd: whether the margin was counted in standard deviations of the spread from seed to seed.
-        resolution: what the metric cannot tell apart, in the same unit.
-        sd: spread from seed to seed, likewise.
-        varies: whether runs of one pair of backends differ by more than the metric can tell apart.
-        n_seeds: how many seeds have a value on both sides of every contrast; where there are none, some
-            backends cannot be compared, and what they have in common decides nothing.
+        margin: a smaller difference does not matter, in the metric's unit.
+        in_sd: whether the margin was given in standard deviations of the spread from seed to seed.
+        resolution: the smallest difference that the metric can resolve, in the metric's unit.
+        sd: spread from seed to seed, in the metric's unit.
+        varies: whether runs of one pair of backends differ by more than the resolution.
+        n_seeds: number of seeds with a value on both sides of every contrast; if it is 0, some backends
+            cannot be compared and nothing is decided.
         contrasts: all comparisons.
-        cells: the values themselves, for those that have numbers of their own.
+        cells: the values themselves, for metrics that are numbers.
     """
 
     name: str
@@ -119,10 +119,10 @@ class Part:
 
     @property
     def answer(self) -> Answer:
-        """On what it depends.
+        """The factors that it depends on.
 
-        Equivalent are all backends only if each pair is: that needs no correction for their number (Berger
-        and Hsu 1996, Stat. Sci. 11:283).
+        All backends are equivalent only if each pair is; that needs no correction for the number of pairs
+        (Berger and Hsu 1996, Stat. Sci. 11:283).
         """
         if not self.contrasts:
             return Answer.NONE
@@ -136,12 +136,12 @@ class Part:
 
     @property
     def is_flat(self) -> bool:
-        """Whether seeds make no difference that a difference of backends could be held against."""
+        """Whether there is no spread between seeds to compare a difference of backends with."""
         return self.n_seeds > 1 and self.sd <= self.resolution
 
     @property
     def largest(self) -> Contrast | None:
-        """The contrast in the worst relation, of those with the largest difference."""
+        """The contrast with the worst relation; of several, the one with the largest difference."""
         rank = {Relation.EQUIVALENT: 0, Relation.OPEN: 1, Relation.DIFFERENT: 2}
         return max(
             self.contrasts,
@@ -161,8 +161,8 @@ class Judgement:
     """A metric with all its parts.
 
     Args:
-        metric: what was measured.
-        parts: each by itself.
+        metric: the metric.
+        parts: its parts, each judged by itself.
     """
 
     metric: Metric
@@ -170,12 +170,12 @@ class Judgement:
 
     @property
     def answer(self) -> Answer:
-        """On what it depends: on all that any part of it depends on."""
+        """The factors that any of its parts depends on."""
         return combined(part.answer for part in self.parts)
 
 
 def combined(answers: Iterable[Answer]) -> Answer:
-    """Return on what a whole depends whose parts depend on these."""
+    """Return the answer for a whole from the answers for its parts."""
     found = {answer for answer in answers if answer is not Answer.NONE}
     dependent = {answer for answer in found if answer.is_dependent}
     if dependent:
@@ -187,9 +187,9 @@ def combined(answers: Iterable[Answer]) -> Answer:
 
 
 def corrected(judgements: Sequence[Judgement]) -> list[Judgement]:
-    """Return judgements in which chance differences are as rare among many contrasts as in one.
+    """Return judgements corrected for the number of contrasts.
 
-    The finding is corrected by itself: it does not pay for the many details that are listed beside it.
+    The finding is corrected by itself, so that the many details listed beside it cost it no power.
     """
     p_values: dict[bool, list[float]] = {True: [], False: []}
     for judged, one in _contrasts(judgements):

@@ -1,4 +1,4 @@
-"""Apply metrics to all runs and contrast the backends, seed by seed."""
+"""Apply metrics to all runs and compare the backends, seed by seed."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ _FEWEST_SEEDS = 3
 
 
 def judge(grid: Grid, runs: Runs, metrics: Sequence[Metric], margins: Margins) -> list[Judgement]:
-    """Measure everything and say on what each metric depends.
+    """Measure everything and judge what each metric depends on.
 
-    A run that failed is part of the finding; how far it came by then is no measure of anything else.
+    A failed run counts for the finding only: where it stopped measures nothing else.
 
     Raises:
         ExperimentError: a margin was set for a part that no run has.
@@ -100,7 +100,7 @@ def _number(value: float | None) -> float:
 
 
 def _cells(grid: Grid, values: Mapping[Cell, float | None]) -> tuple[Cells, ...]:
-    """Return the values of each pair of backends in the order of the seeds; missing ones are left out."""
+    """Return the values of each pair of backends in the order of the seeds, without missing ones."""
     return tuple(
         Cells(b, w, [float(v) for s in grid.seeds if (v := values[Cell(b, w, s)]) is not None])
         for b in grid.brains
@@ -109,7 +109,7 @@ def _cells(grid: Grid, values: Mapping[Cell, float | None]) -> tuple[Cells, ...]
 
 
 def _mean_of_seeds(values: FloatArray) -> FloatArray:
-    """Return the mean over the first axis for each seed, of what is there; seeds without any are left out."""
+    """Return the mean over the first axis for each seed, without missing values and seeds."""
     present = np.isfinite(values)
     counts = present.sum(axis=0)
     means: FloatArray = np.where(present, values, 0.0).sum(axis=0)[counts > 0] / counts[counts > 0]
@@ -119,8 +119,8 @@ def _mean_of_seeds(values: FloatArray) -> FloatArray:
 def _spread(table: FloatArray, *, is_share: bool = False) -> float:
     """Return the standard deviation from seed to seed, pooled over the pairs of backends.
 
-    That of yes and no follows from their share, taken with two of each more (Agresti and Coull 1998, Am.
-    Stat. 52:119), because that all of some runs agree does not mean that every run would.
+    For yes and no it follows from their share, with two of each added (Agresti and Coull 1998, Am. Stat.
+    52:119): the agreement of a few runs does not mean that every run would agree.
     """
     if is_share:
         share = (np.nansum(table) + 2) / (np.isfinite(table).sum() + 4)
@@ -204,7 +204,7 @@ class _Distances:
         return self._known[one, other]
 
     def excess(self, one: tuple[str, str], other: tuple[str, str]) -> FloatArray:
-        """Return for each seed how much farther apart the two are than the runs of each."""
+        """Return for each seed how much farther apart the two pairs are than the runs within each."""
         return excess_values(self.between(one, one), self.between(one, other), self.between(other, other))
 
 

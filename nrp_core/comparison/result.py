@@ -1,4 +1,4 @@
-"""What a comparison came to, as data: of a grid of runs, or of two recordings."""
+"""The result of a comparison as data: of a grid of runs, or of two recordings."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from nrp_core.comparison.divergence import Deviation, Parting, deviations, parting
+from nrp_core.comparison.divergence import Deviation, Divergence, deviations, divergence_of
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.judgement import Answer, Judgement, combined
 from nrp_core.comparison.measuring import judge
@@ -19,22 +19,22 @@ from nrp_core.recording.reading.recording import Recording
 
 @dataclass(frozen=True)
 class GridDiff:
-    """What runs of one experiment on several backends came to.
+    """The result of running one experiment on several backends.
 
     Args:
-        name: of the experiment.
-        grid: what ran.
+        name: name of the experiment.
+        grid: the grid of runs.
         runs: every run.
-        judgements: of every metric, those of the finding first.
-        partings: where the runs of the first seed part, for every backend and the first of its side.
-        folder: where the recordings are.
+        judgements: the judgement of every metric, those of the finding first.
+        divergences: where the runs of the first seed diverge, for each backend against its side's first.
+        folder: the folder of the recordings.
     """
 
     name: str
     grid: Grid
     runs: Mapping[Cell, RunSignals]
     judgements: Sequence[Judgement]
-    partings: Sequence[Parting]
+    divergences: Sequence[Divergence]
     folder: Path
 
     @classmethod
@@ -42,34 +42,34 @@ class GridDiff:
         cls, grid: Grid, runs: Mapping[Cell, RunSignals], metrics: Sequence[Metric], margins: Margins,
         folder: Path,
     ) -> GridDiff:  # fmt: skip
-        """Measure, judge, and find where runs part."""
+        """Measure, judge, and find where runs diverge."""
         name = str(next(iter(runs.values())).settings.get("name", grid.experiment))
         return cls(name, grid, runs, judge(grid, runs, metrics, margins), _partings(grid, runs), folder)
 
     @cached_property
     def finding(self) -> Sequence[Judgement]:
-        """The metrics that make up the finding; all where the experiment has no criteria and events."""
+        """The metrics of the finding; all metrics if the experiment has no criteria and no events."""
         measured = [one for one in self.judgements if one.answer is not Answer.NONE]
         return [one for one in measured if one.metric.is_finding] or measured
 
     @property
     def answer(self) -> Answer:
-        """On what the finding depends."""
+        """The factors that the finding depends on."""
         return combined(one.answer for one in self.finding)
 
     @property
     def failures(self) -> dict[Cell, str]:
-        """Runs that ended before their time, and why."""
+        """Runs that ended early, and why."""
         errors = {cell: run.result.get("error") for cell, run in self.runs.items()}
         return {cell: str(error) for cell, error in errors.items() if error}
 
 
-def _partings(grid: Grid, runs: Mapping[Cell, RunSignals]) -> list[Parting]:
-    """Hold every backend against the one that was named first, from the first seed."""
+def _partings(grid: Grid, runs: Mapping[Cell, RunSignals]) -> list[Divergence]:
+    """Compare every backend with the one that was named first, for the first seed."""
     seed, (brain, *brains), (world, *worlds) = grid.seeds[0], grid.brains, grid.worlds
     pairs = [(Cell(brain, w, seed), Cell(b, w, seed)) for b in brains for w in grid.worlds]
     pairs += [(Cell(b, world, seed), Cell(b, w, seed)) for w in worlds for b in grid.brains]
-    return [parting(runs[one], runs[other]) for one, other in pairs]
+    return [divergence_of(runs[one], runs[other]) for one, other in pairs]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +77,9 @@ class Measured:
     """A part of a metric in two runs.
 
     Args:
-        metric: what is measured.
-        part: of it.
-        one, other: the values, of metrics that are numbers.
+        metric: the metric.
+        part: one of its parts.
+        one, other: the values, for metrics that are numbers.
         apart: their difference, or the distance.
     """
 
@@ -92,19 +92,19 @@ class Measured:
 
 @dataclass(frozen=True)
 class PairDiff:
-    """What two recordings have in common and where they part, over the time that both cover.
+    """What two recordings have in common and where they diverge, over the time that both cover.
 
     Args:
-        one, other: the runs, as far as both go.
-        parting: where they part.
-        deviations: by how much the signals differ.
+        one, other: the runs, over the time that both cover.
+        divergence: where they diverge.
+        deviations: the differences of the signals.
         measured: every part of every metric.
-        reservations: what of the runs is not compared, and why.
+        reservations: the parts of the runs that are not compared, and why.
     """
 
     one: RunSignals
     other: RunSignals
-    parting: Parting
+    divergence: Divergence
     deviations: Sequence[Deviation]
     measured: Sequence[Measured]
     reservations: Sequence[str] = ()
@@ -114,28 +114,28 @@ class PairDiff:
         """Compare two recordings.
 
         Raises:
-            ExperimentError: one is none, or they have no step in common.
+            ExperimentError: one is not a recording, or they have no step in common.
         """
         runs = RunSignals(Recording(one)), RunSignals(Recording(other))
         begin_s, end_s = max(run.begin_s for run in runs), min(run.end_s for run in runs)
         ours, theirs = (run.between(begin_s, end_s) for run in runs)
-        parted = parting(ours, theirs)
-        if not parted.steps:
+        divergence = divergence_of(ours, theirs)
+        if not divergence.steps:
             raise ExperimentError(f"has no step in common with {other}", path=one)
         measured = [row for metric in metrics for row in _measured(metric, ours, theirs)]
         left_out = [*_left_out(one, runs[0], ours), *_left_out(other, runs[1], ours)]
-        return cls(ours, theirs, parted, deviations(ours, theirs), measured, left_out)
+        return cls(ours, theirs, divergence, deviations(ours, theirs), measured, left_out)
 
     @property
     def is_identical(self) -> bool:
-        """Whether all steps that both have are the same to the last bit."""
-        return self.parting.first is None
+        """Whether all common steps are identical, bit for bit."""
+        return self.divergence.first is None
 
 
 def _left_out(path: Path, run: RunSignals, compared: RunSignals) -> Iterator[str]:
-    """Say what of a recording is not compared."""
+    """Describe the part of a recording that is not compared."""
     if not run.recording.complete:
-        yield f"{path} was cut or damaged: what is whole of it is compared"
+        yield f"{path} was cut or damaged: only its intact part is compared"
     if (run.begin_s, run.end_s) != (compared.begin_s, compared.end_s):
         yield (
             f"compared from {compared.begin_s:g} s to {compared.end_s:g} s; "

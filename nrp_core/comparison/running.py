@@ -1,4 +1,4 @@
-"""Run a grid, several runs at once, each in a process that others follow; what is there already is kept."""
+"""Run a grid in several processes at once; finished runs are kept."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from nrp_core.recording.layout import RUN_NAME, Pictures
 from nrp_core.recording.reading.recording import Recording
 
 Progress = Callable[[int, int, str], None]
-"""Told how many runs are done, of how many, and which was the last."""
+"""Called with the number of finished runs, the number of all runs, and the last finished run."""
 
 WHOLE = ("finished", "failed")
-"""States of a recording that running again would not change."""
+"""States of a recording that another run would not change."""
 
 
 def run_grid(grid: Grid, results: Path, workers: int, tell: Progress) -> dict[Cell, RunSignals]:
-    """Run what is not recorded yet.
+    """Make the runs that are not recorded yet.
 
     Args:
-        grid: what runs.
-        results: a folder for the recordings; those that are in it are not made again.
-        workers: processes at once.
-        tell: told after every run.
+        grid: the grid.
+        results: a folder for the recordings; recordings that are in it are kept.
+        workers: number of processes.
+        tell: called after every run.
 
     Returns:
-        every run.
+        Every run.
 
     Raises:
-        NrpError: an experiment cannot be opened so. What else ends a run is part of its result.
+        NrpError: an experiment cannot be opened. Anything else that ends a run is part of its result.
     """
     folders = {cell: grid.folder(results, cell) for cell in grid.cells}
     missing = [cell for cell, folder in folders.items() if not _is_whole(folder)]
@@ -53,10 +53,10 @@ def run_grid(grid: Grid, results: Path, workers: int, tell: Progress) -> dict[Ce
 
 
 def record(grid: Grid, cell: Cell, folder: Path) -> None:
-    """Run one cell into a folder, with hashes for pictures; half of one that was killed is removed before.
+    """Record one run into a folder, with hashes instead of images; an incomplete recording is removed first.
 
     Raises:
-        NrpError: it cannot be opened, or not be written.
+        NrpError: the experiment cannot be opened, or the recording cannot be written.
     """
     shutil.rmtree(folder, ignore_errors=True)
     with Run(grid.load(cell)) as run:
@@ -65,7 +65,9 @@ def record(grid: Grid, cell: Cell, folder: Path) -> None:
         try:
             run.run()
             state = "finished"
-        except RecordingError:  # which is not the experiment's fault: with room on the disk it may go well
+        except (
+            RecordingError
+        ):  # a full disk is not the experiment's fault: with room on the disk the run may succeed
             raise
         except SimulationError:
             state = "failed"
@@ -74,14 +76,14 @@ def record(grid: Grid, cell: Cell, folder: Path) -> None:
 
 
 def _run_all(grid: Grid, folders: dict[Cell, Path], workers: int) -> Iterator[Cell]:
-    """Run cells and return each when it is done."""
+    """Run cells and yield each when it is done."""
     workers = min(workers, len(folders))
     if workers < 2:
         for cell, folder in folders.items():
             record(grid, cell, folder)
             yield cell
         return
-    # engines keep threads and libraries of their own, which a forked process would get half of
+    # engines have threads and libraries of their own, which do not survive a fork
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_follow_parent)
     try:
         futures = {pool.submit(record, grid, cell, folder): cell for cell, folder in folders.items()}
@@ -89,7 +91,7 @@ def _run_all(grid: Grid, folders: dict[Cell, Path], workers: int) -> Iterator[Ce
             _require_done(future, futures[future])
             yield futures[future]
     except BaseException:
-        for worker in active_children():  # what they have begun would be made again anyway
+        for worker in active_children():  # unfinished runs would be repeated anyway
             worker.terminate()
         raise
     finally:
@@ -97,7 +99,7 @@ def _run_all(grid: Grid, folders: dict[Cell, Path], workers: int) -> Iterator[Ce
 
 
 def _follow_parent() -> None:
-    """Leave Ctrl-C, which a terminal sends to all, to the process that waits for this one; end with it."""
+    """Ignore Ctrl-C, which a terminal sends to all processes, and end with the parent process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None
@@ -123,5 +125,5 @@ def _is_whole(folder: Path) -> bool:
         return False
     try:
         return Recording(folder).run.get("state") in WHOLE
-    except ExperimentError:  # damaged: it is made again
+    except ExperimentError:  # damaged: the run is repeated
         return False

@@ -1,4 +1,4 @@
-"""What was recorded of one run as arrays on the steps of the loop, so that runs can be laid side by side."""
+"""The recording of one run as arrays over the steps of the loop, so that runs can be compared."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class RunSignals:
     """One recorded run, or a part of it.
 
     Args:
-        recording: of it.
-        window_s: from when to when, s; all that was recorded by default.
+        recording: its recording.
+        window_s: start and end, s; by default all of the recording.
 
     Attributes:
-        run: what ``run.json`` says.
+        run: the contents of ``run.json``.
     """
 
     def __init__(self, recording: Recording, window_s: tuple[float, float] | None = None) -> None:
@@ -33,7 +33,7 @@ class RunSignals:
         self._window_s = window_s
 
     def between(self, begin_s: float, end_s: float) -> RunSignals:
-        """Return a part of the run; what its result says is of the whole."""
+        """Return a part of the run; its result remains that of the whole run."""
         part = RunSignals(self.recording, (begin_s, end_s))
         part.numbers = self.numbers
         return part
@@ -55,12 +55,12 @@ class RunSignals:
 
     @property
     def failed(self) -> bool:
-        """Whether it ended before its time."""
+        """Whether it ended early."""
         return bool(self.result.get("error"))
 
     @property
     def result(self) -> Mapping[str, Any]:
-        """What came of the run; empty if it was cut."""
+        """The result of the run; empty if the recording was cut."""
         return self.run.get("result") or {}
 
     @property
@@ -80,7 +80,7 @@ class RunSignals:
 
     @property
     def begin_s(self) -> float:
-        """Simulated time of the beginning, s; above 0 in a recording that goes on from within another."""
+        """Simulated time of the start, s; above 0 in a recording that continues another."""
         return self.numbers.begin_s if self._window_s is None else self._window_s[0]
 
     @property
@@ -90,25 +90,25 @@ class RunSignals:
 
     @property
     def duration_s(self) -> float:
-        """How long it is, s."""
+        """Duration, s."""
         return self.end_s - self.begin_s
 
     @cached_property
     def times_s(self) -> FloatArray:
-        """The beginning and the ends of all steps, s."""
+        """The start and the ends of all steps, s."""
         first, last = (round(t_s / self.step_s) for t_s in (self.begin_s, self.end_s))
         times: FloatArray = np.arange(first, last + 1, dtype=float) * self.step_s
         return times
 
     def held(self, series: Series, times_s: FloatArray | None = None) -> FloatArray:
-        """Return values that hold until the next, at some times; NaN before the first.
+        """Return the values of a series at given times; a value holds until the next, NaN before the first.
 
         Args:
-            series: of this run.
-            times_s: by default the ends of all steps.
+            series: a series of this run.
+            times_s: times, s; by default the ends of all steps.
 
         Returns:
-            shape ``(n_times, columns)``.
+            Shape ``(n_times, columns)``.
         """
         at_s = (self.times_s if times_s is None else times_s) + self.step_s * 1e-3
         index = np.searchsorted(series.times_s, at_s, side="right") - 1
@@ -118,13 +118,13 @@ class RunSignals:
 
     @cached_property
     def robots(self) -> list[str]:
-        """Names of the robots; of a foreign recording those of all models that move."""
+        """Names of the robots; for a foreign recording, of all models that move."""
         moving = [name.removeprefix(f"{MODEL_STATES}/") for name in self._models]
         named = list((self.settings.get("world") or {}).get("robots") or {})
         return [name for name in moving if name in named] or moving
 
     def motion(self, robot: str) -> Series:
-        """Return where a robot was and how it moved."""
+        """Return the pose and the velocity of a robot."""
         return self._models[f"{MODEL_STATES}/{robot}"]
 
     @property
@@ -144,7 +144,7 @@ class RunSignals:
         return found
 
     def trains_s(self, group: str) -> list[FloatArray]:
-        """Return the spike times of each neuron of a group, s from the beginning."""
+        """Return the spike times of each neuron of a group, s since the start."""
         label, ids = self.groups[group]
         by_neuron = self._trains[label]
         return [by_neuron[i] for i in ids]

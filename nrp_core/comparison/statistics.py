@@ -1,7 +1,7 @@
-"""Equivalence, difference and the size of effects, from values that belong to one seed each.
+"""Equivalence, difference and effect sizes, from one value per seed.
 
-Every comparison of backends comes down to one number for each seed, the seeds being independent: a
-difference of what the same seed gave on both, or the pseudo-value of an excess of distance.
+Every comparison of backends reduces to one number for each of the independent seeds: the difference of the
+values that the same seed gave on both, or the pseudo-value of an excess distance.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 
 ALPHA = 0.05
-"""Level of every test; the intervals shown are of 90 %, which is what two one-sided tests at 5 % look at."""
+"""Level of every test; the intervals shown are 90 % intervals, which match two one-sided tests at 5 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Estimate:
 
     Args:
         mean: the estimate.
-        error: its standard error; NaN of a single value.
+        error: its standard error; NaN for a single value.
         freedom: degrees of freedom of the error.
     """
 
@@ -54,7 +54,7 @@ class Estimate:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The confidence interval of 90 %."""
+        """The 90 % confidence interval."""
         if self.freedom < 1:
             return -inf, inf
         reach = self.error * _t().ppf(1 - ALPHA, self.freedom)
@@ -62,7 +62,7 @@ class Estimate:
 
     @property
     def p_different(self) -> float:
-        """Two-sided p-value of there being no difference (Student's t)."""
+        """Two-sided p-value of the hypothesis of no difference (Student's t)."""
         if self.freedom < 1:
             return 1.0
         if self.error == 0:
@@ -70,7 +70,7 @@ class Estimate:
         return float(2 * _t().sf(abs(self.mean) / self.error, self.freedom))
 
     def p_equivalent(self, margin: float) -> float:
-        """Return the p-value of the difference being as large as the margin, or larger.
+        """Return the p-value of the hypothesis that the difference is at least the margin.
 
         Two one-sided tests: Schuirmann 1987, J. Pharmacokinet. Biopharm. 15:657.
         """
@@ -83,7 +83,7 @@ class Estimate:
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Return p-values corrected for how many there are: Holm 1979, Scand. J. Stat. 6:65."""
+    """Return p-values corrected for their number: Holm 1979, Scand. J. Stat. 6:65."""
     corrected, largest = [1.0] * len(p_values), 0.0
     for rank, index in enumerate(np.argsort(p_values)):
         largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[index]))
@@ -102,7 +102,7 @@ _SHIFTS = np.linspace(0.0, 20.0, 2001)
 
 
 def excess_of_shift(shift_sd: float) -> float:
-    """Return by how much a shift makes two normal samples farther apart than their members are.
+    """Return the relative excess of the distance between two normal samples that a shift causes.
 
     The mean distance of members of one sample is ``2 sd / sqrt(pi)``, that of members of two is the mean of
     a folded normal; this is the excess of the second as a share of the first: 0.24 for a shift of 1 SD.
@@ -111,15 +111,15 @@ def excess_of_shift(shift_sd: float) -> float:
 
 
 def shift_of_excess(excess: float) -> float:
-    """Return the shift, SD, that makes such an excess; 0 for what is not positive."""
+    """Return the shift, SD, that causes an excess; 0 for an excess that is not positive."""
     return float(np.interp(excess, [excess_of_shift(shift) for shift in _SHIFTS], _SHIFTS))
 
 
 def excess_values(within_a: FloatArray, between: FloatArray, within_b: FloatArray) -> FloatArray:
-    """Return the pseudo-values, one for each seed, of how much farther two groups are than their members.
+    """Return the pseudo-values, one for each seed, of the excess distance between two groups.
 
     Their mean is half the energy distance (Székely and Rizzo 2013, J. Stat. Plan. Inference 143:1249), from
-    pairs of different seeds only; they are those of the jackknife (Tukey 1958).
+    pairs of different seeds only; they are jackknife pseudo-values (Tukey 1958).
 
     Args:
         within_a: distances between the seeds of one group, shape ``(n, n)``, n at least 3.
@@ -137,7 +137,7 @@ def excess_values(within_a: FloatArray, between: FloatArray, within_b: FloatArra
 
 
 def _t() -> Any:
-    """Return Student's distribution; SciPy takes its time to import."""
+    """Return Student's distribution; SciPy is slow to import."""
     from scipy.stats import t
 
     return t

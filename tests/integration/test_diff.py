@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.comparison.divergence import Parting, parting
+from nrp_core.comparison.divergence import Divergence, divergence_of
 from nrp_core.comparison.grid import Cell, Grid
 from nrp_core.comparison.judgement import Answer, Factor, Part, Relation
 from nrp_core.comparison.metrics.base import Margins, all_metrics
@@ -113,9 +113,9 @@ def relations(part: Part, factor: Factor) -> dict[tuple[str, str], Relation]:
     return {(one.one, one.other): one.relation(part.margin) for one in part.contrasts if one.factor is factor}
 
 
-def parted(diff: GridDiff, one: tuple[str, str], other: tuple[str, str]) -> Parting:
+def divergence(diff: GridDiff, one: tuple[str, str], other: tuple[str, str]) -> Divergence:
     seed = diff.grid.seeds[0]
-    return parting(diff.runs[Cell(*one, seed)], diff.runs[Cell(*other, seed)])
+    return divergence_of(diff.runs[Cell(*one, seed)], diff.runs[Cell(*other, seed)])
 
 
 def test_a_wheel_that_is_two_percent_larger_is_named_with_its_size(diff: GridDiff) -> None:
@@ -127,7 +127,7 @@ def test_a_wheel_that_is_two_percent_larger_is_named_with_its_size(diff: GridDif
 
 
 def test_a_larger_wheel_parts_runs_in_the_world_while_brain_and_commands_are_the_same(diff: GridDiff) -> None:
-    first = parted(diff, ("event", "mujoco"), ("event", "large_wheels")).first
+    first = divergence(diff, ("event", "mujoco"), ("event", "large_wheels")).first
     assert first is not None
     assert (first.group, first.signal) == ("world", "/gazebo/model_states")
     assert first.step == 1  # with the first command
@@ -137,7 +137,7 @@ def test_a_mirrored_camera_is_named_and_not_the_device_that_it_drives(copies: No
     settings = ("world.options.image_scale=0.1", "duration=0.1 s")
     grid = Grid.of("braitenberg_husky", ("event",), ("mujoco", "mirrored"), 1, settings)
     runs = run_grid(grid, tmp_path, 1, lambda done, total, last: None)
-    first = parting(*runs.values()).first
+    first = divergence_of(*runs.values()).first
     assert first is not None
     assert (first.group, first.signal) == ("inputs", "/husky/camera/hash")
 
@@ -149,7 +149,7 @@ def test_a_setting_that_somebody_sets_is_not_drawn_anew() -> None:
 
 
 def test_a_delay_of_one_step_more_is_named_by_the_spike_that_is_late(diff: GridDiff) -> None:
-    first = parted(diff, ("event", "mujoco"), ("late", "mujoco")).first
+    first = divergence(diff, ("event", "mujoco"), ("late", "mujoco")).first
     assert first is not None
     assert (first.group, first.signal) == ("brain", "/brain/circuit/spikes")
     told = [
@@ -164,13 +164,13 @@ def test_a_synapse_of_the_wrong_sign_is_named_by_the_neurons_it_acts_on(diff: Gr
     found = relations(part_of(diff, "rate", "circuit[5]"), Factor.BRAIN)
     assert found["event", "flipped"] is found["late", "flipped"] is Relation.DIFFERENT
     assert found["event", "same"] is found["event", "late"] is Relation.EQUIVALENT
-    first = parted(diff, ("event", "mujoco"), ("flipped", "mujoco")).first
+    first = divergence(diff, ("event", "mujoco"), ("flipped", "mujoco")).first
     assert first is not None
     assert (first.group, first.signal) == ("brain", "/brain/circuit/spikes")
 
 
 def test_a_copy_without_a_bug_is_the_same_to_the_last_bit(diff: GridDiff) -> None:
-    found = parted(diff, ("event", "mujoco"), ("same", "mujoco"))
+    found = divergence(diff, ("event", "mujoco"), ("same", "mujoco"))
     assert found.first is None
     assert found.steps == 101
     same = relations(part_of(diff, "spike_trains", "circuit"), Factor.BRAIN)["event", "same"]

@@ -104,7 +104,7 @@ def test_a_future_that_nobody_edited_is_the_same_where_both_have_steps(made: Mad
     made.replay(Request(from_ns=round(1.24 * S), record=tmp_path / "future"), verify=False)
     compared = PairDiff.of(made.folder, tmp_path / "future", all_metrics())
     assert compared.is_identical
-    assert compared.parting.steps == 150 - 62
+    assert compared.divergence.steps == 150 - 62
     # of the command in force where it goes on from only the first recording knows
     apart = {
         (row.metric.name, row.part): row.apart for row in compared.measured if abs(row.apart or 0) > 1e-4

@@ -1,1 +1,1 @@
-"""The metrics of the core: outcomes, ways, spikes, devices. Each is an entry point as any other's."""
+"""The metrics of the core: outcomes, trajectories, spikes, devices. All are found by entry points."""

@@ -1,4 +1,4 @@
-"""What a metric is. Others add their own by an entry point in the group ``nrp_core.metrics``.
+"""The interface of a metric. Other packages add theirs by an entry point in the group ``nrp_core.metrics``.
 
 ::
 
@@ -23,13 +23,13 @@ from nrp_core.registry import Registry
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """How large a difference does not matter.
+    """The largest difference that does not matter.
 
     Args:
         amount: the difference.
-        in_sd: whether it counts in standard deviations of the spread from seed to seed, else in the
-            metric's own unit.
-        at_most: never more than this, in the metric's own unit.
+        in_sd: whether it is in standard deviations of the spread from seed to seed, else in the metric's
+            own unit.
+        at_most: upper limit, in the metric's own unit.
     """
 
     amount: float = 1.0
@@ -37,16 +37,16 @@ class Margin:
     at_most: float | None = None
 
     def within(self, sd: float) -> float:
-        """Return it in the metric's unit, for a spread in that unit."""
+        """Return the margin in the metric's unit, for a spread in that unit."""
         margin = self.amount * sd if self.in_sd else self.amount
         return margin if self.at_most is None else min(margin, self.at_most)
 
     @classmethod
     def parse(cls, text: str, unit: str = "") -> Margin:
-        """Read ``0.5``, with its unit or without, or ``2sd``.
+        """Read ``0.5``, with or without its unit, or ``2sd``.
 
         Raises:
-            ValueError: it is neither, or not above 0.
+            ValueError: the text is neither, or not above 0.
         """
         number, sd = text.strip(), text.strip().lower().endswith("sd")
         number = number[: -len("sd")] if sd else number.removesuffix(unit)
@@ -61,14 +61,14 @@ class Margin:
 
 
 class Metric(ABC):
-    """Something that can be measured of a run; of its parts (robots, events, ...) each by itself.
+    """A property of a run, measured for each of its parts (robots, events, ...).
 
     Attributes:
-        name: what it is called on the command line.
-        title: what it is called in a report.
-        unit: of its values.
-        is_finding: whether it is what an experiment is made for, not a detail of how it came about.
-        margin: how large a difference does not matter, unless somebody says otherwise.
+        name: name on the command line.
+        title: name in a report.
+        unit: unit of its values.
+        is_finding: whether it is part of the experiment's finding, not a detail of how it came about.
+        margin: the default margin.
     """
 
     name: ClassVar[str]
@@ -78,7 +78,7 @@ class Metric(ABC):
     margin: ClassVar[Margin] = Margin()
 
     def resolution(self, run: RunSignals) -> float:
-        """Return what the metric cannot tell apart, in its unit; no margin is smaller."""
+        """Return the smallest difference that the metric can resolve, in its unit; no margin is smaller."""
         return 0.0
 
 
@@ -86,14 +86,14 @@ class ScalarMetric(Metric):
     """A number for each part of a run.
 
     Attributes:
-        is_share: whether it is only ever 0 or 1.
+        is_share: whether it is always 0 or 1.
     """
 
     is_share: ClassVar[bool] = False
 
     @abstractmethod
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
-        """Return the value of every part; None where it has none in this run."""
+        """Return the value of every part; None for a part without a value in this run."""
 
 
 class DistanceMetric(Metric):
@@ -101,7 +101,7 @@ class DistanceMetric(Metric):
 
     @abstractmethod
     def features(self, run: RunSignals) -> Mapping[str, Any]:
-        """Return what the distance is taken of, for every part; made once a run."""
+        """Return the features that distances are computed from, for every part; called once for a run."""
 
     @abstractmethod
     def distance(self, one: Any, other: Any) -> float:
@@ -112,7 +112,7 @@ METRICS: Registry[Metric] = Registry("nrp_core.metrics", "metric", [ScalarMetric
 
 
 def all_metrics() -> list[Metric]:
-    """Return the metrics of all installed packages; what a finding is made of comes first.
+    """Return the metrics of all installed packages; those of the finding come first.
 
     Raises:
         BackendError: one cannot be used.
@@ -127,7 +127,7 @@ def all_metrics() -> list[Metric]:
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """The margins that somebody set, by ``metric`` and by ``metric/part``; a metric has one by itself."""
+    """The margins that were set, by ``metric`` and by ``metric/part``; every metric has a default."""
 
     given: Mapping[str, Margin] = field(default_factory=dict)
 
@@ -136,7 +136,7 @@ class Margins:
         """Read ``metric=value`` and ``metric/part=value``, values as ``0.5``, ``0.5 s`` or ``2sd``.
 
         Raises:
-            ValueError: one is written otherwise, or names no metric.
+            ValueError: one is written differently, or its metric does not exist.
         """
         units = {metric.name: metric.unit for metric in metrics}
         margins: dict[str, Margin] = {}
@@ -151,7 +151,7 @@ class Margins:
         return cls(margins)
 
     def of(self, metric: Metric, part: str) -> Margin:
-        """Return the margin of a part: its own, else that of the metric."""
+        """Return the margin of a part: its own, or that of the metric."""
         named = (f"{metric.name}/{part}", metric.name)
         return next((self.given[key] for key in named if key in self.given), metric.margin)
 

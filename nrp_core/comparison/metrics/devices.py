@@ -1,4 +1,4 @@
-"""What goes between brain and body: the values of devices, on average over the run."""
+"""The signals between brain and body: mean values of devices over the run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nrp_core.recording.layout import Role
 
 
 class DeviceValues(ScalarMetric):
-    """The mean over time of each device's value, in the device's own unit."""
+    """The mean of each device's value over time, in the device's own unit."""
 
     name, title = "devices", "Device values (mean)"
 

@@ -1,4 +1,4 @@
-"""What an experiment is made for: whether its criteria are met, and when what it waits for happens."""
+"""The finding of an experiment: whether its criteria are met, and when the awaited events happen."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from nrp_core.comparison.signals import RunSignals
 
 
 class CriteriaMet(ScalarMetric):
-    """Whether each criterion is met; a run that failed meets none."""
+    """Whether each criterion is met; a failed run meets none."""
 
     name, title = "criteria", "Criteria met"
     is_finding = is_share = True
@@ -24,9 +24,9 @@ class CriteriaMet(ScalarMetric):
 
 
 class TimeToEvent(ScalarMetric):
-    """How long it takes until something comes near something, and until an event that waits happens.
+    """The time until one thing comes near another, and until a conditional event happens.
 
-    A criterion counts from the event it follows. An event that coincides with one adds nothing to it.
+    A criterion counts from the event that it follows. An event that coincides with a criterion adds nothing.
     """
 
     name, title, unit = "time_to_event", "Time to event", "s"
@@ -51,5 +51,5 @@ class TimeToEvent(ScalarMetric):
         return times | {name: t_s for name, t_s in waiting.items() if t_s not in decided}
 
     def resolution(self, run: RunSignals) -> float:
-        """One step of the loop: events are looked for between steps."""
+        """One step of the loop: events are checked between steps."""
         return run.step_s

@@ -1,4 +1,4 @@
-"""What the neurons do: how often, how regularly, and when."""
+"""The activity of neurons: how often, how regularly, and when they spike."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from nrp_core.comparison.metrics.base import DistanceMetric, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
 
 _SMALL = 20
-"""Of populations up to this size each neuron is told by itself."""
+"""Populations up to this size are reported neuron by neuron."""
 _MOST_TRAINS = 50
-"""Of larger groups so many neurons, evenly spread, stand for all in a distance."""
+"""Of larger groups, this many neurons, evenly spread, represent all in a distance."""
 _FEWEST_INTERVALS = 3
 _TAU_S = 0.02
-"""About the time constant of a membrane: what the next neuron can tell apart."""
+"""About the time constant of a membrane: the resolution of the next neuron."""
 
 
 class FiringRate(ScalarMetric):
-    """Spikes for each neuron and second, of groups and of the neurons of small populations."""
+    """Spikes per neuron and second, of groups and of the neurons of small populations."""
 
     name, title, unit = "rate", "Firing rate", "Hz"
 
@@ -37,7 +37,7 @@ class FiringRate(ScalarMetric):
 
 
 class Irregularity(ScalarMetric):
-    """Coefficient of variation of the intervals between spikes: 0 of a clock, 1 of a Poisson process."""
+    """Coefficient of variation of the intervals between spikes: 0 for a clock, 1 for a Poisson process."""
 
     name, title = "cv", "Irregularity (CV)"
 
@@ -49,9 +49,9 @@ class Irregularity(ScalarMetric):
 
 
 class SpikeTrains(DistanceMetric):
-    """Distance of van Rossum between the trains of each neuron, the mean over the neurons of a population.
+    """Van Rossum distance between the trains of each neuron, averaged over the neurons of a population.
 
-    With 20 ms: a spike more or less is a distance of 1, one that is late by 2 ms one of 0.4.
+    With 20 ms, one spike more or less is a distance of 1; a spike that is late by 2 ms is one of 0.4.
     """
 
     name, title = "spike_trains", "Spike trains (van Rossum)"
@@ -82,7 +82,7 @@ def _parts(run: RunSignals) -> Iterator[tuple[str, list[FloatArray]]]:
 
 
 def _mean_cv(trains_s: list[FloatArray]) -> float | None:
-    """Return the mean over the neurons that spike often enough, if there are any."""
+    """Return the mean over the neurons that spike often enough; None if there are none."""
     intervals = [np.diff(train) for train in trains_s if len(train) > _FEWEST_INTERVALS]
     values = [float(one.std(ddof=1) / one.mean()) for one in intervals if one.mean() > 0]
     return float(np.mean(values)) if values else None

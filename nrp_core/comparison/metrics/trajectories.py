@@ -1,4 +1,4 @@
-"""Where the robots go: their ways as curves, their ends, their lengths, and what they make of commands."""
+"""Where the robots go: trajectories as curves, their ends and lengths, and the response to commands."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from nrp_core.recording.layout import Role
 from nrp_core.world.rigid.pose import Pose
 
 _POINTS = 200
-"""A way is compared at so many moments at most; DTW takes the square of it."""
+"""The largest number of points of a compared trajectory; the cost of DTW is its square."""
 _MM = 1e-3
 _MOVING = 1e-3
-"""Commands on average below this, m/s or rad/s, tell nothing of what they effect."""
+"""Mean commands below this, m/s or rad/s, are too small to measure a response."""
 
 
 def poses(run: RunSignals, robot: str) -> FloatArray:
-    """Return where a robot was after each step since it is there, m and quaternion, shape ``(n, 7)``."""
+    """Return the pose of a robot after each step since its first, m and quaternion, shape ``(n, 7)``."""
     values = run.held(run.motion(robot))[:, :7]
     return values[np.isfinite(values[:, 0])]
 
 
 class Trajectory(DistanceMetric):
-    """How far two ways are apart on average, m, when one may run ahead of the other (DTW)."""
+    """Mean distance of two trajectories, m, when one may run ahead of the other (DTW)."""
 
-    name, title, unit = "trajectory", "Way (DTW)", "m"
+    name, title, unit = "trajectory", "Trajectory (DTW)", "m"
 
     def features(self, run: RunSignals) -> Mapping[str, FloatArray]:
         def thinned(robot: str) -> FloatArray:
-            way = poses(run, robot)[:, :3]
-            chosen = np.linspace(0, len(way) - 1, min(len(way), _POINTS)).round().astype(int)
-            return np.ascontiguousarray(way[chosen])
+            path = poses(run, robot)[:, :3]
+            chosen = np.linspace(0, len(path) - 1, min(len(path), _POINTS)).round().astype(int)
+            return np.ascontiguousarray(path[chosen])
 
         return {robot: thinned(robot) for robot in run.robots}
 
@@ -49,7 +49,7 @@ class Trajectory(DistanceMetric):
 
 
 class FinalPosition(DistanceMetric):
-    """Where the robot is at the end, m."""
+    """The position of the robot at the end, m."""
 
     name, title, unit = "final_position", "Final position", "m"
 
@@ -64,7 +64,7 @@ class FinalPosition(DistanceMetric):
 
 
 class FinalHeading(DistanceMetric):
-    """Where the robot looks at the end, rad; the shorter way round."""
+    """The heading of the robot at the end, rad; differences are taken the shorter way round."""
 
     name, title, unit = "final_heading", "Final heading", "rad"
 
@@ -80,7 +80,7 @@ class FinalHeading(DistanceMetric):
 
 
 class Distance(ScalarMetric):
-    """How far the robot has gone, m."""
+    """The distance that the robot has covered, m."""
 
     name, title, unit = "distance", "Distance covered", "m"
 
@@ -93,10 +93,10 @@ class Distance(ScalarMetric):
 
 
 class DriveResponse(ScalarMetric):
-    """What a robot makes of its commands: how far it goes and turns for each metre and radian commanded.
+    """The response of a robot to its commands: how far it drives and turns per metre and radian commanded.
 
-    Of robots that are told on ``/ROBOT/...`` by ``geometry_msgs/Twist``. A wheel that is 2 % larger than the
-    drive believes shows as 1.02.
+    For robots commanded on ``/ROBOT/...`` by ``geometry_msgs/Twist``. A wheel that is 2 % larger than the
+    drive assumes shows as 1.02.
     """
 
     name, title = "drive_response", "Drive response"

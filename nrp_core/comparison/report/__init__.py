@@ -1,1 +1,1 @@
-"""A comparison for readers: as text, as one HTML page, as JSON."""
+"""Reports of a comparison: as text, as one HTML page, as JSON."""

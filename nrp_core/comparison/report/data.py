@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nrp_core.comparison.divergence import Parting
+from nrp_core.comparison.divergence import Divergence
 from nrp_core.comparison.judgement import Contrast, Judgement, Part
 from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, PairDiff
@@ -12,7 +12,7 @@ from nrp_core.recording.reading.steps import Difference
 
 
 def grid_data(diff: GridDiff) -> dict[str, Any]:
-    """Return everything of a grid but the runs themselves, which are in their folders."""
+    """Return a grid without the runs themselves, which are in their folders."""
     return {
         "experiment": diff.name,
         "brains": diff.grid.brains,
@@ -25,18 +25,18 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
         "advice": words.advice(diff),
         "finding": [one.metric.name for one in diff.finding],
         "metrics": {one.metric.name: _judgement(one) for one in diff.judgements},
-        "partings": [_parting(one) for one in diff.partings],
+        "divergences": [_parting(one) for one in diff.divergences],
         "failures": {str(cell): why for cell, why in diff.failures.items()},
         "results": diff.folder,
     }
 
 
 def pair_data(diff: PairDiff) -> dict[str, Any]:
-    """Return everything of two recordings."""
+    """Return the comparison of two recordings."""
     return {
         "identical": diff.is_identical,
         "reservations": diff.reservations,
-        "parting": _parting(diff.parting),
+        "divergence": _parting(diff.divergence),
         "signals": diff.deviations,
         "metrics": [
             {
@@ -87,7 +87,7 @@ def _contrast(one: Contrast, margin: float) -> dict[str, Any]:
     }
 
 
-def _parting(one: Parting) -> dict[str, Any]:
+def _parting(one: Divergence) -> dict[str, Any]:
     return {
         "one": one.one,
         "other": one.other,

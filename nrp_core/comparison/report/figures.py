@@ -1,4 +1,4 @@
-"""The plots of a comparison, each as SVG that stands inside a page."""
+"""The plots of a comparison, each as SVG to be embedded in a page."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _MOST_ROWS = 60
 _LONGEST = 38
 _COLOURS = {Relation.EQUIVALENT: GOOD, Relation.OPEN: "#b9770e", Relation.DIFFERENT: BAD}
 _BEYOND = 30.0
-"""Effects are drawn up to so many margins, on a scale that is linear up to 2."""
+"""Effects are drawn up to this many margins, on a scale that is linear up to 2."""
 
 
 def svg(figure: Figure) -> str:
@@ -42,13 +42,13 @@ def svg(figure: Figure) -> str:
 
 
 def grid_figures(diff: GridDiff) -> Iterator[tuple[str, str, str]]:
-    """Return the title, the legend in words and the SVG of every figure that the runs allow."""
+    """Return the title, the caption and the SVG of every figure that the runs allow."""
     with style():
         for title, told, figure in (
-            ("What came out", _ABOUT_STRIPS, strips(diff)),
-            ("How much backends differ", _ABOUT_FOREST, forest(diff.judgements)),
-            ("Where the robots went", _ABOUT_WAYS, ways(diff)),
-            ("How runs part", _ABOUT_APART, apart(diff)),
+            ("Results", _ABOUT_STRIPS, strips(diff)),
+            ("Differences between backends", _ABOUT_FOREST, forest(diff.judgements)),
+            ("Where the robots went", _ABOUT_TRAJECTORIES, trajectories(diff)),
+            ("How runs diverge", _ABOUT_APART, apart(diff)),
         ):
             if figure is not None:
                 yield title, told, svg(figure)
@@ -56,14 +56,14 @@ def grid_figures(diff: GridDiff) -> Iterator[tuple[str, str, str]]:
 
 _ABOUT_STRIPS = (
     "Every mark is a run, every line the mean of a pair of backends; the grey bar is the margin about the "
-    "mean of all. First what makes up the finding, then what depends on a backend."
+    "mean of all. First the metrics of the finding, then those that depend on a backend."
 )
 _ABOUT_FOREST = (
     "The largest difference in each part of the finding, and in the parts of each other metric that differ "
-    "most, in margins, with its interval of 90 %. Dots: brains; squares: worlds. "
-    "Inside the band it does not matter; green: shown to be inside, red: outside, yellow: not decided."
+    "most, in margins, with its 90 % interval. Dots: brains; squares: worlds. "
+    "Differences inside the band do not matter; green: shown to be inside, red: outside, yellow: undecided."
 )
-_ABOUT_WAYS = "From above, a line for every seed. Dots: the ends."
+_ABOUT_TRAJECTORIES = "From above, a line for every seed. Dots: the ends."
 _ABOUT_APART = (
     "How far the robots of two runs are from each other at one time, the median over pairs of runs. Grey: "
     "two seeds on the same backends, from the 10th to the 90th percentile; a line within the grey is a "
@@ -75,7 +75,7 @@ _ABOUT_APART = (
 
 
 def strips(diff: GridDiff) -> Figure | None:
-    """Draw the values of the finding, and of what depends on a backend."""
+    """Draw the values of the finding, and of the metrics that depend on a backend."""
     finding = [one for one in diff.finding if one.metric.is_finding]
     wanted = [(one, part) for one in finding for part in one.parts if part.cells and _varied(part)]
     for judged in diff.judgements:
@@ -138,7 +138,7 @@ def _strip(axes: Axes, grid: Grid, judged: Judgement, part: Part) -> None:
 
 
 def _short(name: str) -> str:
-    """Return a name, its end if it is long."""
+    """Return a name, shortened to its end if it is long."""
     return name if len(name) <= _LONGEST else f"…{name[1 - _LONGEST :]}"
 
 
@@ -197,11 +197,11 @@ def _effect(axes: Axes, row: int, part: Part, one: Contrast) -> None:
     axes.plot([middle], [row], "o" if one.factor is Factor.BRAIN else "s", color=shade, markersize=4.5)
 
 
-# -- ways
+# -- trajectories
 
 
-def ways(diff: GridDiff) -> Figure | None:
-    """Draw the ways from above, a panel for each pair of backends."""
+def trajectories(diff: GridDiff) -> Figure | None:
+    """Draw the trajectories from above, a panel for each pair of backends."""
     grid = diff.grid
     pairs = [(brain, world) for brain in grid.brains for world in grid.worlds]
     columns = min(len(pairs), 4)
@@ -228,11 +228,11 @@ def _draw_ways(axes: Axes, run: RunSignals, number: int) -> bool:
     return bool(run.robots)
 
 
-# -- parting
+# -- divergence over time
 
 
 def apart(diff: GridDiff) -> Figure | None:
-    """Draw how far runs are apart over time: of other seeds, brains, worlds."""
+    """Draw the distance of runs over time: of other seeds, brains, worlds."""
     grid, runs = diff.grid, diff.runs
     robots = next(iter(runs.values())).robots
     if not robots or len(diff.runs) < 2:
@@ -260,7 +260,7 @@ def apart(diff: GridDiff) -> Figure | None:
 
 
 def _places(runs: Mapping[Cell, RunSignals], robot: str) -> tuple[FloatArray, dict[Cell, FloatArray]]:
-    """Return where a robot is in every run at common times, a few hundred."""
+    """Return the position of a robot in every run at a few hundred common times."""
     times_s = min((run.times_s for run in runs.values()), key=len)
     times_s = times_s[:: max(1, len(times_s) // 400)]
     return times_s, {cell: run.held(run.motion(robot), times_s)[:, :2] for cell, run in runs.items()}
@@ -294,7 +294,7 @@ def pair_figures(diff: PairDiff) -> Iterator[tuple[str, str, str]]:
         chosen = [one for one in diff.deviations if one.span and one.largest][:6]
         if chosen:
             names = [one.signal for one in chosen]
-            told = "The signals that differ most. The dashed line is where the runs part."
+            told = "The signals that differ most. The dashed line marks where the runs diverge."
             yield "Signals", told, svg(_both_signals(diff, names))
 
 
@@ -313,7 +313,7 @@ def _both_ways(diff: PairDiff, robots: Sequence[str]) -> Figure:
 def _both_signals(diff: PairDiff, names: Sequence[str]) -> Figure:
     figure = Figure(figsize=(_WIDE, 0.4 + 1.25 * len(names)), layout="constrained")
     stack = np.atleast_1d(figure.subplots(len(names), sharex=True))
-    first = diff.parting.first
+    first = diff.divergence.first
     for axes, name in zip(stack, names, strict=True):
         axes.set_title(name)
         for number, run in enumerate((diff.one, diff.other)):

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from nrp_core.comparison.divergence import Parting
+from nrp_core.comparison.divergence import Divergence
 from nrp_core.comparison.judgement import Answer, Judgement, Part
 from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, Measured, PairDiff
@@ -22,7 +22,7 @@ _STYLES = {Answer.AGREES: "green", Answer.SEED: "green", Answer.OPEN: "yellow", 
 
 
 def tell_grid(diff: GridDiff, console: Console) -> None:
-    """Write the answer, then every metric with what differs most in it, then where runs part."""
+    """Write the answer, then every metric with its largest difference, then where runs diverge."""
     style = f"bold {_style(diff.answer)}"
     console.print(Text.assemble((words.HEADLINES[diff.answer], style)))
     console.print(Text(f"{diff.name}, {words.subject(diff)}; {words.finding(diff)}", style="dim"))
@@ -32,23 +32,23 @@ def tell_grid(diff: GridDiff, console: Console) -> None:
     for judged in diff.judgements:
         _add(table, judged)
     console.print(table)
-    for one in diff.partings:
+    for one in diff.divergences:
         _tell_parting(console, one)
     for cell, why in diff.failures.items():
         console.print(Text(f"{cell} failed: {why}", style="red"))
 
 
 def tell_pair(diff: PairDiff, console: Console) -> None:
-    """Write what two recordings have in common and where they part."""
+    """Write what two recordings have in common and where they diverge."""
     for said in diff.reservations:
         console.print(Text(said, style="yellow"))
     if diff.is_identical:
-        console.print(Text(f"identical: {diff.parting.steps} steps", style="bold green"))
+        console.print(Text(f"identical: {diff.divergence.steps} steps", style="bold green"))
         return
     experiments = [str(run.run.get("experiment", "?")) for run in (diff.one, diff.other)]
     if experiments[0] != experiments[1]:
         console.print(Text(f"two experiments: {' and '.join(experiments)}", style="yellow"))
-    _tell_parting(console, diff.parting)
+    _tell_parting(console, diff.divergence)
     signals = _table("signal", "apart by", "at", "RMS", "range")
     for one in [one for one in diff.deviations if one.largest][:_MOST_SIGNALS]:
         numbers = (f"{one.largest:.3g}", f"{one.t_s:g} s", f"{one.rms:.3g}", f"{one.span:.3g}")
@@ -63,7 +63,7 @@ def tell_pair(diff: PairDiff, console: Console) -> None:
 
 
 def _add(table: Table, judged: Judgement) -> None:
-    """Add a metric: one row, and under it those parts that say something else or differ."""
+    """Add a metric: one row, and under it the parts that have another answer or differ."""
     answer, style = judged.answer, _style(judged.answer)
     parts = sorted(judged.parts, key=_weight)
     worst = parts[0] if parts else None
@@ -88,7 +88,7 @@ def _add_measured(table: Table, title: str, rows: Sequence[Measured]) -> None:
 
 
 def _apart(row: Measured) -> tuple[bool, float]:
-    """Return what sorts parts: single neurons last, and by how far apart they are of their size."""
+    """Return the sort key of a part: single neurons last, then by relative difference."""
     is_neuron = row.part.endswith("]")
     if row.one is None or row.other is None:
         return is_neuron, -abs(row.apart or 0.0)
@@ -96,19 +96,19 @@ def _apart(row: Measured) -> tuple[bool, float]:
 
 
 def _weight(part: Part) -> tuple[int, float]:
-    """Return what sorts parts by how much they say: dependent ones first, large effects first."""
+    """Return the sort key of a part: dependent ones first, large effects first."""
     rank = 0 if part.answer.is_dependent else {Answer.OPEN: 1, Answer.NONE: 3}.get(part.answer, 2)
     found = part.largest
     return rank, 0.0 if found is None else -abs(found.estimate.mean) / (part.margin or 1.0)
 
 
-def _tell_parting(console: Console, one: Parting) -> None:
+def _tell_parting(console: Console, one: Divergence) -> None:
     console.print(Text(f"{one.one} and {one.other}", style="bold"))
     if one.first is None:
         console.print(f"  the same to the last bit in {one.steps} steps")
         return
     first = one.first
-    told = f"  part in step {first.step}, {first.t_ns * 1e-9:g} s, with {first.signal} ({first.group}): "
+    told = f"  diverge in step {first.step}, {first.t_ns * 1e-9:g} s, with {first.signal} ({first.group}): "
     console.print(Text(f"{told}{first.recorded}; {first.now}"))
     if one.visible is not None:
         console.print(Text(f"  visibly at {one.visible}"))

@@ -1,4 +1,4 @@
-"""The same words in every form of a report."""
+"""Wording shared by all forms of a report."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEADLINES = {
 
 
 def subject(diff: GridDiff) -> str:
-    """Say what was run."""
+    """Describe the runs."""
     grid = diff.grid
     first, last = grid.seeds[0], grid.seeds[-1]
     failed = f", {len(diff.failures)} of them failed" if diff.failures else ""
@@ -32,12 +32,12 @@ def subject(diff: GridDiff) -> str:
 
 
 def finding(diff: GridDiff) -> str:
-    """Say what is called the finding."""
+    """Name the metrics of the finding."""
     return "the finding: " + ", ".join(one.metric.title.lower() for one in diff.finding)
 
 
 def advice(diff: GridDiff) -> str | None:
-    """Say what to do where seeds make no difference that backends could be held against."""
+    """Advise what to do if seeds make no difference to compare backends with."""
     without = [judged for judged in diff.judgements if any(map(_lacks_spread, judged.parts))]
     if not without:
         return None
@@ -46,14 +46,14 @@ def advice(diff: GridDiff) -> str | None:
     first = without[0].metric
     unit = f" (in {first.unit})" if first.unit else ""
     return (
-        f"Seeds make no difference to {names}{more}: there is no spread to hold a difference against, so "
-        "that any counts. Draw a setting anew with each seed, as --vary 'events.NAME.at=LOW..HIGH s', or say "
-        f"how much does not matter, as --margin {first.name}=VALUE{unit}."
+        f"Seeds make no difference to {names}{more}: there is no spread to compare a difference with, so "
+        "any difference counts. Draw a setting with each seed: --vary 'events.NAME.at=LOW..HIGH s'; or set "
+        f"the difference that does not matter: --margin {first.name}=VALUE{unit}."
     )
 
 
 def _lacks_spread(part: Part) -> bool:
-    """Whether a part depends on a backend only because any difference is more than that of seeds."""
+    """Whether a part depends on a backend only because the seeds have no spread."""
     return part.answer.is_dependent and part.in_sd and part.is_flat
 
 
@@ -65,7 +65,7 @@ def number(value: float | None, unit: str = "") -> str:
 
 
 def _effect(contrast: Contrast, part: Part, metric: Metric) -> str:
-    """Say who differs from whom by how much: estimate, interval of 90 %, size in spreads of the seeds."""
+    """Describe a contrast: the backends, the estimate, its 90 % interval, its size in seed spreads."""
     low, high = contrast.estimate.interval
     more = "farther apart than seeds are" if isinstance(metric, DistanceMetric) else ""
     size = f"{number(contrast.estimate.mean, metric.unit)} [{number(low)}, {number(high)}] {more}".strip()
@@ -83,6 +83,6 @@ def _in_sd(contrast: Contrast, part: Part) -> str:
 
 
 def largest(part: Part, metric: Metric) -> str:
-    """Say what the largest difference in a part is."""
+    """Describe the largest difference in a part."""
     found = part.largest
-    return "too few seeds have it on all backends" if found is None else _effect(found, part, metric)
+    return "too few seeds have a value on all backends" if found is None else _effect(found, part, metric)

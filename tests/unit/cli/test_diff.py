@@ -80,9 +80,9 @@ def test_what_differs_is_named(nrp: Any, worlds: Path, tmp_path: Path) -> None:
     response = told["metrics"]["drive_response"]["parts"]["husky/forward"]
     assert response["answer"] == "depends on the world"
     assert response["contrasts"][0]["difference"] == pytest.approx(0.5, abs=0.02)
-    (parting,) = told["partings"]
-    assert parting["first"]["side"] == "world"
-    assert parting["visible"]["signal"].startswith("/gazebo/model_states/husky.")
+    (divergence,) = told["divergences"]
+    assert divergence["first"]["side"] == "world"
+    assert divergence["visible"]["signal"].startswith("/gazebo/model_states/husky.")
 
 
 def test_where_seeds_make_no_difference_it_says_what_to_do_about_it(
@@ -161,7 +161,7 @@ def test_two_recordings_are_compared_without_running_anything(nrp: Any, worlds: 
     assert nrp("diff", one, one).out.startswith("identical: 151 steps")
     done = nrp("diff", one, other, "--html", page)
     assert done.code == 1
-    assert "part in step" in done.out
+    assert "diverge in step" in done.out
     assert "Drive response" in done.out
     assert page.read_text().count("<svg") == 2
     told = json.loads(nrp("diff", one, other, "--json").out)

@@ -157,7 +157,7 @@ def test_a_run_that_was_killed_is_compared_as_far_as_it_went(
     assert done.code == 0
     assert done.out.splitlines()[-2] == "identical: 51 steps"
     said = " ".join(done.out.split())
-    assert f"{killed} was cut or damaged: what is whole of it is compared" in said
+    assert f"{killed} was cut or damaged: only its intact part is compared" in said
     assert f"compared from 0 s to 1 s; {killed} goes from 0 s to 2 s" in said
     assert "goes from 0 s to 2 s" in page.read_text()
     other = json.loads(nrp("diff", killed, recorded, "--json").out)

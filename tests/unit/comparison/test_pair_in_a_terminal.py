@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.console import Console
 
-from nrp_core.comparison.divergence import Parting
+from nrp_core.comparison.divergence import Divergence
 from nrp_core.comparison.metrics.base import all_metrics
 from nrp_core.comparison.report.text import tell_pair
 from nrp_core.comparison.result import Measured, PairDiff
@@ -23,8 +23,8 @@ def told(pair: PairDiff) -> str:
 def pair(measured: list[Measured], *experiments: str) -> PairDiff:
     one, other = (SimpleNamespace(run={"experiment": name}) for name in experiments)
     first = Difference(1, 20_000_000, "brain", "/brain/all/spikes", "ids[0] 1", "ids[0] 2")
-    parting: Any = Parting("event x mujoco, seed 1", "event x mujoco, seed 2", 9, first, None)
-    return PairDiff(one, other, parting, [], measured)  # type: ignore[arg-type]
+    divergence: Any = Divergence("event x mujoco, seed 1", "event x mujoco, seed 2", 9, first, None)
+    return PairDiff(one, other, divergence, [], measured)  # type: ignore[arg-type]
 
 
 def test_populations_come_before_their_neurons_and_those_farthest_apart_first() -> None:
