@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pyNN import common
@@ -17,10 +17,8 @@ from nrp_core.brain.pynn.arguments import require_kind, require_names, require_v
 from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.models import untranslated
 from nrp_core.brain.pynn.populations import require_existing
+from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError
-
-if TYPE_CHECKING:
-    from nrp_core.brain.pynn.simulator import Simulator
 
 _FOREVER_MS = 1e12
 _HINT = "for currents that change, use a device in a transfer function"

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,10 +27,8 @@ from nrp_core.brain.pynn.invalid import (
     raising,
 )
 from nrp_core.brain.pynn.rng import name_streams, named
+from nrp_core.brain.pynn.simulator import Simulator, State
 from nrp_core.errors import NetworkError, did_you_mean
-
-if TYPE_CHECKING:
-    from nrp_core.brain.pynn.simulator import Simulator, State
 
 SPIKE_TIMES = "spike_times"
 BYTES_PER_CELL = 350

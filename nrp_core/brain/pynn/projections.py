@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pyNN import common
@@ -21,11 +21,9 @@ from nrp_core.brain.network.limits import check_synapses
 from nrp_core.brain.pynn.arguments import require_kind, require_names
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
 from nrp_core.brain.pynn.populations import require_existing
+from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.brain.pynn.synapse_columns import SynapseColumns, drawn_row_by_row, evaluated
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
-
-if TYPE_CHECKING:
-    from nrp_core.brain.pynn.simulator import Simulator
 
 _CELLS = (common.BasePopulation, common.Assembly)
 _NONE = type(None)

@@ -10,18 +10,15 @@ from __future__ import annotations
 
 from copy import deepcopy
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pyNN import random
 from pyNN.parameters import LazyArray
 
 from nrp_core.brain.pynn.arguments import require_names
+from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import NetworkError, did_you_mean
-
-if TYPE_CHECKING:
-    from nrp_core.brain.pynn.simulator import Simulator
-
 
 _SIZES = frozenset({"sigma", "beta", "k", "theta", "kappa", "lambda_"})
 """Parameters of distributions that are never negative."""

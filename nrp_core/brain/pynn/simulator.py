@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from pyNN.common.control import DEFAULT_TIMESTEP, BaseState
@@ -17,10 +17,12 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 
-if TYPE_CHECKING:
-    from nrp_core.brain.pynn.electrodes import CurrentSource
-    from nrp_core.brain.pynn.populations import Population
-    from nrp_core.brain.pynn.projections import Projection
+
+class CurrentSource(Protocol):
+    """A current source, as far as a network can hold one."""
+
+    def constant_na(self) -> Any:
+        """Return the current (nA), which must be constant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +57,8 @@ class State(BaseState):  # type: ignore[misc]
 
     def clear(self) -> None:
         """Forget the network."""
-        self.populations: list[Population] = []
-        self.projections: list[Projection] = []
+        self.populations: list[Any] = []
+        self.projections: list[Any] = []
         self.injections: list[Injection] = []
         self.recorders: set[Any] = set()
         self.write_on_end: list[Any] = []
@@ -80,15 +82,16 @@ class State(BaseState):  # type: ignore[misc]
     def before_change(self) -> None:
         """Take note that the structure of the network is about to change."""
 
-    def before_parameters(self, population: Population, index: IntArray, values: Mapping[str, Any]) -> None:
+    def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
         """Take note that cells of a population are about to get other parameters."""
 
-    def before_synapses(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
+    def before_synapses(self, projection: Any, values: Mapping[str, FloatArray]) -> None:
         """Take note that the synapses of a projection are about to get other parameters."""
 
-    def weights_of(self, projection: Projection) -> FloatArray:
+    def weights_of(self, projection: Any) -> FloatArray:
         """Return the weights of a projection as they are now."""
-        return projection.values["weight"]
+        weights: FloatArray = projection.values["weight"]
+        return weights
 
     def inject(self, source: CurrentSource, cells: IntArray) -> None:
         """Let a current flow into cells (global ids).
