@@ -26,8 +26,9 @@ from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.devices.state_recorder import StateRecorderPort
-from nrp_core.brain.network.data import STDP, Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
+from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.report import Report
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds

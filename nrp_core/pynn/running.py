@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import STDP
+from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State

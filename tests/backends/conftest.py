@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from pyNN.standardmodels import cells as standard_cells
 
-from nrp_core.brain.network.data import STATIC, Population, Projection
+from nrp_core.brain.network.data import Population, Projection
+from nrp_core.brain.network.synapses.static import STATIC
 
 
 @pytest.fixture

@@ -11,7 +11,9 @@ import numpy as np
 from nrp_brain_event.plastic_connections import load_plastic, parameter, rows_of_plastic
 from nrp_brain_event.records import JUMP, Array, ShortTerm
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import NetworkError
 

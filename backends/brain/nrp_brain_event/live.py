@@ -11,7 +11,8 @@ from nrp_brain_event.records import JUMP, CellParameters, Engine
 from nrp_brain_event.spike_timing import bring_up_to
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import STDP, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.synapses.stdp import STDP
 
 
 def change_parameters(engine: Engine, network: Network, change: ParameterChange) -> None:

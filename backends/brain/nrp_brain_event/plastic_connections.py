@@ -9,7 +9,8 @@ import numpy as np
 
 from nrp_brain_event.records import Array, Plastic, Rule
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import STDP, Projection
+from nrp_core.brain.network.data import Projection
+from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.errors import CapabilityError, NetworkError
 
 _TIMING: Final = "SpikePairRule"

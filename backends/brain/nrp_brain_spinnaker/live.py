@@ -17,7 +17,10 @@ from nrp_brain_spinnaker.machine.tsodyks_markram import TAU_SYN
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population
+from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError
 
 _WEIGHTS_DEPEND_ON = frozenset({"cm", "tau_m"})

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from nrp_core.brain.files.sonata.models import LEAK_NS, NEST_CELLS, Model, Parameter
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 PARROT: Final = "parrot_neuron"
 POISSON: Final = "poisson_generator"

@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core.brain.files.sonata.models import LEAK_NS
-from nrp_core.brain.network.data import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_legacy.nest.models import CELLS, SYNAPSES, defaults_of
 

@@ -11,8 +11,11 @@ from pyNN.standardmodels import cells as standard
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.sonata.models import LEAK_NS, Parameter
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.picking import CIRCUIT
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.brain.pynn.export import unique
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv

@@ -11,7 +11,10 @@ import numpy as np
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.files.sonata.models import LEAK_NS
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.running.run import Run
 from nrp_legacy.live.built import Built

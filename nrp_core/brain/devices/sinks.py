@@ -19,7 +19,7 @@ from nrp_core.brain.spikes import Spikes
 from nrp_core.errors import CapabilityError
 
 if TYPE_CHECKING:
-    from nrp_core.brain.network.synapses.short_term import ShortTermSynapses
+    from nrp_core.brain.devices.short_term import ShortTermSynapses
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ class LeakyIntegrator(SinkSpec):
         cm, tau_m, tau_syn_E, tau_syn_I, v_rest, i_offset: as PyNN's IF_curr_alpha and IF_curr_exp.
         v_thresh: infinity; an integrator that fires is not one.
         synapse_type: for synapses that tire, see
-            :class:`~nrp_core.brain.network.synapses.short_term.ShortTermSynapses`.
+            :class:`~nrp_core.brain.devices.short_term.ShortTermSynapses`.
     """
 
     weight: float | None = None
@@ -202,7 +202,7 @@ class _FilterPort(SinkPort):
 
     def tire(self, synapse_type: Mapping[str, Any]) -> None:
         """Give each neuron a synapse with short-term plasticity."""
-        from nrp_core.brain.network.synapses.short_term import ShortTermSynapses  # loads a compiler
+        from nrp_core.brain.devices.short_term import ShortTermSynapses  # loads a compiler
 
         self._synapses = ShortTermSynapses(synapse_type, np.full(len(self._heard), self._kernel.tau_syn_ms))
 

@@ -19,12 +19,12 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.ports import NO_EVENTS, Setting, SourcePort, SourceSpec, Value, check_synapse
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.limits import MAX_RATE_HZ
+from nrp_core.brain.network.parameters import MAX_RATE_HZ
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.seeds import Seeds
 
 if TYPE_CHECKING:
-    from nrp_core.brain.network.synapses.short_term import ShortTermSynapses
+    from nrp_core.brain.devices.short_term import ShortTermSynapses
 
 Time = TypeVar("Time", float, FloatArray)
 
@@ -44,7 +44,7 @@ class SpikeSourceSpec(SourceSpec):
         start, duration: ms; silent outside.
         n: number of independent generators on each neuron.
         synapse_type: for synapses that tire, see
-            :class:`~nrp_core.brain.network.synapses.short_term.ShortTermSynapses`.
+            :class:`~nrp_core.brain.devices.short_term.ShortTermSynapses`.
     """
 
     rate: Value = 0.0
@@ -99,7 +99,7 @@ class TrainPort(SourcePort):
     def start(self, now_ms: float, network: Network) -> None:
         if self._spec.synapse_type is None:
             return
-        from nrp_core.brain.network.synapses.short_term import ShortTermSynapses  # loads a compiler
+        from nrp_core.brain.devices.short_term import ShortTermSynapses  # loads a compiler
 
         self._places = np.zeros(network.size, np.int64)
         self._places[self.neurons] = np.arange(len(self.neurons))

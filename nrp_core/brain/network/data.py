@@ -21,12 +21,10 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_cells, check_spike_times, check_synapses, check_values
+from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
 RECEPTORS = ("excitatory", "inhibitory")
-STATIC = "static"
-TSODYKS_MARKRAM = "tsodyks_markram"
-STDP = "stdp"
 
 
 @dataclass(frozen=True)
@@ -118,10 +116,9 @@ class Projection:
         weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
             may share memory (a broadcast array).
         delay_ms: shape ``(n_synapses,)``, likewise.
-        synapse_type: ``static``, ``tsodyks_markram`` or ``stdp``.
-        synapse_parameters: for ``tsodyks_markram`` ``U``, ``tau_rec``, ``tau_facil`` (ms), shape
-            ``(n_synapses,)``; for ``stdp`` the rule's parameters.
-        plasticity: for ``stdp`` the names of the timing and weight dependence.
+        synapse_type: name of the law, see :mod:`nrp_core.brain.network.synapses.laws`.
+        synapse_parameters: the law's parameters, PyNN names and units, shape ``(n_synapses,)``.
+        plasticity: of a law with parts, PyNN's class of each.
         origin: how it was made.
     """
 

@@ -3,28 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.cells.izhikevich import PEAK_MV
+from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.parameters import FINITE, limits_of
+from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE
+from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.errors import NetworkError
 
-_POSITIVE = frozenset({"cm", "tau_m", "tau_syn_E", "tau_syn_I", "tau_w", "tau_rec", "tau_plus", "tau_minus"})
-_NOT_NEGATIVE = frozenset(
-    {"tau_refrac", "delta_T", "g_leak", "gbar_Na", "gbar_K", "duration", "tau_facil", "gsyn_exc", "gsyn_inh"}
+_LIMITS: Final = limits_of(
+    [
+        EVERY_SYNAPSE,
+        *(law.parameters for law in LAWS.values()),
+        *(cell.parameters for cell in CELLS.values()),
+        *(cell.state for cell in CELLS.values()),
+    ]
 )
-_FRACTIONS = frozenset({"U", "dendritic_delay_fraction", "m", "h", "n"})
-_MAY_BE_INFINITE = frozenset({"v_thresh", "v_spike", "start", "duration", "tau_facil", "w_min", "w_max"})
-_IZHIKEVICH_PEAK_MV = 30.0
-MAX_RATE_HZ = 1e7
-"""Spikes a second into one neuron: a hundred thousand afferents at 100 Hz. What is beyond is a mistake, and
-would have the machine draw spikes for ever."""
-
-Values = npt.NDArray[np.float64]
 
 
 def check_values(
-    owner: str, values: Mapping[str, Values], item: Callable[[int], str] = "cell {}".format
+    owner: str, values: Mapping[str, FloatArray], item: Callable[[int], str] = "cell {}".format
 ) -> None:
     """Check that values are numbers, and of a sign and size that physics allows.
 
@@ -37,11 +40,11 @@ def check_values(
         NetworkError: a value is impossible; the message names owner, item, parameter and value.
     """
     for name, array in values.items():
-        allowed, rule = _allowed(name, distinct(array))
-        _require(allowed, owner, item, name, array, rule)
+        limit = _LIMITS.get(name, FINITE)
+        _require(limit.allows(distinct(array)), owner, item, name, array, limit.rule)
 
 
-def check_cells(owner: str, values: Mapping[str, Values]) -> None:
+def check_cells(owner: str, values: Mapping[str, FloatArray]) -> None:
     """Check that no cell is reset to where it spikes again at once.
 
     Args:
@@ -55,7 +58,7 @@ def check_cells(owner: str, values: Mapping[str, Values]) -> None:
     if name not in values:
         return
     limit = "v_spike" if "v_spike" in values else "v_thresh"
-    highest = values.get(limit, np.full(len(values[name]), _IZHIKEVICH_PEAK_MV))
+    highest = values.get(limit, np.full(len(values[name]), PEAK_MV))
     endless = np.flatnonzero(values[name] >= highest)
     if endless.size:
         cell = int(endless[0])
@@ -67,7 +70,7 @@ def check_cells(owner: str, values: Mapping[str, Values]) -> None:
 
 
 def check_synapses(
-    owner: str, ends: Callable[[int], tuple[int, int]], values: Mapping[str, Values],
+    owner: str, ends: Callable[[int], tuple[int, int]], values: Mapping[str, FloatArray],
     *, receptor: str, conductance_based: bool, signed: bool,
 ) -> None:  # fmt: skip
     """Check the values of synapses as :func:`check_values` does, their limits and the sign of their weights.
@@ -109,7 +112,7 @@ def check_synapses(
         _require(weight <= 0 if negative else weight >= 0, owner, item, "weight", weight, rule)
 
 
-def check_spike_times(owner: str, trains: Sequence[Values]) -> None:
+def check_spike_times(owner: str, trains: Sequence[FloatArray]) -> None:
     """Check that spike trains (ms, one a cell) ascend from 0 on.
 
     Raises:
@@ -122,7 +125,7 @@ def check_spike_times(owner: str, trains: Sequence[Values]) -> None:
             )
 
 
-def distinct(array: Values) -> Values:
+def distinct(array: FloatArray) -> FloatArray:
     """Return an array without the repetitions of one that was broadcast from a single value."""
     return array[:1] if array.strides == (0,) else array
 
@@ -132,26 +135,9 @@ def _require(
     owner: str,
     item: Callable[[int], str],
     name: str,
-    array: Values,
+    array: FloatArray,
     rule: str,
 ) -> None:
     if not allowed.all():
         first = int(np.argmin(allowed))
         raise NetworkError(f"{owner}: {name} of {item(first)} is {array[first]:g}; it must be {rule}")
-
-
-def _allowed(name: str, array: Values) -> tuple[npt.NDArray[np.bool_], str]:
-    if name in _POSITIVE:
-        return (array > 0) & (array < np.inf), "more than 0, and finite"
-    if name in _NOT_NEGATIVE:
-        finite = name not in _MAY_BE_INFINITE
-        return (array >= 0) & ((array < np.inf) | (not finite)), "0 or more" + ", and finite" * finite
-    if name in _FRACTIONS:
-        return (array >= 0) & (array <= 1), "between 0 and 1"
-    if name == "rate":
-        return (array >= 0) & (array <= MAX_RATE_HZ), f"from 0 to {MAX_RATE_HZ:g} Hz"
-    if name == "delay":
-        return (array >= 0) & (array < np.inf), "0 ms or more, and finite"
-    if name in _MAY_BE_INFINITE:
-        return ~np.isnan(array), "a number"
-    return np.isfinite(array), "finite"

@@ -13,6 +13,8 @@ from pyNN import common, connectors, errors, random, space
 from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
 
+from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.connectors import connector_types
 from nrp_core.brain.pynn.export import network_of
@@ -27,16 +29,13 @@ SIMULATOR_NAME = "nrp"
 
 _BOUND = (
     populations.Population, populations.PopulationView, populations.Assembly, projections.Projection,
-    synapses.StaticSynapse, synapses.TsodyksMarkramSynapse, synapses.STDPMechanism,
     electrodes.DCSource, electrodes.ACSource, electrodes.StepCurrentSource, electrodes.NoisyCurrentSource,
     rng.NumpyRNG, rng.NativeRNG, rng.RandomDistribution,
 )  # fmt: skip
 _UNBOUND = (
-    models.AdditiveWeightDependence, models.MultiplicativeWeightDependence, models.SpikePairRule,
     space.Space, space.Line, space.Grid2D, space.Grid3D, space.RandomStructure, space.Cuboid, space.Sphere,
     Components, StandardCellType, random.GSLRNG,
 )  # fmt: skip
-_SYNAPSES = ("StaticSynapse", "TsodyksMarkramSynapse", "STDPMechanism")
 
 
 def programming_interface(simulator: Simulator, recorder: type = Recorder) -> ModuleType:
@@ -50,16 +49,18 @@ def programming_interface(simulator: Simulator, recorder: type = Recorder) -> Mo
     """
     api = ModuleType(NAME, "A PyNN simulator that builds a network as data.")
     simulator.bind(recorder, "Recorder")
+    bound = (*_BOUND, *synapses.synapse_types(), *connector_types())
     names: dict[str, Any] = {
         **models.cell_types(),
+        **models.rule_parts(),
         **models.unavailable_models(),
         **{unbound.__name__: unbound for unbound in _UNBOUND},
-        **{base.__name__: simulator.bind(base) for base in (*_BOUND, *connector_types())},
+        **{base.__name__: simulator.bind(base) for base in bound},
         **_control(simulator),
         **_procedures(simulator),
-        "native_cell_type": models.native_model("cell type", models.CELLS),
-        "native_synapse_type": models.native_model("synapse type", _SYNAPSES),
-        "list_standard_models": lambda: list(models.CELLS),
+        "native_cell_type": models.native_model("cell type", list(CELLS)),
+        "native_synapse_type": models.native_model("synapse type", [law.pynn for law in LAWS.values()]),
+        "list_standard_models": lambda: list(CELLS),
         "network": lambda: network_of(simulator.state),
         "get_simulator": lambda *arguments: (api, _defaults(arguments)),
         "get_script_args": _script_arguments,

@@ -10,34 +10,10 @@ from typing import Any, NoReturn
 
 from pyNN.standardmodels import ModelNotAvailable, build_translations, cells, synapses
 
+from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.pynn.arguments import require_arguments, require_names, require_values
 from nrp_core.errors import CapabilityError
-
-CELLS = (
-    "IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_exp", "IF_cond_alpha", "Izhikevich",
-    "EIF_cond_exp_isfa_ista", "EIF_cond_alpha_isfa_ista", "HH_cond_exp",
-    "SpikeSourcePoisson", "SpikeSourceArray",
-)  # fmt: skip
-
-_NEAREST = {
-    "IF_cond_exp_gsfa_grr": "EIF_cond_exp_isfa_ista",
-    "IF_facets_hardware1": "IF_cond_exp",
-    "GIF_cond_exp": "EIF_cond_exp_isfa_ista",
-    "PointNeuron": "IF_cond_exp",
-    "LIF": "IF_cond_exp",
-    "AdExp": "EIF_cond_exp_isfa_ista",
-    "MultiCompartmentNeuron": "HH_cond_exp",
-    "SpikeSourcePoissonRefractory": "SpikeSourcePoisson",
-    "SpikeSourceGamma": "SpikeSourcePoisson",
-    "SpikeSourceInhGamma": "SpikeSourcePoisson",
-    "SimpleStochasticSynapse": "StaticSynapse",
-    "ElectricalSynapse": "StaticSynapse",
-    "StochasticTsodyksMarkramSynapse": "TsodyksMarkramSynapse",
-    "MultiQuantalSynapse": "TsodyksMarkramSynapse",
-    "AdditivePotentiationMultiplicativeDepression": "AdditiveWeightDependence",
-    "GutigWeightDependence": "MultiplicativeWeightDependence",
-    "Vogels2011Rule": "SpikePairRule",
-}
 
 
 def untranslated(names: Iterable[str]) -> dict[str, Any]:
@@ -64,7 +40,7 @@ def _cell_type(base: Any) -> type:
     return type(base.__name__, (base,), {"__doc__": base.__doc__, "__init__": begin, **body})
 
 
-class RulePart:
+class _RulePart:
     """What the parts of plasticity rules share: a check of what they are given."""
 
     def __init__(self, *arguments: Any, **parameters: Any) -> None:
@@ -72,27 +48,29 @@ class RulePart:
         super().__init__(*arguments, **parameters)
 
 
-class AdditiveWeightDependence(RulePart, synapses.AdditiveWeightDependence):
-    """Weight changes that do not depend on the weight, within ``w_min`` and ``w_max``."""
-
-    translations = untranslated(synapses.AdditiveWeightDependence.default_parameters)
-
-
-class MultiplicativeWeightDependence(RulePart, synapses.MultiplicativeWeightDependence):
-    """Weight changes in proportion to the distance from ``w_min`` or ``w_max``."""
-
-    translations = untranslated(synapses.MultiplicativeWeightDependence.default_parameters)
+def rule_parts() -> dict[str, type]:
+    """Return the classes of which scripts compose plasticity rules."""
+    return {
+        name: _rule_part(getattr(synapses, name), part.summary)
+        for law in LAWS.values()
+        for classes in law.parts.values()
+        for name, part in classes.items()
+    }
 
 
-class SpikePairRule(RulePart, synapses.SpikePairRule):
-    """Weight changes by the time between pairs of spikes; time constants in ms."""
-
-    translations = untranslated(synapses.SpikePairRule.default_parameters)
+def _rule_part(base: Any, summary: str) -> type:
+    body = {"__doc__": summary, "translations": untranslated(base.default_parameters)}
+    return type(base.__name__, (_RulePart, base), body)
 
 
 def unavailable_models() -> dict[str, type]:
     """Return a stand-in for each of PyNN's models that networks cannot hold; making one raises."""
-    return {name: _unavailable(name, nearest) for name, nearest in _NEAREST.items()}
+    nearest = {other: cell.name for cell in CELLS.values() for other in cell.stands_for}
+    for law in LAWS.values():
+        nearest |= dict.fromkeys(law.stands_for, law.pynn)
+        for classes in law.parts.values():
+            nearest |= {other: name for name, part in classes.items() for other in part.stands_for}
+    return {name: _unavailable(name, chosen) for name, chosen in nearest.items()}
 
 
 def native_model(kind: str, choices: Sequence[str]) -> Callable[[str], NoReturn]:

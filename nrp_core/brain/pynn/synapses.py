@@ -1,11 +1,11 @@
-"""PyNN's synapse types: static, Tsodyks-Markram, and spike-pair plasticity."""
+"""PyNN's synapse types: one class for each law of a network."""
 
 # mypy: disable-error-code="misc"
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from pyNN.parameters import LazyArray
 from pyNN.standardmodels import (
@@ -15,20 +15,16 @@ from pyNN.standardmodels import (
     synapses,
 )
 
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses.law import SynapseLaw
+from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.pynn.arguments import require_arguments, require_kind, require_names
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import untranslated
+from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError, NetworkError
 
-if TYPE_CHECKING:
-    from nrp_core.brain.pynn.simulator import Simulator
-
-
-_RULES = {
-    "timing_dependence": (STDPTimingDependence, "SpikePairRule"),
-    "weight_dependence": (STDPWeightDependence, "AdditiveWeightDependence"),
-}
+_RULES = {"timing_dependence": STDPTimingDependence, "weight_dependence": STDPWeightDependence}
 
 
 class SynapseType(StandardSynapseType):
@@ -86,22 +82,8 @@ class SynapseType(StandardSynapseType):
         return self._simulator.state.default_delay
 
 
-class StaticSynapse(SynapseType, synapses.StaticSynapse):
-    """A weight and a delay (ms) that stay."""
-
-    kind = STATIC
-    translations = untranslated(synapses.StaticSynapse.default_parameters)
-
-
-class TsodyksMarkramSynapse(SynapseType, synapses.TsodyksMarkramSynapse):
-    """A synapse that tires (``U``, ``tau_rec``) and facilitates (``tau_facil``); times in ms."""
-
-    kind = TSODYKS_MARKRAM
-    translations = untranslated(synapses.TsodyksMarkramSynapse.default_parameters)
-
-
 class STDPMechanism(SynapseType, synapses.STDPMechanism):
-    """Plasticity by spike pairs, additive or multiplicative."""
+    """Plasticity by pairs of spikes, composed of a rule for times and one for weights."""
 
     kind = STDP
 
@@ -111,8 +93,8 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
         return {name: type(part).__name__ for name, part in parts.items()}
 
     def __init__(self, *args: Any, **parameters: Any) -> None:
-        for rule, (kind, example) in _RULES.items():
-            valid = f"one such as sim.{example}()"
+        for rule, kind in _RULES.items():
+            valid = f"one such as sim.{LAWS[STDP].first_parts[rule]}()"
             require_kind("STDPMechanism", rule, parameters.get(rule), (kind, type(None)), valid)
         super().__init__(*args, **parameters)
 
@@ -122,3 +104,19 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
         if self.timing_dependence is None or self.weight_dependence is None:
             raise NetworkError("STDPMechanism needs a timing_dependence and a weight_dependence")
         self.translations = untranslated(self.get_parameter_names())
+
+
+def synapse_types() -> list[type]:
+    """Return the class of every law."""
+    return [STDPMechanism if law.parts else _synapse_type(law) for law in LAWS.values()]
+
+
+def _synapse_type(law: SynapseLaw) -> type:
+    """Return the class of a law, PyNN's own where it has one."""
+    base = getattr(synapses, law.pynn, None)
+    body: dict[str, Any] = {"kind": law.name, "__doc__": law.summary}
+    if base is None:
+        base = StandardSynapseType
+        body["default_parameters"] = {"weight": 0.0, "delay": None, **law.defaults}
+    body["translations"] = untranslated(body.get("default_parameters", base.default_parameters))
+    return type(law.pynn, (SynapseType, base), body)

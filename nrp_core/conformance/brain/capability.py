@@ -10,7 +10,10 @@ import pytest
 from pydantic import ValidationError
 
 from nrp_core.brain.devices.sources import PoissonSource
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Population
+from nrp_core.brain.network.data import Population
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.kit import BrainKit, record, train
 from nrp_core.conformance.brain.parts import cells, connect, spikes

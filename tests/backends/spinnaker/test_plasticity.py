@@ -9,7 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Population, Projection
+from nrp_core.brain.network.data import Population, Projection
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError
 

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Origin, Population, Projection
+from nrp_core.brain.network.data import Origin, Population, Projection
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError, NetworkError, SimulationError, TimestepError
 

@@ -12,7 +12,9 @@ from small_brain import CELL, SmallBackend, SmallBrain
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import STATIC, STDP, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 FOUND_BY: Found = {}

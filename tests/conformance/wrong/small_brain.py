@@ -12,8 +12,9 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import STATIC, Network
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid
+from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.pynn import builder
-from nrp_core.brain.pynn.models import CELLS
 from nrp_core.errors import CapabilityError, NetworkError, NrpError
 
 CELL = "a = sim.Population(2, sim.IF_cond_exp(), label='a'); "
@@ -197,7 +197,7 @@ def test_a_model_that_there_is_not_names_the_nearest(text: str, message: str, tm
     assert message in str(error)
 
 
-@given(st.sampled_from(CELLS), st.data())
+@given(st.sampled_from(list(CELLS)), st.data())
 @settings(max_examples=50, suppress_health_check=[HealthCheck.too_slow], deadline=None)
 def test_whatever_parameter_is_nan_is_named_with_its_cell(cell: str, data: st.DataObject) -> None:
     sim = builder()

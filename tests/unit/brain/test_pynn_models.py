@@ -7,8 +7,8 @@ import pyNN.mock
 import pytest
 from pyNN import standardmodels
 
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.pynn import builder
-from nrp_core.brain.pynn.models import CELLS
 from nrp_core.errors import CapabilityError, NetworkError
 
 

@@ -25,9 +25,10 @@ from nrp_brain_event.records import DIVERGED, Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import STDP, Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
+from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError
 

@@ -10,8 +10,9 @@ from nrp_brain_event.grid.runs import line_of
 from nrp_brain_event.grid.tables import common
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import STATIC, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
+from nrp_core.brain.network.synapses.static import STATIC
 
 _NEVER = 1 << 62
 

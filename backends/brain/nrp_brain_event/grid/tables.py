@@ -20,9 +20,11 @@ from nrp_brain_event.grid.runs import line_of
 from nrp_brain_event.plastic_connections import rows_of_plastic
 from nrp_brain_event.records import Array, ShortTerm
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 _SPAN: Final = 1 << 16
 

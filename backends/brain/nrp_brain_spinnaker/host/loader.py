@@ -18,7 +18,10 @@ from nrp_brain_spinnaker.machine.state import Machine
 from nrp_brain_spinnaker.mapping.fidelity import losses
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population
+from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,10 @@ from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.ring import WeightArray
 from nrp_brain_spinnaker.models import CellModel
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import STDP, TSODYKS_MARKRAM, Projection
+from nrp_core.brain.network.data import Projection
 from nrp_core.brain.network.limits import distinct
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 GENERATED_ON_MACHINE = frozenset(
     f"{name}Connector"

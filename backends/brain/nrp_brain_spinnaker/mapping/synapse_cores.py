@@ -13,7 +13,7 @@ from typing import Final
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.mapping.memory import longest_row
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network.data import STDP
+from nrp_core.brain.network.synapses.stdp import STDP
 
 _SHARED_FROM_US: Final = 1000
 _STATIC_EVENTS_PER_S: Final = 13e6

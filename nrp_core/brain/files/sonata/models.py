@@ -10,7 +10,8 @@ import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from nrp_core.brain.pynn.models import CELLS
+from nrp_core.brain.network.cells.izhikevich import PEAK_MV
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.errors import CapabilityError
 
 _KILO = 1e-3
@@ -96,7 +97,7 @@ _IZHIKEVICH = Model(
         },
     },
     initial={"v": Parameter("V_m", 1.0, -65.0), "u": Parameter("U_m", 1.0, -13.0)},
-    fixed={"V_th": 30.0},
+    fixed={"V_th": PEAK_MV},
 )
 LEAK_NS = {"iaf_cond_exp": 16.6667, "iaf_cond_alpha": 16.6667, "aeif_cond_exp": 30.0, "aeif_cond_alpha": 30.0}
 """Default leak conductance of models that have one in place of a membrane time constant."""

@@ -17,7 +17,12 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.brain.files.sonata.items import Items
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Population
+from nrp_core.brain.network.data import Population
+from nrp_core.brain.network.synapses.law import SynapseLaw
+from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError
 
 Values = Callable[[str, float], FloatArray]
@@ -57,18 +62,14 @@ class Synapses:
     plasticity: Mapping[str, str] = field(default_factory=dict)
 
 
-def _static(_: Chosen) -> Synapses:
-    return Synapses()
+def _as_in_pynn(law: SynapseLaw) -> Callable[[Chosen], Synapses]:
+    """Return what makes synapses of a law from attributes under PyNN's names."""
 
+    def synapses(chosen: Chosen) -> Synapses:
+        named = {name: chosen.values(name, default) for name, default in law.defaults.items()}
+        return Synapses(law.name, named)
 
-def _tsodyks_markram(chosen: Chosen) -> Synapses:
-    values = chosen.values
-    names = {
-        "U": values("U", 0.5),
-        "tau_rec": values("tau_rec", 100.0),
-        "tau_facil": values("tau_facil", 0.0),
-    }
-    return Synapses(TSODYKS_MARKRAM, names)
+    return synapses
 
 
 def _tsodyks(chosen: Chosen) -> Synapses:
@@ -108,9 +109,8 @@ def _stdp(chosen: Chosen) -> Synapses:
 
 
 _MODELS: Final[Mapping[str, Callable[[Chosen], Synapses]]] = {
-    "static_synapse": _static,
-    "StaticSynapse": _static,
-    "TsodyksMarkramSynapse": _tsodyks_markram,
+    "static_synapse": _as_in_pynn(LAWS[STATIC]),
+    **{law.pynn: _as_in_pynn(law) for law in LAWS.values() if not law.parts},
     "tsodyks_synapse": _tsodyks,
     "stdp_synapse": _stdp,
 }

@@ -1,1 +1,1 @@
-"""What is known of cell types."""
+"""Cell types, one module a family; :mod:`nrp_core.brain.network.cells.types` lists them."""

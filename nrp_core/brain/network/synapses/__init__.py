@@ -1,1 +1,1 @@
-"""What is known of synapse laws."""
+"""Synapse laws, one module each; :mod:`nrp_core.brain.network.synapses.laws` lists them."""

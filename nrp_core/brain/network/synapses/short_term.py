@@ -1,27 +1,15 @@
-"""Short-term plasticity of Tsodyks, Uziel & Markram (2000, J Neurosci 20:RC50), PyNN's TsodyksMarkramSynapse.
-
-Of a synapse's resources the share x is recovered, y active and z inactive; y decays into z with the
-time constant of the target's synapse, z recovers with ``tau_rec``. A spike first lets u jump by
-``U (1 - u)`` (u decays with ``tau_facil``; without facilitation it is U), then releases u x: the spike
-arrives with the weight times u x. So the first spike from rest arrives with U times the weight.
-"""
+"""The kernel of :mod:`nrp_core.brain.network.synapses.tsodyks_markram`, exact between spikes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import exp
 from typing import Any, Final
 
-import numpy as np
-
-from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.network import filters
-from nrp_core.brain.network.limits import check_values
-from nrp_core.errors import did_you_mean
+from nrp_core.brain.network.synapses.tsodyks_markram import LAW
 
-CONSTANTS: Final = ("U", "tau_rec", "tau_facil")
-_KIND: Final = "TsodyksMarkram"
+CONSTANTS: Final = tuple(LAW.parameters)
 
 driven = jit(filters.driven)
 
@@ -51,49 +39,3 @@ def released_share(synapse: Any, t: float) -> float:
     synapse.y += released
     synapse.t = t
     return released
-
-
-class ShortTermSynapses:
-    """Synapses of one device, one for each of its neurons.
-
-    Args:
-        given: ``{"type": "TsodyksMarkram", "U": ..., "tau_rec": ..., "tau_facil": ...}``, times in ms.
-        tau_psc: of each target, ms.
-
-    Raises:
-        ValueError: it is another type, or a constant is missing or unknown.
-        NetworkError: a constant is impossible.
-    """
-
-    def __init__(self, given: Mapping[str, Any], tau_psc: FloatArray) -> None:
-        if given.get("type") != _KIND:
-            raise ValueError(f"synapse_type has the type {_KIND}, not {given.get('type')!r}")
-        for name in CONSTANTS:
-            if name not in given:
-                raise ValueError(f"synapse_type {_KIND} needs '{name}'")
-        for name in given.keys() - {"type", *CONSTANTS}:
-            raise ValueError(f"synapse_type {_KIND} has no '{name}'{did_you_mean(name, CONSTANTS)}")
-        values = {name: np.array([float(given[name])]) for name in CONSTANTS}
-        check_values(f"synapse_type {_KIND}", values)
-        fields = [(name, "f8") for name in (*CONSTANTS, "tau_psc", "t", "u", "y", "z")]
-        self._table = np.zeros(len(tau_psc), np.dtype((np.record, fields)))
-        for name, value in {**values, "tau_psc": tau_psc}.items():
-            self._table[name] = value
-
-    def released(self, index: IntArray, times_ms: FloatArray) -> FloatArray:
-        """Return the shares of the weight with which spikes, in the order of time, arrive."""
-        spikes = zip(index.tolist(), times_ms.tolist(), strict=True)
-        return np.array([released_share(self._table[i], t) for i, t in spikes])
-
-    def reset(self) -> None:
-        """Rest, at time 0."""
-        for name in ("t", "u", "y", "z"):
-            self._table[name] = 0.0
-
-    def save(self) -> object:
-        """Return the state."""
-        return self._table.copy()
-
-    def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
-        self._table[:] = saved

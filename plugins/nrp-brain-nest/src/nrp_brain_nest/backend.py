@@ -8,7 +8,10 @@ from typing import ClassVar
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.brain.remote import RemoteBrain
 from nrp_core.errors import BackendLoadError
 from nrp_core.simulation import Determinism

@@ -10,7 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import STDP, Projection
+from nrp_core.brain.network.data import Projection
+from nrp_core.brain.network.synapses.stdp import STDP
 
 from nrp_brain_pynn.driver import Driver
 

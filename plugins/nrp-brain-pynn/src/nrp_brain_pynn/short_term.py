@@ -6,7 +6,8 @@ from typing import Final
 
 import numpy as np
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import TSODYKS_MARKRAM, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 _APART: Final = 1.0 + 1e-6
 """PyNN's models divide by the difference of the time constants of recovery and decay."""

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.simulation import Determinism
 
 _LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_cond_exp", "IF_cond_alpha"})

@@ -12,7 +12,10 @@ from pydantic import ValidationError
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import STATIC, STDP, TSODYKS_MARKRAM, Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
 from nrp_core.conformance.brain import parts
 from nrp_core.conformance.brain.samples import SAMPLES

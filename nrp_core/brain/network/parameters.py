@@ -1,0 +1,72 @@
+"""A parameter of a cell or synapse: its unit, its default, and which values it can have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core._support.arrays import FloatArray
+
+MAX_RATE_HZ: Final = 1e7
+"""Spikes a second into one neuron: a hundred thousand afferents at 100 Hz. What is beyond is a mistake, and
+would have the machine draw spikes for ever."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """Which values a parameter can have.
+
+    Args:
+        rule: completes "it must be ..."
+        allows: returns for each value whether it is one of them.
+    """
+
+    rule: str
+    allows: Callable[[FloatArray], npt.NDArray[np.bool_]]
+
+
+FINITE: Final = Limit("finite", np.isfinite)
+NUMBER: Final = Limit("a number", lambda x: ~np.isnan(x))
+POSITIVE: Final = Limit("more than 0, and finite", lambda x: (x > 0) & (x < np.inf))
+NOT_NEGATIVE: Final = Limit("0 or more, and finite", lambda x: (x >= 0) & (x < np.inf))
+NOT_NEGATIVE_OR_INFINITE: Final = Limit("0 or more", lambda x: x >= 0)
+FRACTION: Final = Limit("between 0 and 1", lambda x: (x >= 0) & (x <= 1))
+RATE: Final = Limit(f"from 0 to {MAX_RATE_HZ:g} Hz", lambda x: (x >= 0) & (x <= MAX_RATE_HZ))
+DELAY: Final = Limit("0 ms or more, and finite", lambda x: (x >= 0) & (x < np.inf))
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter or state variable, under PyNN's name.
+
+    Args:
+        default: PyNN's, or for a state variable its initial value.
+        unit: PyNN's; empty where it has none.
+        limit: which values it can have.
+    """
+
+    default: float
+    unit: str = ""
+    limit: Limit = FINITE
+
+
+def limits_of(tables: Iterable[Mapping[str, Parameter]]) -> dict[str, Limit]:
+    """Return the limit of each name; a name has the same one wherever it stands.
+
+    Raises:
+        ValueError: two tables disagree.
+    """
+    limits: dict[str, Limit] = {}
+    for table in tables:
+        for name, parameter in table.items():
+            known = limits.setdefault(name, parameter.limit)
+            if known is not parameter.limit:
+                raise ValueError(
+                    f"'{name}' must be {parameter.limit.rule} here, and {known.rule} elsewhere; "
+                    "one name has one limit"
+                )
+    return limits

@@ -1,0 +1,42 @@
+"""The tables of cell types and synapse laws say what PyNN says, and one name means one thing."""
+
+from __future__ import annotations
+
+import pytest
+from pyNN.parameters import Sequence
+from pyNN.standardmodels import cells, synapses
+
+from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.parameters import FRACTION, POSITIVE, Parameter, limits_of
+from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE
+from nrp_core.brain.network.synapses.laws import LAWS
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_a_cell_type_has_the_defaults_and_units_of_pynn(name: str) -> None:
+    ours, theirs = CELLS[name], getattr(cells, name)
+    numbers = {key: value for key, value in theirs.default_parameters.items() if value != Sequence([])}
+    assert {key: parameter.default for key, parameter in ours.parameters.items()} == numbers
+    assert {key: variable.default for key, variable in ours.state.items()} == theirs.default_initial_values
+    for key, known in (ours.parameters | ours.state).items():
+        assert known.unit == theirs.units[key]
+    assert bool(ours.weight_unit) == bool(theirs.receptor_types)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_synapse_law_has_the_defaults_of_pynn(name: str) -> None:
+    law = LAWS[name]
+    theirs = dict(getattr(synapses, law.pynn).default_parameters)
+    for classes in law.parts.values():
+        for part, known in classes.items():
+            defaults = getattr(synapses, part).default_parameters
+            assert set(known.parameters) == set(defaults)
+            theirs |= defaults
+    if law.parts:
+        theirs["dendritic_delay_fraction"] = 1.0
+    assert law.defaults == {key: value for key, value in theirs.items() if key not in EVERY_SYNAPSE}
+
+
+def test_a_name_with_two_limits_is_refused() -> None:
+    with pytest.raises(ValueError, match="'x' must be between 0 and 1 here, and more than 0"):
+        limits_of([{"x": Parameter(1.0, limit=POSITIVE)}, {"x": Parameter(1.0, limit=FRACTION)}])
