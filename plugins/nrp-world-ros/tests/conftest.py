@@ -87,7 +87,7 @@ class Programs:
             *self.bridge, *arguments,
         )  # fmt: skip
         assert process.stdout is not None
-        assert process.stdout.readline().startswith("in ROS")
+        assert any(line.startswith("in ROS") for line in process.stdout)  # kernels may be compiled before
         return process
 
     def run(self, *command: str, timeout_s: float = 60.0) -> str:
