@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import platform
+import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -38,9 +40,9 @@ class PybulletBackend(PhysicsBackend):
     def diagnose(self) -> list[Diagnosis]:
         if find_spec("pybullet") is not None:
             return [Diagnosis("PyBullet", True, "worlds can run in PyBullet"), *super().diagnose()]
-        meaning = "no wheel for this Python and platform; worlds run in other engines"
-        remedy = f"{self.remedy}  # compiles it, about 12 minutes"
-        return [Diagnosis("PyBullet", False, meaning, remedy, needed=True)]
+        time = "" if _has_wheel() else "  # compiles it, about 12 minutes"
+        meaning = "not installed; worlds run in other engines"
+        return [Diagnosis("PyBullet", False, meaning, self.remedy + time, needed=True)]
 
     def _own_renderers(self) -> tuple[str, ...]:
         return ("tiny",)
@@ -49,3 +51,8 @@ class PybulletBackend(PhysicsBackend):
         from nrp_world_pybullet.world import PybulletWorld
 
         return PybulletWorld
+
+
+def _has_wheel() -> bool:
+    """Return whether the package index has PyBullet compiled for this Python and machine."""
+    return sys.version_info < (3, 12) and sys.platform == "linux" and platform.machine() == "x86_64"

@@ -79,6 +79,11 @@ def diff(
     from nrp_core.comparison.metrics.base import Margins, all_metrics
 
     require_folder_of(html, "--html")
+    if html is not None:
+        from nrp_core.recording.figures import require_matplotlib
+
+        with usage_errors("--html"):
+            require_matplotlib()
     metrics = all_metrics()
     if other is not None:
         _two(Path(experiment), other, metrics, html, as_json=json)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from importlib.util import find_spec
 from pathlib import Path
 
 from nrp_core._support.writing import writing
@@ -15,12 +16,24 @@ SUFFIXES = (".png", ".svg", ".pdf")
 _UNDATED: dict[str, dict[str, str | None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 
+def require_matplotlib() -> None:
+    """Refuse to draw where Matplotlib is not installed.
+
+    Raises:
+        ExperimentError: it is not.
+    """
+    if find_spec("matplotlib") is None:
+        raise ExperimentError("a figure needs Matplotlib: pip install 'nrp-core[plot]'")
+
+
 def check_target(path: Path) -> None:
     """Refuse a file that no figure can be drawn into.
 
     Raises:
-        ExperimentError: the suffix is not one of :data:`SUFFIXES`, or there is no such folder.
+        ExperimentError: the suffix is not one of :data:`SUFFIXES`, there is no such folder, or Matplotlib
+            is not installed.
     """
+    require_matplotlib()
     if path.suffix.lower() not in SUFFIXES:
         hint = did_you_mean(path.suffix, SUFFIXES)
         raise ExperimentError(f"a figure is a .png, .svg or .pdf file, not '{path.name}'{hint}")

@@ -1,6 +1,8 @@
 """The figure, and the story it is drawn from."""
 
 import json
+import re
+import sys
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -265,3 +267,11 @@ def test_a_file_that_is_no_picture_is_refused_by_name(tmp_path: Path) -> None:
         check_target(tmp_path / "figure.pgn")
     with pytest.raises(ExperimentError, match="there is no such folder"):
         check_target(tmp_path / "nowhere" / "figure.png")
+
+
+def test_without_matplotlib_a_figure_is_refused_with_the_command_that_installs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(ExperimentError, match=re.escape("pip install 'nrp-core[plot]'")):
+        check_target(tmp_path / "figure.png")
