@@ -11,6 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError
 from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED, Cameras, DepthArray, ImageArray
 from nrp_core.world.render.optics import CameraPath, Optics, optics_of
 from nrp_core.world.rigid.matrices import rotation_matrix
@@ -24,8 +25,7 @@ from nrp_core.world.rigid.motion import (
     Wrench,
 )
 from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
-from nrp_core.world.scene.model import Camera, Light, Rgba, Scene
-from nrp_core.world.scene.sensing import Laser
+from nrp_core.world.scene.model import Light, Rgba, Scene
 
 if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace
@@ -75,8 +75,8 @@ class Engine(ABC):
         """Return how far along its line of sight a camera sees, m, ``inf`` beyond its clip distance."""
 
     @abstractmethod
-    def scan(self, model: str, link: str, laser: Laser) -> FloatArray:
-        """Return the distance along each ray of a laser, m, ``inf`` where it meets nothing."""
+    def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
+        """Return the distance along each ray, layer by layer, m, ``inf`` where it meets nothing."""
 
     @abstractmethod
     def touches(self) -> Sequence[tuple[Touch, tuple[str, str]]]:
@@ -170,9 +170,8 @@ class PhysicsEngine(Engine):
     @final
     def picture_size(self, model: str, link: str, camera: str) -> tuple[int, int]:
         sensors = self.scene.model(model).link(link).sensors
-        optics = Optics.of(
-            next(s for s in sensors if isinstance(s, Camera) and s.name == camera), self.image_scale
-        )
+        view = next(sensor.view for sensor in sensors if sensor.view is not None and sensor.name == camera)
+        optics = Optics.of(view, self.image_scale)
         return optics.height, optics.width
 
     @final
@@ -182,8 +181,8 @@ class PhysicsEngine(Engine):
         return picture
 
     @final
-    def scan(self, model: str, link: str, laser: Laser) -> FloatArray:
-        return self._collisions().scan(model, link, laser)
+    def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
+        return self._collisions().scan(model, link, beams)
 
     @final
     def touches(self) -> Sequence[tuple[Touch, tuple[str, str]]]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Iterator
 
+from nrp_core.errors import SceneError
 from nrp_core.world.controllers.joint import ControllerPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.drives.drive import DrivePart
@@ -12,32 +12,18 @@ from nrp_core.world.drives.flight import FlightPart
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
 from nrp_core.world.scene.acting import Flight
-from nrp_core.world.scene.model import Camera, Model
-from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, GroundTruth, Imu, Laser
-from nrp_core.world.sensors.camera import CameraPart
-from nrp_core.world.sensors.contact import ContactPart
-from nrp_core.world.sensors.force_torque import ForceTorquePart
-from nrp_core.world.sensors.ground_truth import GroundTruthPart
-from nrp_core.world.sensors.imu import ImuPart
+from nrp_core.world.scene.model import Link, Model
+from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.sensors.joint_states import JointStatesPart
-from nrp_core.world.sensors.laser import LaserPart
+from nrp_core.world.sensors.sensor import Sensor
 from nrp_core.world.visuals import ColorPart
-
-_SENSORS: dict[type, Callable[[Any, Model, str, Engine], Part]] = {
-    Camera: lambda sensor, model, link, engine: CameraPart(sensor, model.name, link, engine),
-    Laser: lambda sensor, model, link, engine: LaserPart(sensor, model.name, link, engine),
-    Imu: lambda sensor, model, link, engine: ImuPart(sensor, model.name, link, engine),
-    ContactSensor: lambda sensor, model, link, engine: ContactPart(sensor, model.name, link, engine),
-    GroundTruth: lambda sensor, model, link, engine: GroundTruthPart(sensor, model.name, link, engine),
-    ForceTorque: ForceTorquePart,
-}
 
 
 def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
     """Return the parts that serve the topics of a model."""
     for link in model.links:
         for sensor in link.sensors:
-            yield _SENSORS[type(sensor)](sensor, model, link.name, engine)
+            yield _serving(sensor, model, link, engine)
         for visual in link.visuals:
             yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, visual.glows, engine)
     for drive in model.drives:
@@ -47,6 +33,15 @@ def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
     yield from _controllers_of(model, engine)
     if model.joint_states_topic is not None:
         yield JointStatesPart(model, engine)
+
+
+def _serving(sensor: MountedSensor, model: Model, link: Link, engine: Engine) -> Part:
+    if not isinstance(sensor, Sensor):
+        owner = f"'{sensor.name}' of '{model.name}/{link.name}'"
+        raise SceneError(
+            f"the sensor {owner} is a {type(sensor).__name__}, which is not a subclass of Sensor"
+        )
+    return sensor.part(model, link.name, engine)
 
 
 def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:

@@ -17,7 +17,7 @@ from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Camera, Joint, Link, Model, Scene
+from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.engine import mujoco
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
@@ -195,10 +195,12 @@ class _Builder:
         for collision in link.collisions:
             self._owners.append((owner, self._shapes.add_collision(element, collision, place)))
         for sensor in link.sensors:
-            if isinstance(sensor, Camera):
+            if sensor.view is not None:
                 camera = (model, link.name, sensor.name)
                 fovy = degrees(self._optics[camera].vertical_fov)
-                self._cameras[camera] = element.add_camera(fovy=fovy, **placed(looking(place @ sensor.pose)))
+                self._cameras[camera] = element.add_camera(
+                    fovy=fovy, **placed(looking(place @ sensor.view.pose))
+                )
 
     def _add_servo(self, path: str, servo: PlanarServo, body: Any, joints: Mapping[str, Any]) -> list[Any]:
         kinds = mujoco.mjtTrn

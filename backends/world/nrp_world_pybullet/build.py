@@ -15,7 +15,6 @@ from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
-from nrp_core.world.scene.sensing import ForceTorque
 from nrp_world_pybullet.engine import bullet, quiet
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
@@ -261,7 +260,7 @@ class _Builder:
 
     def _feel(self, model: Model, bodies: Sequence[Body], places: Mapping[int, Place]) -> None:
         """Let PyBullet tell what the joints carry that have a sensor for it."""
-        felt = {s.joint for link in model.links for s in link.sensors if isinstance(s, ForceTorque)}
+        felt = {joint for link in model.links for s in link.sensors for joint in s.measured_joints}
         for index, body in enumerate(bodies):
             if body.joint is not None and body.joint.name in felt:
                 where = places[index].multibody, places[index].link

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
@@ -10,18 +10,8 @@ from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.capabilities import WorldCapabilities, needs_of
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser
 from nrp_core.world.services.gazebo import PREFIX
 
-_NEEDS = {
-    Camera: "renderers",
-    Laser: "links",
-    Imu: "links",
-    GroundTruth: "links",
-    ContactSensor: "contacts",
-    ForceTorque: "joint_wrenches",
-}
-"""The capability of a world that a sensor rests on."""
 _SERVICES = {
     "set_model_state": "changes", "set_link_state": "changes", "set_model_configuration": "changes",
     "spawn_sdf_model": "changes", "spawn_urdf_model": "changes", "spawn_sdf_entity": "changes",
@@ -36,7 +26,7 @@ def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
     """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
     if study.scene is None:
         return
-    lacking = _lacking(study, dict(_senses(study.scene)))
+    lacking = _lacking(study, _senses(study.scene))
     for examined in study.examined:
         for name, adapter in examined.adapters.items():
             if isinstance(adapter, SubscribedTopic) and adapter.name in lacking:
@@ -61,7 +51,7 @@ def the_world_does_what_is_commanded(study: Study) -> Iterator[Finding]:
     """Look for joints, forces and changes that a function or an event commands and the world refuses."""
     if study.scene is None:
         return
-    lacking = _lacking(study, dict(_commands(study.scene)))
+    lacking = _lacking(study, _commands(study.scene))
     for examined in study.examined:
         declared, returned = examined.declared, examined.returns_to
         topics = {"": returned.name} if returned is not None else {}
@@ -101,7 +91,7 @@ def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
             yield study.experiment.place(*keys).finding(Code.NRP216, message)
 
 
-def _lacking(study: Study, needs: Mapping[str, str]) -> dict[str, str]:
+def _lacking(study: Study, needs: Iterable[tuple[str, str]]) -> dict[str, str]:
     """Return the topics for which the world lacks something, with what it lacks."""
     if study.world is None:
         return {}
@@ -109,17 +99,17 @@ def _lacking(study: Study, needs: Mapping[str, str]) -> dict[str, str]:
     backend = study.experiment.world.backend
     return {
         topic: f"the world backend '{backend}' has no {need}"
-        for topic, need in needs.items()
+        for topic, need in needs
         if not getattr(has, need)
     }
 
 
 def _senses(scene: Scene) -> Iterator[tuple[str, str]]:
-    """Yield the topic of each sensor, wheels included, with the capability that it rests on."""
+    """Yield the topic of each sensor, wheels included, with each capability that it needs."""
     for _, link in scene.links():
         for sensor in link.sensors:
-            if type(sensor) in _NEEDS:
-                yield sensor.topic, _NEEDS[type(sensor)]
+            for need in sensor.needs:
+                yield sensor.topic, need
     for model in scene.models:
         for topic in (model.joint_states_topic, *(drive.wheel_speeds_topic for drive in model.drives)):
             if topic is not None:

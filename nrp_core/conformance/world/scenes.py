@@ -7,7 +7,6 @@ from math import pi
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
-    Camera,
     Collision,
     Cylinder,
     Geometry,
@@ -20,6 +19,7 @@ from nrp_core.world.scene.model import (
     Visual,
     WheelDrive,
 )  # fmt: skip
+from nrp_core.world.sensors.camera import Camera
 
 RED: Rgba = (1.0, 0.0, 0.0, 1.0)
 GREEN: Rgba = (0.0, 1.0, 0.0, 1.0)

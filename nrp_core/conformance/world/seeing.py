@@ -25,6 +25,7 @@ from nrp_core.conformance.world.scenes import (
 )  # fmt: skip
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Rgba
+from nrp_core.world.sensors.camera import Camera
 
 PIXEL = 2.0 / WIDTH
 """The width of a pixel where the picture goes from -1 to 1."""
@@ -130,6 +131,7 @@ class SeeingTests(WorldKit):
         model = robot()
         eye = model.link("eye")
         (camera,) = eye.sensors
+        assert isinstance(camera, Camera)
         moved = replace(eye, sensors=(replace(camera, pose=Pose((0.5, 0.6, 0.4))),))
         links = tuple(moved if link is eye else link for link in model.links)
         seen = self.look(self.open(floor(), replace(model, links=links), screen("screen", 0.0, RED, x=3.5)))

@@ -15,7 +15,11 @@ from nrp_core.errors import CapabilityError
 from nrp_core.world.interface import World
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
-from nrp_core.world.scene.sensing import ContactSensor, ForceTorque, Imu, Laser, Sensor
+from nrp_core.world.sensors.contact import ContactSensor
+from nrp_core.world.sensors.force_torque import ForceTorque
+from nrp_core.world.sensors.imu import Imu
+from nrp_core.world.sensors.laser import Laser
+from nrp_core.world.sensors.sensor import Sensor
 
 MASS = 2.0
 LASER = Laser("laser", "/scan", 50.0, samples=91, angle_min=-pi / 4, angle_max=pi / 4, range_max=9.0)

@@ -1,20 +1,44 @@
-"""The rays of a laser."""
+"""The rays of a scanner."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.scene.sensing import Laser
+from nrp_core.world.rigid.pose import Pose
+
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Beams:
+    """Rays that spread evenly from one point, layer by layer.
+
+    Args:
+        pose: of the scanner in the frame of its link; layers go counter-clockwise from x, upwards to z.
+        samples: rays of a layer.
+        angles: of the first and last ray of a layer, rad.
+        layers: how many, from the lowest.
+        elevations: of the first and last layer, rad.
+        reach: the least and the largest distance that is measured, m.
+    """
+
+    pose: Pose
+    samples: int
+    angles: Span
+    layers: int
+    elevations: Span
+    reach: Span
 
 
 @cache
-def directions(laser: Laser) -> FloatArray:
-    """Return unit vectors along the rays in the laser's frame, layer by layer, shape ``(rays, 3)``."""
-    angles = _spread(laser.angle_min, laser.angle_max, laser.samples)
-    elevations = _spread(laser.elevation_min, laser.elevation_max, laser.layers)[:, None]
+def directions(beams: Beams) -> FloatArray:
+    """Return unit vectors along the rays in the frame of the scanner, layer by layer, shape ``(rays, 3)``."""
+    angles = _spread(*beams.angles, beams.samples)
+    elevations = _spread(*beams.elevations, beams.layers)[:, None]
     level = np.cos(elevations)
     x, y = level * np.cos(angles), level * np.sin(angles)
     return np.stack([x, y, np.broadcast_to(np.sin(elevations), x.shape)], axis=2).reshape(-1, 3)

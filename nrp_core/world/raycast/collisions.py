@@ -12,7 +12,7 @@ from math import hypot, inf
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.raycast.beams import directions
+from nrp_core.world.raycast.beams import Beams, directions
 from nrp_core.world.raycast.rays import BOX, CAPSULE, CYLINDER, MESH, PLANE, SPHERE, cast
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
@@ -29,7 +29,6 @@ from nrp_core.world.scene.model import (
     Plane,
     Sphere,
 )
-from nrp_core.world.scene.sensing import Laser
 from nrp_core.world.scene.tessellation import triangles_of
 
 
@@ -75,28 +74,29 @@ class CollisionSpace:
         self._places = self._local.copy()
         self._moves = self._held != WORLD_FRAME
 
-    def scan(self, model: str, link: str, laser: Laser) -> FloatArray:
+    def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
         """Return the distance along each ray, layer by layer, m; ``inf`` where it meets nothing.
 
-        A laser does not see the body that carries it.
+        A scanner does not see the body that carries it.
         """
+        nearest, farthest = beams.reach
         self._update()
         index = body_of(self._bodies[model], link)
         body = self._bodies[model][index]
         held = next(part.pose for part in body.links if part.name == link)
-        local = matrix_of(place_in_frame(body) @ held @ laser.pose)
+        local = matrix_of(place_in_frame(body) @ held @ beams.pose)
         frame = self._frames[self._numbers.get((model, index), WORLD_FRAME)]
         turn, eye = frame[:, :3] @ local[:, :3], frame[:, :3] @ local[:, 3] + frame[:, 3]
-        rays = directions(laser) @ turn.T
-        distances = np.full(len(rays), np.nextafter(laser.range_max, inf))
+        rays = directions(beams) @ turn.T
+        distances = np.full(len(rays), np.nextafter(farthest, inf))
         hidden = np.array([path == (model, index) for path in self._owners], bool)
         # the nearest first, so that of the others most need no closer look
         order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
         kinds, sizes, radii = self._kinds[order], self._sizes[order], self._radii[order]
         places, meshes = self._places[order], self._meshes[order]
         shapes = (kinds, sizes, radii, places, meshes, self._triangles, hidden[order])
-        cast(*shapes, eye, rays, laser.range_min, distances)
-        distances[distances > laser.range_max] = inf
+        cast(*shapes, eye, rays, nearest, distances)
+        distances[distances > farthest] = inf
         return distances
 
     def name_at(self, path: BodyPath, position: Vector) -> str:

@@ -12,7 +12,8 @@ from math import atan, tan
 
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body, body_of
-from nrp_core.world.scene.model import Box, Camera, Geometry, Plane, Rgba, Scene
+from nrp_core.world.scene.model import Box, Geometry, Plane, Rgba, Scene
+from nrp_core.world.scene.sensing import View
 
 SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
 """What nothing covers: the grey that SDF gives a scene by default."""
@@ -43,26 +44,26 @@ class Optics:
         return self.height / 2 / tan(self.vertical_fov / 2)
 
     @classmethod
-    def of(cls, camera: Camera, scale: float) -> Optics:
-        """Return the optics of a camera at a lower resolution; pixels are square and the field's width stays.
+    def of(cls, view: View, scale: float) -> Optics:
+        """Return the optics of a view at a lower resolution; pixels are square and the field's width stays.
 
         Args:
-            camera: as the robot's file has it.
+            view: as the robot's file has it.
             scale: of width and height, at most 1.
         """
-        width = max(1, round(camera.width * scale))
-        height = max(1, round(camera.height * scale))
-        vertical_fov = 2 * atan(tan(camera.horizontal_fov / 2) * height / width)
-        return cls(width, height, vertical_fov, camera.near, camera.far)
+        width = max(1, round(view.width * scale))
+        height = max(1, round(view.height * scale))
+        vertical_fov = 2 * atan(tan(view.horizontal_fov / 2) * height / width)
+        return cls(width, height, vertical_fov, view.near, view.far)
 
 
 def optics_of(scene: Scene, scale: float) -> Mapping[CameraPath, Optics]:
-    """Return the optics of every camera of a scene."""
+    """Return the optics of every sensor of a scene that sees."""
     return {
-        (model.name, link.name, sensor.name): Optics.of(sensor, scale)
+        (model.name, link.name, sensor.name): Optics.of(sensor.view, scale)
         for model, link in scene.links()
         for sensor in link.sensors
-        if isinstance(sensor, Camera)
+        if sensor.view is not None
     }
 
 
@@ -71,8 +72,9 @@ def eye_of(bodies: Sequence[Body], path: CameraPath) -> tuple[int, Pose]:
     _, link_name, sensor_name = path
     index = body_of(bodies, link_name)
     link = next(link for link in bodies[index].links if link.name == link_name)
-    sensor = next(sensor for sensor in link.sensors if sensor.name == sensor_name)
-    return index, looking(link.pose @ sensor.pose)
+    view = next(sensor.view for sensor in link.sensors if sensor.name == sensor_name)
+    assert view is not None  # the path is that of a camera
+    return index, looking(link.pose @ view.pose)
 
 
 def looking(pose: Pose) -> Pose:

@@ -22,9 +22,9 @@ from nrp_core.world.scene.model import (
     Link,
     Mesh,
     Rgba,
-    Sensor,
     Visual,
 )
+from nrp_core.world.scene.sensing import MountedSensor
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ def build_link(
     inertial: Inertial | None,
     shown: Sequence[Shown],
     touched: Sequence[Touched],
-    sensors: Iterable[Sensor],
+    sensors: Iterable[MountedSensor],
 ) -> Link:
     """Return a link whose missing shapes are filled in, or left out where nothing can stand in for them."""
     substitute = _substitute(touched, inertial)

@@ -14,7 +14,6 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.mass import combined
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
-from nrp_core.world.scene.sensing import ForceTorque
 
 WORLD_FRAME = 0
 """The frame of what does not move."""
@@ -85,7 +84,7 @@ class _Merger:
         self._model = model
         self._joints: Mapping[str, Joint] = {} if model.static else {j.child: j for j in model.joints}
         self._kept = {
-            sensor.joint for link in model.links for sensor in link.sensors if isinstance(sensor, ForceTorque)
+            joint for link in model.links for sensor in link.sensors for joint in sensor.measured_joints
         }
         self._first = {link.name: WORLD if model.static else self._top(link.name) for link in model.links}
         self._members: dict[str, set[str]] = {WORLD: {WORLD}}

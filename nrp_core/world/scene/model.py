@@ -19,8 +19,7 @@ from nrp_core.world.scene.acting import Drive, Flight, JointController, PlanarDr
 from nrp_core.world.scene.acting import WheelDrive as WheelDrive
 from nrp_core.world.scene.checks import check_model, check_unique
 from nrp_core.world.scene.finish import Finish as Finish
-from nrp_core.world.scene.sensing import Camera as Camera
-from nrp_core.world.scene.sensing import Sensor as Sensor
+from nrp_core.world.scene.sensing import MountedSensor
 
 Rgba = tuple[float, float, float, float]
 
@@ -145,7 +144,7 @@ class Link:
     inertial: Inertial | None = None
     visuals: tuple[Visual, ...] = ()
     collisions: tuple[Collision, ...] = ()
-    sensors: tuple[Sensor, ...] = ()
+    sensors: tuple[MountedSensor, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,13 +1,13 @@
-"""What a robot senses with, as data; names and defaults are those of SDF.
+"""Sensors as a scene carries them: the data that files, engines and renderers need of any sensor.
 
-Every sensor has a name, an absolute topic, a rate and a pose in the frame of its link; and each may be made
-:class:`Imperfect`.
+Each sensor is a class of its own in :mod:`nrp_core.world.sensors`, or in a package of somebody else.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import pi
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import ClassVar, Self
 
 from nrp_core.world.rigid.pose import Pose
 
@@ -17,7 +17,7 @@ class Noise:
     """Gaussian noise on every number that a sensor gives.
 
     Args:
-        mean: of the noise, in the unit of what is measured (for pictures, 1 is full brightness).
+        mean: of the noise, in the unit of the measurement (for images, 1 is full brightness).
         stddev: likewise.
     """
 
@@ -28,132 +28,67 @@ class Noise:
         return bool(self.mean or self.stddev)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Imperfect:
-    """How a sensor differs from an ideal one.
-
-    Args:
-        noise: on every number that it gives.
-        delay: from the measurement, which is what the stamp tells, to the arrival of its message, s.
-        drop_out: share of the messages that get lost.
-    """
-
-    noise: Noise = Noise()
-    delay: float = 0.0
-    drop_out: float = 0.0
-
-
 @dataclass(frozen=True, slots=True)
-class Camera(Imperfect):
-    """A colour camera that looks along x of its pose, z up; with a ``depth_topic`` it sees depth, too.
+class View:
+    """The images that an engine draws for a sensor: along x of its pose, z up.
 
     Args:
-        name: of the sensor.
-        topic: absolute topic of its images.
-        rate_hz: pictures a second.
+        pose: in the frame of the sensor's link.
         horizontal_fov: radians.
         width, height: pixels.
         near, far: clip distances in m.
-        depth_topic: absolute topic of its depth images, None for a camera without.
-        info_topic: absolute topic of its optics, None for none.
     """
 
-    name: str
-    topic: str
-    rate_hz: float
+    pose: Pose
     horizontal_fov: float
     width: int
     height: int
-    near: float = 0.1
-    far: float = 100.0
-    pose: Pose = Pose()
-    depth_topic: str | None = None
-    info_topic: str | None = None
+    near: float
+    far: float
 
 
 @dataclass(frozen=True, slots=True)
-class Laser(Imperfect):
-    """A scanner that measures distances, counter-clockwise from x of its pose, in one or several layers.
+class MountedSensor:
+    """A sensor on a link.
 
     Args:
-        topic: absolute topic of the scans of its middle layer.
-        angle_min, angle_max: of the first and last ray of a layer, rad.
-        samples: number of rays of a layer, spread evenly from one to the other; a single one is at 0.
-        range_min, range_max: distances that are measured, m.
-        layers: how many, from the lowest; a single one is in the plane z = 0.
-        elevation_min, elevation_max: of the first and last layer, rad, upwards from the plane.
-        points_topic: absolute topic of the points of all layers, None for none.
+        name: unique on its link.
+        topic: absolute topic of its messages. Further fields whose names end in ``topic`` are topics as well.
+        rate_hz: messages a second.
+        noise: on every number that it gives.
+        delay: from the measurement, which is the time in the stamp, to the arrival of its message, s.
+        drop_out: share of the messages that get lost.
+
+    Attributes:
+        needs: what it needs of an engine, by fields of
+            :class:`~nrp_core.world.capabilities.WorldCapabilities`.
     """
 
+    noise: Noise = field(default=Noise(), kw_only=True)
+    delay: float = field(default=0.0, kw_only=True)
+    drop_out: float = field(default=0.0, kw_only=True)
     name: str
     topic: str
     rate_hz: float
-    samples: int = 640
-    angle_min: float = -pi / 2
-    angle_max: float = pi / 2
-    range_min: float = 0.1
-    range_max: float = 10.0
-    pose: Pose = Pose()
-    layers: int = 1
-    elevation_min: float = 0.0
-    elevation_max: float = 0.0
-    points_topic: str | None = None
 
+    needs: ClassVar[tuple[str, ...]] = ()
 
-@dataclass(frozen=True, slots=True)
-class Imu(Imperfect):
-    """Orientation, turn rate and acceleration (that of free fall is 0) in the frame of its pose."""
+    @property
+    def view(self) -> View | None:
+        """The images that it is made of; None for a sensor that does not see."""
+        return None
 
-    name: str
-    topic: str
-    rate_hz: float
-    pose: Pose = Pose()
+    @property
+    def measured_joints(self) -> tuple[str, ...]:
+        """The joints of its model whose forces it measures."""
+        return ()
 
+    @property
+    def is_odometry(self) -> bool:
+        """Whether it repeats the odometry of a drive on the same topic."""
+        return False
 
-@dataclass(frozen=True, slots=True)
-class ContactSensor(Imperfect):
-    """Tells what touches its link; ``collisions`` names those that feel, by default all."""
-
-    name: str
-    topic: str
-    rate_hz: float
-    collisions: tuple[str, ...] = ()
-    pose: Pose = Pose()
-
-
-@dataclass(frozen=True, slots=True)
-class ForceTorque(Imperfect):
-    """The force and torque that a joint carries; the sensor belongs to the joint's child link.
-
-    Args:
-        joint: which joint of the model.
-        frame: along whose axes: ``child``, ``parent`` or ``sensor``.
-        onto_child: whether it is what the parent does to the child, or the reverse.
-    """
-
-    name: str
-    topic: str
-    rate_hz: float
-    joint: str
-    frame: str = "child"
-    onto_child: bool = False
-    pose: Pose = Pose()
-
-
-@dataclass(frozen=True, slots=True)
-class GroundTruth(Imperfect):
-    """The true pose and velocity of its link (Gazebo's ``p3d``), in ``reference``, ``world`` or a model.
-
-    Args:
-        along_link: whether the velocities are told along the axes of the link.
-    """
-
-    name: str
-    topic: str
-    rate_hz: float
-    pose: Pose = Pose()
-    reference: str = "world"
-    along_link: bool = False
-
-
-Sensor = Camera | Laser | Imu | ContactSensor | ForceTorque | GroundTruth
+    def renamed(self, named: Callable[[str], str]) -> Self:
+        """Return the sensor of a model whose links and joints have other names."""
+        del named  # only sensors that name joints differ
+        return self

@@ -1,17 +1,93 @@
-"""Cameras: pictures, depth, optics."""
+"""Cameras: images, depth, optics."""
 
 from __future__ import annotations
 
-from math import tan
-from typing import Any
+from dataclasses import dataclass
+from math import pi, tan
+from posixpath import join
+from typing import Any, ClassVar
 
 import numpy as np
 
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.sensor_msgs import CameraInfo, Image
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.scene.sensing import Camera
-from nrp_core.world.sensors.sensor import SensorPart
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
+from nrp_core.world.scene.reading.sensor_elements import noise_of, rate_of
+from nrp_core.world.scene.reading.sensors import Mount
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.sensing import View
+from nrp_core.world.sensors.sensor import Sensor, SensorPart
+from nrp_core.world.topics import resolve_name
+
+_COLOR_FORMATS = ("", "R8G8B8", "RGB_INT8", "B8G8R8", "BGR_INT8")
+_CAMERA_PLUGIN = "gazebo_ros_camera"
+_DEPTH = ("depth", "depth_camera", "rgbd", "rgbd_camera")
+_DEPTH_PLUGINS = ("gazebo_ros_openni_kinect", "gazebo_ros_depth_camera")
+
+
+@dataclass(frozen=True, slots=True)
+class Camera(Sensor):
+    """A colour camera that looks along x of its pose, z up; with a ``depth_topic`` it sees depth, too.
+
+    Args:
+        name: of the sensor.
+        topic: absolute topic of its images.
+        rate_hz: images a second.
+        horizontal_fov: radians.
+        width, height: pixels.
+        near, far: clip distances in m.
+        depth_topic: absolute topic of its depth images, None for a camera without.
+        info_topic: absolute topic of its optics, None for none.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ("renderers",)
+
+    horizontal_fov: float
+    width: int
+    height: int
+    near: float = 0.1
+    far: float = 100.0
+    pose: Pose = Pose()
+    depth_topic: str | None = None
+    info_topic: str | None = None
+
+    @property
+    def view(self) -> View:
+        """The images that it is made of."""
+        return View(self.pose, self.horizontal_fov, self.width, self.height, self.near, self.far)
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Camera:
+        camera = sensor.require("camera")
+        fov = camera.positive("horizontal_fov", 1.047)
+        if fov >= pi:
+            raise camera.error(f"a flat picture has a <horizontal_fov> below pi, not {fov:g}")
+        width, height = _size(camera.section("image"), reading)
+        near, far = _clip(camera.section("clip"))
+        if camera.find("distortion"):
+            reading.notes.warn(camera, "the <distortion> of cameras is not simulated")
+        topic, depth, info = _topics(sensor, mount, reading)
+        return cls(
+            sensor.attribute("name"),
+            topic,
+            rate_of(sensor, reading),
+            fov,
+            width,
+            height,
+            near,
+            far,
+            mount.place(sensor) @ mount.place(camera),
+            depth,
+            info,
+            noise=noise_of(camera, reading),
+        )
+
+    def part(self, model: Model, link: str, engine: Engine) -> CameraPart:
+        return CameraPart(self, model.name, link, engine)
 
 
 class CameraPart(SensorPart):
@@ -60,3 +136,40 @@ class CameraPart(SensorPart):
         p = np.column_stack([k, np.zeros(3)])
         size = self._header(now_ns), height, width
         return CameraInfo(*size, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())
+
+
+def _size(image: Element, reading: Reading) -> tuple[int, int]:
+    if image.word("format") not in _COLOR_FORMATS:
+        reading.notes.warn(image, f"pictures are RGB, not {image.word('format')}")
+    width, height = image.positive("width", 320), image.positive("height", 240)
+    if width != int(width) or height != int(height):
+        raise image.error(f"a picture has a whole number of pixels, not {width:g} x {height:g}")
+    return int(width), int(height)
+
+
+def _clip(clip: Element) -> tuple[float, float]:
+    near, far = clip.positive("near", 0.1), clip.positive("far", 100.0)
+    if near >= far:
+        raise clip.error(f"the near clip distance ({near:g} m) must be below the far one ({far:g} m)")
+    return near, far
+
+
+def _topics(sensor: Element, mount: Mount, reading: Reading) -> tuple[str, str | None, str | None]:
+    """Return the topics of pictures, depth and optics: those that the ROS plugin names, else Gazebo's."""
+    name, deep = sensor.attribute("name"), sensor.attribute("type") in _DEPTH
+    picture = sensor.word("topic", reading.topic_of(mount.name, f"{name}/image"))
+    depth = f"{picture.removesuffix('/image')}/depth_image" if deep else ""
+    info = ""
+    for plugin in sensor.all("plugin"):
+        kind = plugin_name(plugin)
+        if kind in (_CAMERA_PLUGIN, *_DEPTH_PLUGINS):
+            camera = plugin.word("cameraName") or plugin.word("camera_name") or name
+            base = join(ros_namespace(plugin), camera)
+            picture = join(base, plugin.word("imageTopicName", "image_raw"))
+            info = join(base, plugin.word("cameraInfoTopicName", "camera_info"))
+            if deep or kind in _DEPTH_PLUGINS:
+                depth = join(base, plugin.word("depthImageTopicName", "depth/image_raw"))
+        else:
+            warn_of_plugin(plugin, reading)
+    deep_topic, info_topic = (resolve_name(each, reading.robot) if each else None for each in (depth, info))
+    return resolve_name(picture, reading.robot), deep_topic, info_topic

@@ -1,8 +1,10 @@
-"""What touches what."""
+"""Contact sensors: what touches a link."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -10,11 +12,38 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.messages.gazebo_msgs import ContactsState, ContactState
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.rigid.motion import Touch
-from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.sensing import ContactSensor
-from nrp_core.world.sensors.sensor import SensorPart
+from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.sensor_elements import rate_of, topic_of
+from nrp_core.world.scene.reading.sensors import Mount
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.sensors.sensor import Sensor, SensorPart
+
+_TOPICS = {"gazebo_ros_bumper": "bumperTopicName"}
 
 Named = tuple[Touch, tuple[str, str]]
+
+
+@dataclass(frozen=True, slots=True)
+class ContactSensor(Sensor):
+    """Tells what touches its link; ``collisions`` names those that feel, by default all."""
+
+    needs: ClassVar[tuple[str, ...]] = ("contacts",)
+
+    collisions: tuple[str, ...] = ()
+    pose: Pose = Pose()
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> ContactSensor:
+        name, contact = sensor.attribute("name"), sensor.section("contact")
+        usual = contact.word("topic") or reading.topic_of(mount.name, f"{name}/contact")
+        topic = topic_of(sensor, usual, _TOPICS, reading)
+        collisions = tuple(each.text.rpartition("::")[2] for each in contact.all("collision"))
+        return cls(name, topic, rate_of(sensor, reading), collisions, mount.place(sensor))
+
+    def part(self, model: Model, link: str, engine: Engine) -> ContactPart:
+        return ContactPart(self, model.name, link, engine)
 
 
 class ContactPart(SensorPart):

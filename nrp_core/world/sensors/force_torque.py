@@ -2,12 +2,70 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import Vector3, WrenchStamped
 from nrp_core.world.messages.geometry_msgs import Wrench as WrenchMessage
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.sensing import ForceTorque
-from nrp_core.world.sensors.sensor import SensorPart
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.sensor_elements import plugin_sensor, rate_of, topic_of
+from nrp_core.world.scene.reading.sensors import ModelParts, Mount
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.sensors.sensor import Sensor, SensorPart
+
+_TOPICS = {"gazebo_ros_ft_sensor": "topicName"}
+
+
+@dataclass(frozen=True, slots=True)
+class ForceTorque(Sensor):
+    """The force and torque that a joint carries; the sensor belongs to the joint's child link.
+
+    Args:
+        joint: which joint of the model.
+        frame: along whose axes: ``child``, ``parent`` or ``sensor``.
+        onto_child: whether it is the force of the parent on the child, or the reverse.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ("joint_wrenches",)
+    on_joint: ClassVar[bool] = True
+
+    joint: str
+    frame: str = "child"
+    onto_child: bool = False
+    pose: Pose = Pose()
+
+    @property
+    def measured_joints(self) -> tuple[str, ...]:
+        """The joints of its model whose forces it measures."""
+        return (self.joint,)
+
+    def renamed(self, named: Callable[[str], str]) -> ForceTorque:
+        """Return the sensor of a model whose links and joints have other names."""
+        return replace(self, joint=named(self.joint))
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> ForceTorque:
+        name, section = sensor.attribute("name"), sensor.section("force_torque")
+        frame = section.word("frame", "child")
+        if frame not in ("child", "parent", "sensor"):
+            raise section.error(f"a <frame> is child, parent or sensor, not '{frame}'")
+        topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/forcetorque"), _TOPICS, reading)
+        onto_child = section.word("measure_direction", "child_to_parent") == "parent_to_child"
+        return cls(name, topic, rate_of(sensor, reading), mount.name, frame, onto_child)
+
+    @classmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, ForceTorque]:
+        """Read ``gazebo_ros_ft_sensor``."""
+        name, topic, rate_hz, noise = plugin_sensor(plugin, reading)
+        joint = model.joint(plugin.require("jointName"))
+        return joint.child, cls(name, topic, rate_hz, joint.name, noise=noise)
+
+    def part(self, model: Model, link: str, engine: Engine) -> ForceTorquePart:
+        return ForceTorquePart(self, model, link, engine)
 
 
 class ForceTorquePart(SensorPart):

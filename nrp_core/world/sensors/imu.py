@@ -1,16 +1,53 @@
-"""Inertial measurement units."""
+"""Inertial measurement units: orientation, turn rate and acceleration."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
 from nrp_core.world.messages.sensor_msgs import Imu as ImuMessage
 from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.sensing import Imu
-from nrp_core.world.sensors.sensor import SensorPart
+from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.sensor_elements import noise_of, offset_of, plugin_sensor, rate_of, topic_of
+from nrp_core.world.scene.reading.sensors import ModelParts, Mount
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.sensing import Noise
+from nrp_core.world.sensors.sensor import Sensor, SensorPart
+
+_TOPICS = {"gazebo_ros_imu_sensor": "topicName"}
+
+
+@dataclass(frozen=True, slots=True)
+class Imu(Sensor):
+    """Orientation, turn rate and acceleration (that of free fall is 0) in the frame of its pose."""
+
+    needs: ClassVar[tuple[str, ...]] = ("links",)
+
+    pose: Pose = Pose()
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Imu:
+        """Read an inertial sensor; its noise is that of its acceleration along x."""
+        name = sensor.attribute("name")
+        noise = noise_of(sensor.section("imu").section("linear_acceleration").section("x"), reading)
+        for plugin in sensor.all("plugin") if not noise else ():
+            noise = Noise(0.0, plugin.number("gaussianNoise", 0.0))
+        topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/imu"), _TOPICS, reading)
+        return cls(name, topic, rate_of(sensor, reading), mount.place(sensor), noise=noise)
+
+    @classmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, Imu]:
+        """Read ``gazebo_ros_imu``."""
+        name, topic, rate_hz, noise = plugin_sensor(plugin, reading)
+        link = model.link(plugin.require("bodyName")).name
+        return link, cls(name, topic, rate_hz, offset_of(plugin), noise=noise)
+
+    def part(self, model: Model, link: str, engine: Engine) -> ImuPart:
+        return ImuPart(self, model.name, link, engine)
 
 
 class ImuPart(SensorPart):

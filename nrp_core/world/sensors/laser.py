@@ -1,8 +1,11 @@
-"""Laser scanners."""
+"""Laser scanners: distances along rays, as scans and as points."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
+from math import pi
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -10,12 +13,99 @@ import numpy.typing as npt
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.point_cloud2 import create_cloud
 from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2
-from nrp_core.world.raycast.beams import directions
-from nrp_core.world.scene.sensing import Laser
-from nrp_core.world.sensors.sensor import SensorPart
+from nrp_core.world.raycast.beams import Beams, directions
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
+from nrp_core.world.scene.reading.sensor_elements import noise_of, plugin_topic, rate_of
+from nrp_core.world.scene.reading.sensors import Mount
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.sensors.sensor import Sensor, SensorPart
+from nrp_core.world.topics import resolve_name
 
+_SCANS, _POINTS = "sensor_msgs/LaserScan", "sensor_msgs/PointCloud2"
+_OUTPUTS = {
+    "gazebo_ros_laser": _SCANS,
+    "gazebo_ros_gpu_laser": _SCANS,
+    "gazebo_ros_block_laser": _POINTS,
+    "gazebo_ros_velodyne_laser": _POINTS,
+    "gazebo_ros_velodyne_gpu_laser": _POINTS,
+    "gazebo_ros_ray_sensor": _POINTS,  # unless it says otherwise
+}
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2")])
 """A point of a cloud in the frame of its link; its ring is its layer, from the lowest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Laser(Sensor):
+    """A scanner that measures distances, counter-clockwise from x of its pose, in one or several layers.
+
+    Args:
+        topic: absolute topic of the scans of its middle layer.
+        angle_min, angle_max: of the first and last ray of a layer, rad.
+        samples: number of rays of a layer, spread evenly from one to the other; a single one is at 0.
+        range_min, range_max: distances that are measured, m.
+        layers: how many, from the lowest; a single one is in the plane z = 0.
+        elevation_min, elevation_max: of the first and last layer, rad, upwards from the plane.
+        points_topic: absolute topic of the points of all layers, None for none.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ("links",)
+
+    samples: int = 640
+    angle_min: float = -pi / 2
+    angle_max: float = pi / 2
+    range_min: float = 0.1
+    range_max: float = 10.0
+    pose: Pose = Pose()
+    layers: int = 1
+    elevation_min: float = 0.0
+    elevation_max: float = 0.0
+    points_topic: str | None = None
+
+    @property
+    def beams(self) -> Beams:
+        """Its rays."""
+        return Beams(
+            self.pose,
+            self.samples,
+            (self.angle_min, self.angle_max),
+            self.layers,
+            (self.elevation_min, self.elevation_max),
+            (self.range_min, self.range_max),
+        )
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Laser:
+        laser = sensor.section("lidar" if sensor.find("lidar") else "ray")
+        horizontal = laser.section("scan").section("horizontal")
+        reach = laser.section("range")
+        vertical = laser.section("scan").section("vertical")
+        layers = _count(vertical, 1)
+        low, high = reach.number("min", 0.0), reach.number("max", 10.0)
+        if not 0 <= low < high:
+            raise reach.error(f"a laser's <min> range ({low:g} m) must be below its <max> ({high:g} m)")
+        scans, points = _topics(sensor, mount, layers, reading)
+        return cls(
+            sensor.attribute("name"),
+            scans,
+            rate_of(sensor, reading),
+            _count(horizontal, 640),
+            horizontal.number("min_angle", -pi / 2),
+            horizontal.number("max_angle", pi / 2),
+            low,
+            high,
+            mount.place(sensor),
+            layers,
+            vertical.number("min_angle", 0.0) if layers > 1 else 0.0,
+            vertical.number("max_angle", 0.0) if layers > 1 else 0.0,
+            points,
+            noise=noise_of(laser, reading),
+        )
+
+    def part(self, model: Model, link: str, engine: Engine) -> LaserPart:
+        return LaserPart(self, model.name, link, engine)
 
 
 class LaserPart(SensorPart):
@@ -23,7 +113,7 @@ class LaserPart(SensorPart):
 
     def __init__(self, laser: Laser, model: str, link: str, engine: Engine) -> None:
         super().__init__(laser, model, link, engine)
-        self._laser = laser
+        self._laser, self._beams = laser, laser.beams
         rays = f"laser {laser.name}, {laser.samples} rays"
         self.topics = (self._served(laser.topic, LaserScan, rays),)
         if laser.points_topic is not None:
@@ -39,7 +129,7 @@ class LaserPart(SensorPart):
     def _ranges(self, now_ns: int) -> npt.NDArray[np.float64]:
         """Return the distances along all rays, shape ``(layers, samples)``."""
         laser = self._laser
-        ranges = self._engine.scan(*self._place, laser).reshape(laser.layers, laser.samples)
+        ranges = self._engine.scan(*self._place, self._beams).reshape(laser.layers, laser.samples)
         if laser.noise:
             ranges = np.clip(
                 ranges + self._noise(laser.topic, now_ns, ranges.shape), 0.0, None
@@ -56,10 +146,33 @@ class LaserPart(SensorPart):
         laser = self._laser
         points = np.zeros(ranges.shape, POINT)
         met = np.where(np.isfinite(ranges), ranges, np.nan)
-        for axis, along, start in zip("xyz", _turned(laser).T, laser.pose.position, strict=True):
+        for axis, along, start in zip("xyz", _turned(self._beams).T, laser.pose.position, strict=True):
             points[axis] = along.reshape(ranges.shape) * met + start
         points["ring"] = np.arange(laser.layers)[:, None]
         return create_cloud(self._header(now_ns), points)
+
+
+def _count(angles: Element, default: int) -> int:
+    """Return how many rays there are from one angle to the other."""
+    return max(1, round(angles.positive("samples", default) * angles.positive("resolution", 1.0)))
+
+
+def _topics(sensor: Element, mount: Mount, layers: int, reading: Reading) -> tuple[str, str | None]:
+    """Return the topics of scans and points: those that ROS plugins name, else those of gz-sim."""
+    scans = sensor.word("topic", reading.topic_of(mount.name, f"{sensor.attribute('name')}/scan"))
+    points = f"{scans}/points" if layers > 1 else None
+    for plugin in sensor.all("plugin"):
+        usual = _OUTPUTS.get(plugin_name(plugin))
+        output = plugin.word("output_type", usual or "")
+        if usual is None:
+            warn_of_plugin(plugin, reading)
+        elif output == _SCANS:
+            scans = plugin_topic(plugin, "topicName", scans)
+        else:
+            if output != _POINTS:
+                reading.notes.warn(plugin, f"points are served as {_POINTS}, not as {output}")
+            points = plugin_topic(plugin, "topicName", points or f"{scans}/points")
+    return resolve_name(scans, reading.robot), resolve_name(points, reading.robot) if points else None
 
 
 @cache
@@ -71,6 +184,6 @@ def _constants(laser: Laser) -> list[float]:
 
 
 @cache
-def _turned(laser: Laser) -> npt.NDArray[np.float64]:
+def _turned(beams: Beams) -> npt.NDArray[np.float64]:
     """Return the directions in the frame of the link."""
-    return np.array([laser.pose.rotate((x, y, z)) for x, y, z in directions(laser).tolist()])
+    return np.array([beams.pose.rotate((x, y, z)) for x, y, z in directions(beams).tolist()])

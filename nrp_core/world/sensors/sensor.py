@@ -1,8 +1,14 @@
-"""What all sensors have in common: a place on a link, a stamp, and noise from a stream of their own."""
+"""The base classes of sensors: the data that a file has of one, and the part of a world that serves it.
+
+A sensor is a subclass of :class:`Sensor` and a subclass of :class:`SensorPart`, in one module. It is found by
+entry points in the group ``nrp_core.sensors``: their names are the types of ``<sensor>`` that it reads, or
+``plugin.`` and the name of a ``<plugin>`` of a model.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,15 +19,55 @@ from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.part import Part
 from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.sensing import Sensor
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.sensors import ModelParts, Mount
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.topics import Direction, TopicInfo
 
 
+class Sensor(MountedSensor, ABC):
+    """The data of a sensor; a subclass is a frozen dataclass with slots whose fields are what can be set.
+
+    Attributes:
+        on_joint: whether its ``<sensor>`` is in a ``<joint>`` instead of a ``<link>``.
+    """
+
+    __slots__ = ()
+
+    on_joint: ClassVar[bool] = False
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Sensor:
+        """Read a ``<sensor>``; needed where the sensor is registered for a type.
+
+        Args:
+            sensor: the element.
+            mount: the link or joint that holds it.
+            reading: takes warnings, and resolves topics.
+        """
+        raise NotImplementedError(f"{cls.__name__} reads no <sensor>")
+
+    @classmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, Sensor]:
+        """Read a ``<plugin>`` of a model; needed where the sensor is registered for a plugin.
+
+        Returns:
+            The link that it measures, and the sensor.
+        """
+        raise NotImplementedError(f"{cls.__name__} reads no <plugin>")
+
+    @abstractmethod
+    def part(self, model: Model, link: str, engine: Engine) -> SensorPart:
+        """Return the part that serves the sensor on a link of a model."""
+
+
 class SensorPart(Part):
-    """A sensor on a link.
+    """The part of a world that serves a sensor on a link.
 
     Args:
-        sensor: what it is.
+        sensor: its data.
         model: its model.
         link: its link.
         engine: measures.
@@ -34,7 +80,7 @@ class SensorPart(Part):
         self._imperfect = sensor
 
     def _served(self, topic: str, kind: type, what: str) -> TopicInfo:
-        """Return what is known of a topic of this sensor."""
+        """Return the description of a topic of this sensor."""
         sensor = self._imperfect
         return TopicInfo(
             topic, kind, Direction.OUT, sensor.rate_hz, what, delay=sensor.delay, drop_out=sensor.drop_out

@@ -21,7 +21,6 @@ from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
-    Camera,
     Collision,
     Cylinder,
     Geometry,
@@ -35,6 +34,7 @@ from nrp_core.world.scene.model import (
     Visual,
     WheelDrive,
 )
+from nrp_core.world.sensors.camera import Camera
 
 BACKENDS = ("mujoco", "pybullet")
 GREY: Rgba = (0.6, 0.6, 0.6, 1.0)

@@ -19,7 +19,6 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import (
     Box,
-    Camera,
     Capsule,
     Cylinder,
     Joint,
@@ -31,6 +30,7 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
+from nrp_core.world.sensors.camera import Camera
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
 EYE = Pose((-0.16, 0.0, 0.503))  # of the standing robot's camera

@@ -12,8 +12,9 @@ from nrp_core.errors import SceneError
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.model import Box, Camera, Capsule, Mesh, Scene
+from nrp_core.world.scene.model import Box, Capsule, Mesh, Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.world.sensors.camera import Camera
 
 LAB = """<mujoco model="lab">
   <option gravity="0 0 -9.8"/>

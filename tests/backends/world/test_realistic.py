@@ -9,7 +9,8 @@ from nrp_core.world.messages.gazebo_srvs import DeleteLightRequest, SetLightProp
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.render.realistic import AMBIENT
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Box, Camera, Finish, Light, Link, Model, Scene, Sphere, Visual
+from nrp_core.world.scene.model import Box, Finish, Light, Link, Model, Scene, Sphere, Visual
+from nrp_core.world.sensors.camera import Camera
 
 SUN = Light("sun", direction=(0.0, 0.0, -1.0), diffuse=(0.5, 0.5, 0.5, 1.0))
 SHADED, LIT = (10, 16), (20, 16)  # rows and columns of the eye's picture: under the plate, and before it

@@ -25,7 +25,13 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise
+from nrp_core.world.scene.sensing import Noise
+from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.sensors.contact import ContactSensor
+from nrp_core.world.sensors.force_torque import ForceTorque
+from nrp_core.world.sensors.ground_truth import GroundTruth
+from nrp_core.world.sensors.imu import Imu
+from nrp_core.world.sensors.laser import Laser
 
 GRAVITY = 9.8
 

@@ -16,7 +16,7 @@ from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose as ScenePose
 from nrp_core.world.scene.model import Box, Light, Scene, Sphere
-from nrp_core.world.scene.sensing import Laser
+from nrp_core.world.sensors.laser import Laser
 
 SPHERE = """
 <sdf version="1.6"><model name="any"><link name="link">

@@ -15,7 +15,8 @@ from nrp_core.world.interface import World, WorldOptions
 from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Camera, Rgba, Scene
+from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.sensors.camera import Camera
 
 
 class _Opens(MujocoBackend):

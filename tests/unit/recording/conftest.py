@@ -15,18 +15,8 @@ from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import (
-    Box,
-    Camera,
-    Cylinder,
-    Link,
-    Model,
-    Plane,
-    Scene,
-    Sphere,
-    Visual,
-    WheelDrive,
-)
+from nrp_core.world.scene.model import Box, Cylinder, Link, Model, Plane, Scene, Sphere, Visual, WheelDrive
+from nrp_core.world.sensors.camera import Camera
 
 PERIOD_NS = 20_000_000
 

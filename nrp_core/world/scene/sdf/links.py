@@ -13,10 +13,10 @@ from nrp_core.world.scene.model import Inertial, Link
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.geometry import is_empty, read_geometry
 from nrp_core.world.scene.reading.repairs import DEFAULT_FRICTION, usable_friction, usable_inertial
+from nrp_core.world.scene.reading.sensors import Mount, link_sensors
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.appearance import read_look
 from nrp_core.world.scene.sdf.frames import Frames
-from nrp_core.world.scene.sensors import read_sensors
 
 
 def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) -> Link:
@@ -44,7 +44,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
         for unique, collision in _named(link, "collision", reading)
     ]
     inertial = None if static else _inertial(link, frames, solid, reading)
-    sensors = read_sensors(link.all("sensor"), name, reading, place)
+    sensors = link_sensors(link.all("sensor"), Mount(name, place), reading)
     return build_link(name, frames.pose(name, link), inertial, shown, [part for part, _ in solid], sensors)
 
 

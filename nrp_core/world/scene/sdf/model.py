@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 
 from nrp_core.errors import SceneError, did_you_mean
@@ -16,6 +17,7 @@ from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.reading.repairs import with_default_masses
+from nrp_core.world.scene.reading.sensors import Mount, joint_sensors, with_plugin_sensor, with_sensors
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.ros_controllers import ROS_CONTROL, read_ros_controllers
 from nrp_core.world.scene.sdf.compound import Row, in_a_row
@@ -24,8 +26,6 @@ from nrp_core.world.scene.sdf.gearboxes import with_gears
 from nrp_core.world.scene.sdf.joints import WITHOUT_ONE_WAY, read_joints, with_leaders, without_loops
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
-from nrp_core.world.scene.sensing import GroundTruth, Sensor
-from nrp_core.world.scene.sensor_kinds import joint_sensors, read_sensor_plugin, renamed
 from nrp_core.world.scene.trajectories import read_follower
 from nrp_core.world.topics import resolve_name
 
@@ -54,7 +54,7 @@ class Parts:
                 link,
                 name=named(link.name),
                 pose=pose @ link.pose,
-                sensors=tuple(renamed(link.sensors, named)),
+                sensors=tuple(sensor.renamed(named) for sensor in link.sensors),
             )
             for link in self.links
         ]
@@ -96,7 +96,10 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
     rows = list(read_joints(model, frames, source.version, reading))
     for joint in model.all("joint"):
-        joint_sensors(joint, links, reading)
+        name = joint.attribute("name")
+        mount = Mount(name, partial(frames.place_in, frame=name))
+        sensors = joint_sensors(joint.all("sensor"), mount, reading)
+        links = with_sensors(links, joint.require("child").text, *sensors)
     acting = _Acting()
     for inner, parts in nested:
         prefix, frame = model_scope(inner.name, inner.merged)
@@ -109,7 +112,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     rows = with_gears(rows, model, frames, source.version, reading)
     joints = list(chain.from_iterable(rows))
     for plugin in placed.plugins:
-        acting.read(plugin, links, joints, reading)
+        links = acting.read(plugin, links, joints, reading)
     links = list(_odometry_once(links, acting.drives))
     return Parts(
         frames,
@@ -148,12 +151,9 @@ def _canonical_link(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> s
 def _odometry_once(links: Iterable[Link], drives: Iterable[Drive]) -> Iterator[Link]:
     """Yield links without the sensors of odometry that drives serve on the same topic, as gz-sim has it."""
     told = {drive.odometry_topic for drive in drives}
-
-    def repeats(sensor: Sensor) -> bool:
-        return isinstance(sensor, GroundTruth) and sensor.along_link and sensor.topic in told
-
     for link in links:
-        yield replace(link, sensors=tuple(sensor for sensor in link.sensors if not repeats(sensor)))
+        kept = (each for each in link.sensors if not (each.is_odometry and each.topic in told))
+        yield replace(link, sensors=tuple(kept))
 
 
 class _Acting:
@@ -164,10 +164,10 @@ class _Acting:
         self.controllers: list[JointController] = []
         self.followers: list[TrajectoryController] = []
 
-    def read(self, plugin: Element, links: list[Link], joints: list[Joint], reading: Reading) -> None:
-        """Read one plugin; what is not known is warned of."""
+    def read(self, plugin: Element, links: list[Link], joints: list[Joint], reading: Reading) -> list[Link]:
+        """Read one plugin and return the links with its sensor; plugins that are not known are warned of."""
         if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
-            return
+            return links
         drive = read_drive(plugin, links, joints, reading)
         controllers = read_controllers(plugin, [joint.name for joint in joints], reading)
         follower = read_follower(plugin, joints, reading)
@@ -185,8 +185,11 @@ class _Acting:
             self.drives += drives
             self.controllers += single
             self.followers += several
-        elif not read_sensor_plugin(plugin, links, joints, reading):
+        elif (sensing := with_plugin_sensor(plugin, links, joints, reading)) is not None:
+            return sensing
+        else:
             warn_of_plugin(plugin, reading)
+        return links
 
 
 def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Reading) -> Model:

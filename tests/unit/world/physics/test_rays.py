@@ -13,7 +13,7 @@ from nrp_core.world.raycast.collisions import CollisionSpace, _depth
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Link, Model, Plane, Sphere
-from nrp_core.world.scene.sensing import Laser
+from nrp_core.world.sensors.laser import Laser
 
 SIZES = st.floats(0.1, 1.5)
 SHAPES = st.one_of(
@@ -37,7 +37,7 @@ def scanned(shape, pose: Pose, laser: Laser = LASER) -> np.ndarray:
         Model("thing", (Link("link", collisions=(Collision("c", shape),)),), pose=pose, static=True),
     )
     space = CollisionSpace({m.name: bodies_of(m) for m in models}, lambda paths: lambda frames: None)
-    return space.scan("eye", "link", laser)
+    return space.scan("eye", "link", laser.beams)
 
 
 def depth(shape, pose: Pose, point) -> float:

@@ -10,7 +10,8 @@ from nrp_core.world.render.realistic import RealisticCameras
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Camera, Link, Model, Scene, Visual
+from nrp_core.world.scene.model import Link, Model, Scene, Visual
+from nrp_core.world.sensors.camera import Camera
 
 EYE = Pose.from_rpy((-2.0, 0.3, 2.5), 0.0, 0.7, 0.0)
 CAMERA = ("eye", "link", "camera")

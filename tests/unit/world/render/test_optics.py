@@ -10,20 +10,21 @@ from hypothesis import strategies as st
 
 from nrp_core.world.render.optics import Optics, bytes_of, drawn, flat, looking
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Box, Camera, Plane
+from nrp_core.world.scene.model import Box, Plane
+from nrp_core.world.sensors.camera import Camera
 
 CAMERA = Camera("camera", "/camera", 30.0, 1.57, 320, 240, 0.1, 50.0)
 
 
 def test_the_vertical_field_of_view_makes_pixels_square():
-    optics = Optics.of(CAMERA, 1.0)
+    optics = Optics.of(CAMERA.view, 1.0)
     assert (optics.width, optics.height, optics.near, optics.far) == (320, 240, 0.1, 50.0)
     assert tan(optics.vertical_fov / 2) == pytest.approx(tan(1.57 / 2) * 240 / 320)
 
 
 @given(st.floats(1e-3, 1.0))
 def test_a_scaled_picture_keeps_its_width_of_view(scale):
-    optics = Optics.of(CAMERA, scale)
+    optics = Optics.of(CAMERA.view, scale)
     assert optics.width >= 1
     assert optics.height >= 1
     assert 2 * atan(optics.width / 2 / optics.focal) == pytest.approx(1.57)

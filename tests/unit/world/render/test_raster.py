@@ -14,7 +14,8 @@ from nrp_core.world.render.raster import RasterCameras
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Box, Camera, Inertial, Link, Model, Scene, Visual
+from nrp_core.world.scene.model import Box, Inertial, Link, Model, Scene, Visual
+from nrp_core.world.sensors.camera import Camera
 
 NEAR, FAR = 0.2, 9.0
 CAMERA = ("eye", "link", "camera")

@@ -11,7 +11,13 @@ from nrp_core.errors import SceneError
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import Ackermann, Flight, JointController, Pid, PlanarMove
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.sensing import Camera, ContactSensor, ForceTorque, GroundTruth, Imu, Laser, Noise
+from nrp_core.world.scene.sensing import Noise
+from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.sensors.contact import ContactSensor
+from nrp_core.world.sensors.force_torque import ForceTorque
+from nrp_core.world.sensors.ground_truth import GroundTruth
+from nrp_core.world.sensors.imu import Imu
+from nrp_core.world.sensors.laser import Laser
 
 ModelReader = Callable[..., Model]
 

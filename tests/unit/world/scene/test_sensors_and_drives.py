@@ -7,8 +7,9 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Camera, Model, WheelDrive
+from nrp_core.world.scene.model import Model, WheelDrive
 from nrp_core.world.scene.sensing import Noise
+from nrp_core.world.sensors.camera import Camera
 
 ModelReader = Callable[..., Model]
 

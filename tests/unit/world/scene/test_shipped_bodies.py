@@ -9,8 +9,9 @@ from nrp_experiments.bodies import FOLDER
 from nrp_experiments.bodies.hexapod import JOINTS, Hexapod, sdf
 
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.model import Camera, Model
+from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.sdf import read_model
+from nrp_core.world.sensors.camera import Camera
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Box, Camera, Cylinder, Inertial, Model, Scene, WheelDrive
+from nrp_core.world.scene.model import Box, Cylinder, Inertial, Model, Scene, WheelDrive
 from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.world.sensors.camera import Camera
 
 FOLDER = Path(str(files("nrp_experiments.braitenberg_husky")))
 WHEELS = ("back_left", "back_right", "front_left", "front_right")

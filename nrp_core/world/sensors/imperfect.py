@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sensing import Noise, Sensor
+from nrp_core.world.scene.sensing import MountedSensor, Noise
 
 
 def with_imperfection(
@@ -47,7 +47,7 @@ def with_imperfection(
     return replace(scene, models=tuple(map(changed, scene.models)))
 
 
-def _topics(sensor: Sensor) -> list[str]:
+def _topics(sensor: MountedSensor) -> list[str]:
     """Return the topics that a sensor serves: what it measures may be told in several forms."""
     topics = (getattr(sensor, field.name) for field in fields(sensor) if field.name.endswith("topic"))
     return [topic for topic in topics if topic is not None]

@@ -1,12 +1,14 @@
-"""What all sensors of SDF say in the same way: how often, where, how well."""
+"""Elements that all sensors of SDF have in common: their rate, their noise and their topic."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from posixpath import join
+from typing import NamedTuple
 
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, vector_in, warn_of_plugin
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.topics import resolve_name
@@ -69,3 +71,27 @@ def output_of(plugin: Element) -> str:
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
     return next((to for name, _, to in rules if name == "~/out"), "")
+
+
+class PluginSensor(NamedTuple):
+    """The parameters that all sensors have which are plugins of a model."""
+
+    name: str
+    topic: str
+    rate_hz: float
+    noise: Noise
+
+
+def plugin_sensor(plugin: Element, reading: Reading) -> PluginSensor:
+    """Return what a ROS plugin of a model says as all of them do."""
+    topic = plugin.require("topicName").text
+    if not topic.startswith("/"):
+        topic = resolve_name(f"{ros_namespace(plugin)}/{topic}".lstrip("/"), reading.robot)
+    name = plugin.attributes.get("name") or plugin_name(plugin)
+    rate_hz = plugin.number("updateRate", 0.0) or 100.0
+    return PluginSensor(name, topic, rate_hz, Noise(0.0, plugin.number("gaussianNoise", 0.0)))
+
+
+def offset_of(plugin: Element) -> Pose:
+    """Return the pose that a ROS plugin of a model gives its sensor in the frame of its link."""
+    return Pose.from_rpy(vector_in(plugin, "xyzOffset"), *vector_in(plugin, "rpyOffset"))
