@@ -2,16 +2,18 @@
 
 Compiled code is kept in the user's cache directory, apart for each state of the sources: Numba itself
 looks only at the file of a function, and would go on using what was compiled from others before they
-changed.
+changed. The sources of a function are its package, and the modules of the compiled functions that its
+module imports, and of those that these import.
 """
 
 from __future__ import annotations
 
 import hashlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
 import platformdirs
@@ -33,9 +35,6 @@ except ImportError:
 
 CACHE_LINE = 64
 """Bytes that a processor fetches at once."""
-_NETWORK = Path(__file__).parents[1] / "brain" / "network"
-_SHARED = [Path(__file__), _NETWORK / "filters.py", _NETWORK / "synapses" / "short_term.py"]
-"""What the kernels of backends are compiled from as well."""
 _logger = logging.getLogger(__name__)
 
 
@@ -53,7 +52,7 @@ def _compiled(function: F, *, inline: bool) -> F:
     if not COMPILED:
         return function
     chosen = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(_cache_directory(Path(function.__code__.co_filename).parent, chosen))
+    numba.config.CACHE_DIR = str(_cache_directory(_source(function).parent, _imported(function), chosen))
     try:
         compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=inline)(function)
     finally:
@@ -61,16 +60,38 @@ def _compiled(function: F, *, inline: bool) -> F:
     return compiled
 
 
+def _source(function: Callable[..., Any]) -> Path:
+    return Path(function.__code__.co_filename)
+
+
+def _imported(function: Callable[..., Any]) -> frozenset[Path]:
+    """Return the modules whose compiled functions a function may call, directly or by way of others."""
+    found: dict[int, Callable[..., Any]] = {}
+    waiting: list[Callable[..., Any]] = [function]
+    while waiting:
+        for value in _reachable(waiting.pop()):
+            called = getattr(value, "py_func", None)
+            if isinstance(called, FunctionType) and id(called) not in found:
+                found[id(called)] = called
+                waiting.append(called)
+    return frozenset(map(_source, found.values()))
+
+
+def _reachable(function: Callable[..., Any]) -> Iterator[Any]:
+    yield from function.__globals__.values()
+    yield from (cell.cell_contents for cell in function.__closure__ or ())
+
+
 @cache
-def _cache_directory(package: Path, chosen: str) -> Path:
+def _cache_directory(package: Path, imported: frozenset[Path], chosen: str) -> Path:
     """Return where the code of a package goes, by the contents of all files that it is compiled from.
 
     The kernels of a package within another are compiled from those around it as well.
     """
     around = [package, *(folder for folder in package.parents if (folder / "__init__.py").exists())]
-    sources = sorted({*(source for folder in around for source in folder.glob("*.py")), *_SHARED})
+    inside = (source for folder in around for source in folder.glob("*.py"))
     digest = hashlib.blake2b(digest_size=8)
-    for source in sources:
+    for source in sorted({*inside, *imported, Path(__file__)}):
         digest.update(source.read_bytes())
     base = Path(chosen) if chosen else platformdirs.user_cache_path("nrp-core") / "kernels"
     return base / f"{package.name}-{digest.hexdigest()}"

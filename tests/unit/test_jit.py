@@ -1,5 +1,8 @@
 """Compiled kernels: borrowed memory, and a cache that knows its sources."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from time import perf_counter_ns
 
@@ -46,7 +49,7 @@ def test_a_borrowed_array_is_the_same_memory() -> None:
 def test_code_compiled_from_other_sources_is_kept_apart(folder: str, tmp_path: Path) -> None:
     def directory() -> Path:
         jit._cache_directory.cache_clear()
-        return jit._cache_directory(tmp_path / folder, str(tmp_path / "cache"))
+        return jit._cache_directory(tmp_path / folder, frozenset(), str(tmp_path / "cache"))
 
     (tmp_path / folder).mkdir(parents=True)
     (tmp_path / "package" / "__init__.py").touch()
@@ -56,6 +59,34 @@ def test_code_compiled_from_other_sources_is_kept_apart(folder: str, tmp_path: P
     assert first == directory()
     (tmp_path / "package" / "two.py").write_text("B = 2\n")
     assert directory() != first
+
+
+def test_code_is_compiled_anew_when_a_module_it_calls_by_way_of_another_changes(tmp_path: Path) -> None:
+    pytest.importorskip("numba")
+    texts = {
+        "below": "def base(x): return x + {number}\nbase = jit(base)\n",
+        "between": "from below.kernels import base\n@jit\ndef step(x): return base(x)\n",
+        "above": "from between.kernels import step\n@jit\ndef run(x): return 10 * step(x)\nprint(run(1))\n",
+    }
+
+    def result(number: int) -> tuple[str, set[str]]:
+        for name, text in texts.items():
+            (tmp_path / name).mkdir(exist_ok=True)
+            lines = "from nrp_core._support.jit import jit\n" + text.format(number=number)
+            (tmp_path / name / "kernels.py").write_text(lines)
+        cache = tmp_path / "cache"
+        done = subprocess.run(
+            [sys.executable, "-c", "import above.kernels"], cwd=tmp_path, check=True, text=True,
+            capture_output=True, env={**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": "."},
+        )  # fmt: skip
+        return done.stdout.strip(), {str(file) for file in cache.rglob("*.nbc")}
+
+    first, compiled = result(1)
+    again, unchanged = result(1)
+    assert (first, again) == ("20", "20")
+    assert len(compiled) == 3
+    assert unchanged == compiled
+    assert result(2)[0] == "30"
 
 
 def test_the_clock_of_the_work_stands_still_while_something_is_compiled() -> None:
