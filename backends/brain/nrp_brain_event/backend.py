@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import ClassVar
 
 from nrp_brain_event.options import EventOptions
+from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.simulation import Determinism
 
 
@@ -26,7 +24,7 @@ class EventBackend(BrainBackend):
         variables = (kind.state_variables for kind in CELL_TYPES.values())
         return BrainCapabilities(
             cells=frozenset(CELL_TYPES),
-            synapses=frozenset({STATIC, STDP, TSODYKS_MARKRAM}),
+            synapses=SYNAPSES,
             resolution_ns=options.resolution,
             determinism=Determinism.MACHINE,
             state_variables=frozenset().union(*variables),

@@ -10,10 +10,11 @@ import numpy as np
 
 from nrp_brain_event.plastic_connections import load_plastic, parameter, rows_of_plastic
 from nrp_brain_event.records import JUMP, Array, ShortTerm
+from nrp_brain_event.synapse_laws import SHARES
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import NetworkError
 
@@ -127,7 +128,7 @@ def _targets(projection: Projection, network: Network, row_of: IntArray) -> Arra
 
 def _short_term(projections: Sequence[Projection], cells: Array, targets: list[Array]) -> tuple[Array, Array]:
     """Return for each synapse its row in a table of states or -1, and that table."""
-    dynamic = [projection.synapse_type == TSODYKS_MARKRAM for projection in projections]
+    dynamic = [projection.synapse_type in SHARES for projection in projections]
     size = sum(projection.size for projection, is_so in zip(projections, dynamic, strict=True) if is_so)
     table, rows, n = np.zeros(size, ShortTerm.dtype()), [], 0
     for projection, target, is_so in zip(projections, targets, dynamic, strict=True):
@@ -139,12 +140,17 @@ def _short_term(projections: Sequence[Projection], cells: Array, targets: list[A
 
 
 def fill_short_term(table: Array, projection: Projection, targets: Array) -> None:
-    """Store the parameters of Tsodyks-Markram synapses that end on ``targets``, cells, in ``ShortTerm`` rows.
+    """Store the parameters and the first state of synapses that end on ``targets``, cells.
 
     Raises:
         NetworkError: one is missing.
     """
-    for name in ("U", "tau_rec", "tau_facil"):
+    law = LAWS[projection.synapse_type]
+    for name in law.parameters:
         table[name] = parameter(projection, name)
+    for name, variable in law.state.items():
+        table[name] = variable.default
+    if "law" in (table.dtype.names or ()):
+        table["law"] = list(SHARES).index(law.name)
     synapse = int(projection.receptor == "inhibitory")
     table["tau_psc"] = np.where(targets["synapse"] == JUMP, 0.0, targets["tau_syn"][:, synapse])

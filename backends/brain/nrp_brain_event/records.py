@@ -10,6 +10,8 @@ from typing import Annotated, Any, Final, NamedTuple, cast, get_origin, get_type
 import numpy as np
 import numpy.typing as npt
 
+from nrp_brain_event.synapse_laws import SHARES, fields_of
+
 Array = npt.NDArray[Any]
 
 
@@ -185,16 +187,11 @@ class Spike(Record):
 
 
 class ShortTerm(Record):
-    """A synapse with short-term plasticity: parameters under PyNN's names, state after its last spike."""
+    """A synapse that passes on a share of its weight; see :mod:`nrp_brain_event.synapse_laws`."""
 
-    U: float
-    tau_rec: float
-    tau_facil: float
-    tau_psc: float
-    t: float
-    u: float
-    y: float
-    z: float
+    @classmethod
+    def dtype(cls) -> np.dtype[Any]:
+        return np.dtype((np.record, fields_of(SHARES)))
 
 
 class Plastic(Record):

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from nrp_brain_spinnaker.models import STATE_VARIABLES, cell_models
+from nrp_brain_spinnaker.models import EXTENDED_SYNAPSES, STATE_VARIABLES, SYNAPSES, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.brain.report import Report
 from nrp_core.simulation import Determinism
 
@@ -29,8 +26,8 @@ class SpinnakerBackend(BrainBackend):
         models = cell_models(options.semantics)
         return BrainCapabilities(
             cells=frozenset(models),
-            synapses=frozenset({STATIC, STDP, TSODYKS_MARKRAM}),
-            extensions=frozenset({TSODYKS_MARKRAM, *(name for name, m in models.items() if m.extension)}),
+            synapses=SYNAPSES,
+            extensions=frozenset({*EXTENDED_SYNAPSES, *(name for name, m in models.items() if m.extension)}),
             approximate=APPROXIMATE,
             resolution_ns=options.timestep,
             determinism=Determinism.BITWISE,

@@ -14,13 +14,13 @@ from nrp_brain_spinnaker.host.loader import Loaded
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY, WeightArray
 from nrp_brain_spinnaker.machine.tsodyks_markram import TAU_SYN
+from nrp_brain_spinnaker.models import SYNAPSES
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError
 
 _WEIGHTS_DEPEND_ON = frozenset({"cm", "tau_m"})
@@ -145,7 +145,7 @@ class LiveNetwork:
     def _places(self) -> Mapping[str, IntArray]:
         """Where the synapses of each projection stand among those of their type."""
         places: dict[str, IntArray] = {}
-        for kind in (STATIC, STDP, TSODYKS_MARKRAM):
+        for kind in sorted(SYNAPSES):
             own = [part for part in self._wires.values() if part.projection.synapse_type == kind]
             places.update(_places_of(own))
         return places

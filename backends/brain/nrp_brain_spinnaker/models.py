@@ -1,14 +1,21 @@
-"""The cell types and which kernels they run."""
+"""The cell types and synapse laws, and which kernels cells run."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 from nrp_brain_spinnaker.machine import kinds
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 Semantics = Literal["pynn", "released"]
+
+EXTENDED_SYNAPSES: Final = frozenset({TSODYKS_MARKRAM})
+"""Synapse laws that the released software lacks."""
+SYNAPSES: Final = frozenset({STATIC, STDP, *EXTENDED_SYNAPSES})
 
 CONDUCTANCE_SCALE = 1024
 """Conductances travel as 1024 times their value in uS, so that small ones keep their bits."""

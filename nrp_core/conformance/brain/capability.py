@@ -11,9 +11,8 @@ from pydantic import ValidationError
 
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.network.data import Population
-from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.kit import BrainKit, record, train
 from nrp_core.conformance.brain.parts import cells, connect, spikes
@@ -22,13 +21,9 @@ from nrp_core.conformance.guard import undeclared
 from nrp_core.errors import CapabilityError, TimestepError
 from nrp_core.simulation import Determinism
 
-SYNAPSES: dict[str, dict[str, Any]] = {
-    STATIC: {},
-    TSODYKS_MARKRAM: {"U": 0.5, "tau_rec": 100.0, "tau_facil": 0.0},
-    STDP: {"A_plus": 0.01, "A_minus": 0.01, "tau_plus": 20.0, "tau_minus": 20.0, "w_min": 0.0, "w_max": 9.0,
-           "dendritic_delay_fraction": 1.0},
-}  # fmt: skip
-RULE = {"timing_dependence": "SpikePairRule", "weight_dependence": "AdditiveWeightDependence"}
+SYNAPSES: dict[str, dict[str, Any]] = {name: law.defaults for name, law in LAWS.items()}
+SYNAPSES[STDP]["w_max"] = 9.0  # the weights of all samples lie below
+RULE = LAWS[STDP].first_parts
 
 
 class CapabilityTests(BrainKit):
@@ -60,7 +55,7 @@ class CapabilityTests(BrainKit):
 
     @pytest.mark.parametrize("kind", sorted(SYNAPSES))
     def test_a_synapse_type_works_if_declared_and_is_refused_if_not(self, kind: str) -> None:
-        rule = RULE if kind == STDP else None
+        rule = LAWS[kind].first_parts or None
         synapse = connect("s", "n", self.sample.strong, 1.0, kind=kind, rule=rule, **SYNAPSES[kind])
         parts = spikes("s", [2.0, 30.0]), self.cells("n"), synapse
         if kind in self.capabilities.synapses:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from pyNN.standardmodels import cells as standard
+from nrp_core.brain.network.cells.types import CELLS
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +31,13 @@ class Sample:
     @property
     def all_parameters(self) -> dict[str, float]:
         """Every parameter by PyNN's name."""
-        return {**getattr(standard, self.cell_type).default_parameters, **self.parameters}
+        defaults = {name: known.default for name, known in CELLS[self.cell_type].parameters.items()}
+        return {**defaults, **self.parameters}
 
     @property
     def initial_values(self) -> dict[str, float]:
         """The membrane at rest."""
-        initial = dict(getattr(standard, self.cell_type).default_initial_values)
+        initial = {name: known.default for name, known in CELLS[self.cell_type].state.items()}
         rest_mv = self.parameters.get("v_rest", self.rest_mv)
         if rest_mv is not None:
             initial["v"] = rest_mv

@@ -19,12 +19,12 @@ from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Table
 from nrp_brain_event.grid.runs import line_of
 from nrp_brain_event.plastic_connections import rows_of_plastic
 from nrp_brain_event.records import Array, ShortTerm
+from nrp_brain_event.synapse_laws import SHARES
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 _SPAN: Final = 1 << 16
 
@@ -159,7 +159,7 @@ def _parts(
     targets = cells[post_first : post_first + network.populations[projection.post].size]
     line = line_of(targets[0], int(projection.receptor == "inhibitory"))
     weight, dynamic, dynamics = common(projection.weight), 0, None
-    if projection.synapse_type in (TSODYKS_MARKRAM, STDP):  # in the order in which the table will be
+    if projection.synapse_type in (*SHARES, STDP):  # in the order in which the table will be
         steps = grid.delays(projection.delay_ms)
         order = np.lexsort((projection.post_index, steps, projection.pre_index))
         weight, projection = None, _reordered(projection, order)

@@ -10,12 +10,11 @@ from nrp_brain_spinnaker.host.shifts import Incoming
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.ring import WeightArray
-from nrp_brain_spinnaker.models import CellModel
+from nrp_brain_spinnaker.models import EXTENDED_SYNAPSES, CellModel
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Projection
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 GENERATED_ON_MACHINE = frozenset(
     f"{name}Connector"
@@ -52,7 +51,7 @@ def is_machine_generated(projection: Projection, model: CellModel) -> bool:
     """
     weight = projection.origin.weight
     drawn = isinstance(weight, (int, float)) or parse_distribution(weight) is not None
-    known = projection.synapse_type != TSODYKS_MARKRAM and not model.extension
+    known = projection.synapse_type not in EXTENDED_SYNAPSES and not model.extension
     return known and drawn and projection.origin.connector in GENERATED_ON_MACHINE
 
 
