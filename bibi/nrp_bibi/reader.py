@@ -6,6 +6,7 @@ stand in an attribute or in an element, as XMI writes it. Only what cannot be un
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -91,14 +92,11 @@ class _Reading:
 
     def _class_of(self, of: type[Node], implied: str) -> type[Node]:
         choices = concrete(of)
-        named = next((v for k, v in self._element.attributes.items() if _says_type(k)), implied)
-        name = _local(named)
+        name = _stated_type(self._element) or implied
         if name in choices:
             return choices[name]
-        if name and len(choices) > 1:
-            raise self._element.error(
-                f"<{self._element.tag}> cannot be a '{name}'{did_you_mean(name, choices)}"
-            )
+        if name and not (of is Bibi and name in _ROOTS):
+            raise _wrong_type(self._element, name, choices)
         fitting = [choice for choice in choices.values() if self._fits(choice)]
         if len(choices) == 1 or len(fitting) == 1:
             return (fitting or list(choices.values()))[0]
@@ -161,8 +159,7 @@ class _Reading:
         here = self._element
         found = [] if attribute is None else [(here, text) for text in self._split(attribute, feature)]
         for element in elements:
-            if element.children:
-                raise element.error(f"<{element.tag}> holds {kind.expects}, no elements")
+            _check_value_element(element, kind)
             found.append((element, element.raw_text))
         if not found:
             found = [(here, here.raw_text)]
@@ -171,6 +168,22 @@ class _Reading:
     def _split(self, text: str, feature: Feature) -> list[str]:
         """Return the texts in an attribute; XMI writes several into one."""
         return text.split() if feature.many else [text]
+
+
+def _check_value_element(element: Element, kind: Value) -> None:
+    """Refuse child elements, attributes and a wrong ``xsi:type`` of an element that holds a plain value."""
+    if element.children:
+        raise element.error(f"<{element.tag}> holds {kind.expects}, not elements")
+    for name in _own(element.attributes):
+        raise element.error(f"<{element.tag}> has no '{name}': it holds {kind.expects}")
+    base = _local(kind.facets[0][1])
+    name = _stated_type(element)
+    if name not in ("", kind.name, base, "string"):
+        raise _wrong_type(element, name, (kind.name, base))
+
+
+def _wrong_type(element: Element, name: str, valid: Iterable[str]) -> ExperimentError:
+    return element.error(f"<{element.tag}> cannot have xsi:type '{name}'{did_you_mean(name, valid)}")
 
 
 def _parsed(element: Element, name: str, kind: Value, text: str) -> Any:
@@ -208,6 +221,11 @@ def _own(attributes: dict[str, str]) -> dict[str, str]:
 
 def _tags(element: Element) -> list[str]:
     return [child.tag for child in element.children]
+
+
+def _stated_type(element: Element) -> str:
+    """Return the local name of the ``xsi:type``, empty where there is none."""
+    return next((_local(text) for name, text in element.attributes.items() if _says_type(name)), "")
 
 
 def _says_type(attribute: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -240,6 +241,10 @@ def test_xmi_documents_are_read() -> None:
         ("<timestep>20</timestep><timestep>10</timestep>", "<bibi> has 'timestep' more than once"),
         ("text", "the text 'text' in <bibi> has no meaning"),
         ('<transferFunction xsi:type="Neuron2Robt"/>', "did you mean 'Neuron2Robot'?"),
+        ('<bodyModel xsi:type="BodyModl"/>', "m.bibi:2: <bodyModel> cannot have xsi:type 'BodyModl'; did"),
+        ('<bodyModel xsi:type="Robot"/>', "'Robot'; valid: BodyModel"),
+        ('<mode xsi:type="Wrd">M</mode>', "<mode> cannot have xsi:type 'Wrd'; did you mean 'Word'?"),
+        ('<mode name="M">M</mode>', "<mode> has no 'name': it holds a text"),
         ('<transferFunction name="f"/>', "<transferFunction> needs xsi:type; valid: Neuron2Monitor"),
         ('<configuration type="x"/>', '<configuration> needs an attribute src="..."'),
         ('<transferFunction xsi:type="Neuron2Robot" name="a b"/>', "'name' of <transferFunction> cannot be"),
@@ -248,6 +253,19 @@ def test_xmi_documents_are_read() -> None:
 )  # fmt: skip
 def test_what_has_no_meaning_is_refused_with_line_and_hint(inner: str, message: str) -> None:
     assert message in refusal(inner)
+
+
+@pytest.mark.parametrize(
+    "inner",
+    [
+        '<bodyModel xsi:type="BodyModel">r.sdf</bodyModel>',
+        '<mode xsi:type="ns1:Word">M</mode>',
+        '<mode xsi:type="xs:token" xml:space="preserve">M</mode>',
+        '<timestep xsi:type="xs:string">20</timestep>',
+    ],
+)
+def test_an_element_may_state_the_one_type_that_it_can_have(inner: str) -> None:
+    assert read(inner, 'xsi:type="BIBIConfiguration"') == read(re.sub(' xsi:type="[^"]*"', "", inner))
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "1,5", "0x10", ""])
