@@ -69,7 +69,7 @@ def _in_ms(t_ns: int | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class SampleSchedule:
-    """When something with a rate is due on a grid of steps that the rate need not divide.
+    """The times of samples at a rate, on a grid of steps that the rate need not divide.
 
     Sample ``k`` is taken at the first multiple of ``step_ns`` at or after ``k / rate_hz``, in
     rational arithmetic, so the mean rate is exact and never drifts.
@@ -85,7 +85,7 @@ class SampleSchedule:
     _per_ns: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        # whole numbers, found once: fractions take many times as long
+        # integers, computed once: fractions are many times slower
         object.__setattr__(self, "_rate", self.rate_hz.numerator)
         object.__setattr__(self, "_per_ns", self.rate_hz.denominator * NS_PER_S)
 
@@ -100,7 +100,7 @@ class SampleSchedule:
         return -((-k * self._per_ns) // (self._rate * step_ns)) * step_ns
 
     def index_at(self, t_ns: int) -> int:
-        """Number of the last sample that was due by ``t_ns``."""
+        """The number of the last sample due by ``t_ns``."""
         return t_ns * self._rate // self._per_ns
 
     def next_after(self, t_ns: int) -> int:

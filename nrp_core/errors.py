@@ -8,20 +8,20 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   ├── DuplicateBackendError     (LookupError)   two distributions claim one name
     │   ├── BackendLoadError          (ImportError)   found, but it does not import or open
     │   └── IncompatibleBackendError  (ImportError)   written for another interface version
-    ├── ExperimentError               (ValueError)    what the user wrote; carries path, line, column
+    ├── ExperimentError               (ValueError)    a mistake of the user; carries path, line, column
     │   ├── TimestepError                             time steps that do not divide
-    │   ├── TopicError                (LookupError)   topic unknown, or wrong type or direction
+    │   ├── TopicError                (LookupError)   unknown topic, or wrong type or direction
     │   ├── NeuronSelectionError      (LookupError)   population unknown or index out of range
-    │   ├── TransferFunctionError                     a transfer function is written wrongly
-    │   ├── NetworkError                              a network breaks its own rules
-    │   └── SceneError                                a robot or room file that cannot be used
-    ├── CapabilityError               (NotImplementedError)  the backend does not have this
-    ├── SimulationError               (RuntimeError)  something failed while running; carries t_ns
+    │   ├── TransferFunctionError                     a transfer function is declared wrongly
+    │   ├── NetworkError                              a network contradicts itself
+    │   └── SceneError                                a robot or room file cannot be used
+    ├── CapabilityError               (NotImplementedError)  the backend lacks a capability
+    ├── SimulationError               (RuntimeError)  a failure while running; carries t_ns
     │   ├── DivergedError             (ArithmeticError)  NaN or infinity from an engine
     │   ├── TransferFunctionRaisedError               a transfer function raised
-    │   ├── RecordingError                            the disk does not take a recording
-    │   └── SnapshotError                             a snapshot that fits no longer
-    └── LifecycleError                (RuntimeError)  an operation out of order, e.g. on a closed simulation
+    │   ├── RecordingError                            a recording cannot be written
+    │   └── SnapshotError                             a snapshot does not fit
+    └── LifecycleError                (RuntimeError)  a call out of order, e.g. on a closed simulation
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class UnknownBackendError(BackendError, LookupError):
 
 
 class DuplicateBackendError(BackendError, LookupError):
-    """Two installed distributions provide a backend under one name."""
+    """Two installed distributions provide a backend under the same name."""
 
 
 class BackendLoadError(BackendError, ImportError):
@@ -59,8 +59,8 @@ class ExperimentError(NrpError, ValueError):
     """Something the user wrote is wrong.
 
     Args:
-        message: what is wrong and what would be valid, one or a few sentences.
-        path: the file it stands in, if known.
+        message: the mistake and the valid alternatives, in one or a few sentences.
+        path: the file, if known.
         line: the 1-based line, if known.
         column: the 1-based column, if known.
     """
@@ -81,7 +81,7 @@ class ExperimentError(NrpError, ValueError):
 
     @property
     def location(self) -> str:
-        """``file:line:column`` as far as known, else the empty string."""
+        """``file:line:column`` as far as known, or an empty string."""
         if self.path is None:
             return ""
         parts = (str(self.path), self.line, self.column)
@@ -116,15 +116,15 @@ class SceneError(ExperimentError):
 
 
 class CapabilityError(NrpError, NotImplementedError):
-    """The backend declares that it does not have what was asked."""
+    """The backend declares that it lacks the requested capability."""
 
 
 class SimulationError(NrpError, RuntimeError):
     """Something failed while the simulation ran.
 
     Args:
-        message: what failed.
-        t_ns: simulation time of the failure in nanoseconds, if known.
+        message: the failure.
+        t_ns: simulated time of the failure in nanoseconds, if known.
     """
 
     def __init__(self, message: str, *, t_ns: int | None = None) -> None:
@@ -141,7 +141,7 @@ class TransferFunctionRaisedError(SimulationError):
 
 
 class RecordingError(SimulationError):
-    """The disk does not take a recording."""
+    """A recording cannot be written to the disk."""
 
 
 class SnapshotError(SimulationError):
@@ -149,19 +149,19 @@ class SnapshotError(SimulationError):
 
 
 class LifecycleError(NrpError, RuntimeError):
-    """An operation came out of order, such as stepping a closed simulation."""
+    """A call came out of order, such as stepping a closed simulation."""
 
 
 _MOST_NAMES, _NEAREST = 12, 6
-"""Of more names than this, only so many are told."""
+"""At most this many names are listed."""
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """Return a hint for a misspelt name.
 
     Returns:
-        ``"; did you mean 'x'?"`` when one valid name is close, else ``"; valid: a, b, c"``, of many those
-        that are most like it.
+        ``"; did you mean 'x'?"`` if one valid name is close, otherwise ``"; valid: a, b, c"`` with the most
+        similar names.
     """
     names = sorted(set(valid))
     close = difflib.get_close_matches(name, names, n=1)
@@ -174,7 +174,7 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Return which of the valid names is most like one that there is not, and all of them.
+    """Return the valid name that is most similar to an unknown one, and all valid names.
 
     Returns:
         ``"the nearest is x, of a, b, x"``, ``"there is only x"``, or ``"there are none"``.

@@ -14,11 +14,11 @@ from nrp_core.errors import did_you_mean
 
 
 class MissingFileError(ValueError):
-    """There is no such file."""
+    """A file does not exist."""
 
 
 class TextFrom(str):
-    """A text that remembers the folder of the file it stands in."""
+    """A text that carries the folder of the file it was written in."""
 
     __slots__ = ("folder",)
     folder: Path
@@ -35,8 +35,8 @@ def existing_file(value: object) -> Path:
     """Return the absolute path of a file.
 
     Raises:
-        MissingFileError: there is no such file; the message names a similar one beside it.
-        ValueError: it is no name of a file.
+        MissingFileError: the file does not exist; the message names a similar one in its folder.
+        ValueError: the text is not the name of a file.
     """
     if not isinstance(value, (str, Path)):
         raise ValueError(f"the name of a file is a text, not {value!r}")
@@ -57,8 +57,8 @@ def existing_folder(value: object) -> Path:
     """Return the absolute path of a folder.
 
     Raises:
-        MissingFileError: there is no such folder.
-        ValueError: it is no name of a folder.
+        MissingFileError: the folder does not exist.
+        ValueError: the text is not the name of a folder.
     """
     if not isinstance(value, (str, Path)):
         raise ValueError(f"the name of a folder is a text, not {value!r}")

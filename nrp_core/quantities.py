@@ -20,9 +20,9 @@ _RATE = {"Hz": 1, "kHz": 1e3, "MHz": 1e6}
 _LENGTH = {"mm": 1e-3, "cm": 1e-2, "m": 1, "km": 1e3}
 _ANGLE = {"rad": 1, "deg": pi / 180}
 
-_LARGEST = 1e30  # in any unit it is a slip
+_LARGEST = 1e30  # not a number in any unit
 _LONGEST_NS = 2**63 - 1
-"""What 64 bits hold: 292 years."""
+"""The largest time in 64 bits: 292 years."""
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([A-Za-zµ°]*)\s*\Z")
 
@@ -32,12 +32,12 @@ def parse(value: object, units: dict[str, float], what: str, *, bare: str | None
 
     Args:
         value: a number or a text such as ``20 ms``.
-        units: factor of each unit.
-        what: for messages, e.g. ``a time``.
-        bare: the unit of a number without one, or None where it must have one.
+        units: the factor of each unit.
+        what: the kind of quantity in messages, e.g. ``a time``.
+        bare: the unit of a bare number; None: a unit is required.
 
     Raises:
-        ValueError: it cannot be read; the message says what would be valid.
+        ValueError: the value cannot be read; the message says what is valid.
     """
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise ValueError(f"{what} is a number with a unit ({', '.join(units)}), not {value!r}")
@@ -53,18 +53,18 @@ def parse(value: object, units: dict[str, float], what: str, *, bare: str | None
             raise ValueError(f"{what} needs a unit: '{number} ms' or '{number} s'?")
         unit = bare
     if unit not in units:
-        raise ValueError(f"'{unit}' is no unit of {what}{did_you_mean(unit, units)}")
+        raise ValueError(f"'{unit}' is not a unit of {what}{did_you_mean(unit, units)}")
     factor = units[unit]
     return Fraction(number) * Fraction(repr(factor)) if factor != units.get("deg") else float(number) * factor
 
 
 def time_ns(value: object) -> int:
-    """Read a time; it needs a unit (but for 0)."""
+    """Read a time; it needs a unit, except for 0."""
     exact = parse(value, _TIME, "a time", bare=None) * NS_PER_S
     if exact != int(exact):
         raise ValueError(f"{value!r} is not a whole number of nanoseconds")
     if abs(int(exact)) > _LONGEST_NS:
-        raise ValueError(f"{value!r} is longer than 292 years, which is all that time can hold")
+        raise ValueError(f"{value!r} is longer than 292 years, the longest possible time")
     return int(exact)
 
 
@@ -98,7 +98,7 @@ _TIME_SCHEMA = _schema("20 ms", "a time with its unit: ns, us, ms, s, min, h")
 DurationNs = Annotated[int, BeforeValidator(lambda v: _positive(time_ns(v))), _TIME_SCHEMA]
 """A positive time, kept in nanoseconds."""
 TimeNs = Annotated[int, BeforeValidator(lambda v: _not_negative(time_ns(v))), _TIME_SCHEMA]
-"""A time from 0 on, kept in nanoseconds."""
+"""A time of 0 or more, kept in nanoseconds."""
 RateHz = Annotated[float, _number(_RATE, "a rate", "Hz"), _schema("30 Hz", "a rate: Hz, kHz")]
 """A rate, kept in Hz."""
 LengthM = Annotated[float, BeforeValidator(length_m), _schema("1.2 m", "a length: mm, cm, m, km")]

@@ -29,7 +29,7 @@ class Seeds:
         return Seeds(self.root, f"{self.path}/{name}" if self.path else name)
 
     def stream(self, name: str) -> np.random.Generator:
-        """Return a fresh counter-based generator (Philox) for ``name``; equal names, equal numbers."""
+        """Return a new counter-based generator (Philox) for ``name``; equal names give equal numbers."""
         return np.random.Generator(np.random.Philox(key=self._key(name, 16)))
 
     def integer(self, name: str, bits: int = 32) -> int:

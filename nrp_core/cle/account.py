@@ -1,4 +1,4 @@
-"""Where the time goes."""
+"""The wall time spent by each part of a step."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 @dataclass(slots=True)
 class TimeAccount:
-    """Wall time spent since the last reset, ns; neither waiting for the pace nor compiling is counted.
+    """Wall time spent since the last reset, ns; pacing and compilation are not counted.
 
     Attributes:
         brain_ns: advancing the brain.
@@ -35,7 +35,7 @@ class TimeAccount:
         return max(0, self.total_ns - self.both_ns - self.functions_ns)
 
     def shares(self) -> dict[str, float]:
-        """Return each one's share of the work, which add up to 1 (all 0 before the first step)."""
+        """Return the share of each part; the shares add up to 1 (all are 0 before the first step)."""
         work = {
             "brain": self.brain_ns,
             "world": self.world_ns,

@@ -1,7 +1,7 @@
 """The closed loop engine.
 
-One step: brain and world advance over ``(t, t + period]`` with what was written at ``t``; then the
-transfer functions run, see what both are at ``t + period``, and write what acts from then on.
+In one step, brain and world advance over ``(t, t + period]`` with the inputs written at ``t``; then the
+transfer functions run. They see both sides at ``t + period``, and their outputs act from then on.
 """
 
 from __future__ import annotations
@@ -33,29 +33,29 @@ T = TypeVar("T")
 
 
 class ClosedLoop(Closing):
-    """A brain and a world, coupled by transfer functions. It closes neither of the two.
+    """A brain and a world, coupled by transfer functions. Closing the loop closes neither of them.
 
     Args:
-        brain: the side of the neurons.
-        world: the side of the robot, at the same time as the brain.
-        functions: in the order in which those of equal priority run.
+        brain: the brain.
+        world: the world, at the same time as the brain.
+        functions: transfer functions; those of equal priority run in this order.
         period_ns: one step of the loop.
-        tf_time: whether functions are told the time at the ``end`` of the step, that of their
-            data, or at its ``start``.
-        on_error: what happens when a function raises: the run ``stop``s, or the function goes to
-            ``quarantine`` (it runs no more, its devices fall silent) and the rest runs on.
-        function_time_limit_s: wall time that one call of a function may take, s; one that takes longer is
-            interrupted and has failed. None: no limit.
+        tf_time: the time that functions get: the ``end`` of the step, which is the time of their data,
+            or its ``start``.
+        on_error: the reaction to a function that raises: the run ``stop``s, or the function is put in
+            ``quarantine`` (it does not run again, its devices fall silent) and the others continue.
+        function_time_limit_s: wall time that one call of a function may take, s; a longer call is
+            interrupted and counts as failed. None: no limit.
         pacing: how fast time passes; by default as fast as possible.
-        concurrent: whether brain and world advance at once; None: where it pays.
+        concurrent: whether brain and world advance in parallel; None: if it is faster.
 
     Attributes:
-        steps: how many steps were taken.
-        is_stepping: whether a step is under way; what is done then belongs to it.
+        steps: number of steps taken.
+        is_stepping: whether a step is in progress.
 
     Raises:
-        TimestepError: the period is no multiple of the steps of both sides.
-        ExperimentError: a function names what does not exist.
+        TimestepError: the period is not a multiple of the steps of both sides.
+        ExperimentError: a function names something that does not exist.
         LifecycleError: brain and world are not at the same time.
     """
 
@@ -99,7 +99,7 @@ class ClosedLoop(Closing):
 
     @property
     def now_ns(self) -> int:
-        """Time that brain and world have reached, ns."""
+        """The time that brain and world have reached, ns."""
         return self.world.now_ns
 
     # -- running
@@ -114,7 +114,7 @@ class ClosedLoop(Closing):
         Raises:
             TimestepError: ``t_ns`` is not a whole number of steps away.
             TransferFunctionRaisedError: a function raised or did not return (with ``on_error="stop"``);
-                what it raised is the cause.
+                its exception is the cause.
             SimulationError: an engine failed.
         """
         if (t_ns - self.now_ns) % self.plan.period_ns:
@@ -132,7 +132,7 @@ class ClosedLoop(Closing):
                 self.pacing.wait(self.now_ns)
 
     def stop(self) -> None:
-        """End the run after its current step; any thread or hook may ask for it."""
+        """End the run after its current step; any thread or hook may call this."""
         self._stopping = True
 
     def _step(self) -> None:
@@ -147,7 +147,7 @@ class ClosedLoop(Closing):
             raise failure.to_error() from failure.error
 
     def _step_through(self) -> Failure | None:
-        """Do all that belongs to one step and return the failure that ends the run, if any."""
+        """Take one step and return the failure that ends the run, if any."""
         start_ns = self.now_ns
         self._deliver_published()
         self._call(self.hooks.before_step)
@@ -159,12 +159,12 @@ class ClosedLoop(Closing):
         return failure
 
     def _run_functions(self, start_ns: int) -> Failure | None:
-        """Run what is due and return the failure that ends the run, if any."""
+        """Run the functions that are due and return the failure that ends the run, if any."""
         now_ns = self.now_ns
         t = seconds(now_ns if self.tf_time == "end" else start_ns)
         for function in self.functions:
             if not (function.is_bound and function.is_due(start_ns)):
-                continue  # one that was removed in this step is no longer bound
+                continue  # a function removed in this step is no longer bound
             began = work.now_ns()
             failure = self._run(function, now_ns, t)
             self.account.function_ns[function.name] += work.now_ns() - began
@@ -208,21 +208,22 @@ class ClosedLoop(Closing):
             publication.publish(message)
 
     def between_steps(self, call: Callable[[], T]) -> T:
-        """Return what a call returns that is made between two steps; any thread may ask."""
+        """Make a call between two steps and return its result; any thread may call this."""
         return self._requests.make(call)
 
     def change(self, add: Iterable[TransferFunction] = (), remove: Iterable[str] = ()) -> None:
-        """Add, replace and remove functions between two steps, or, if that cannot be, change nothing.
+        """Add, replace and remove functions between two steps; if anything is wrong, change nothing.
 
-        A function takes the place of the one of its name: its variables keep their values, its devices
-        what they have heard and drawn. One in quarantine runs again once it is replaced. Any thread may ask.
+        A function replaces the one of the same name: variables keep their values, devices keep their state
+        and their random streams. A function in quarantine runs again once it is replaced. Any thread may
+        call this.
 
         Args:
-            add: new ones.
-            remove: names of those to take away.
+            add: functions to add.
+            remove: names of functions to remove.
 
         Raises:
-            ExperimentError: a function names what does not exist, or there is none of a name.
+            ExperimentError: a function names something that does not exist, or a name is unknown.
         """
         added = tuple(add)
         self.between_steps(lambda: self._change(added, tuple(remove)))
@@ -232,30 +233,30 @@ class ClosedLoop(Closing):
         self._resume(add)
 
     def activate(self, name: str, active: bool = True) -> None:
-        """Let a transfer function run or not between two steps; any thread may ask.
+        """Activate or deactivate a transfer function between two steps; any thread may call this.
 
         Raises:
-            ExperimentError: there is none of this name.
+            ExperimentError: there is no function of this name.
         """
         self.between_steps(lambda: setattr(self._wiring[name], "active", active))
 
     def _resume(self, functions: Iterable[TransferFunction]) -> None:
-        """Let those run that are active, or were until they failed."""
+        """Activate the functions that are active, or were until they failed."""
         failed = {failure.function for failure in self.failures}
         for function in functions:
             function.active = function.active or function.name in failed
 
     def latency(self) -> list[LoopPath]:
-        """Return how many steps lie between each sensor and each actuator that it can move."""
+        """Return the number of steps between each sensor and each actuator that it can move."""
         return paths(self.functions)
 
     # -- life cycle
 
     def reset(self, *, seed: int | None = None) -> None:
-        """Return to time 0: both sides, variables, failures; functions in quarantine run again.
+        """Return both sides, variables and failures to time 0; functions in quarantine run again.
 
         Args:
-            seed: a new seed for both sides; by default those in force are used again.
+            seed: a new seed for both sides; by default their seeds stay.
         """
         self.brain.reset(seed=seed)
         self.world.reset(seed=seed)
@@ -269,13 +270,13 @@ class ClosedLoop(Closing):
         self._call(self.hooks.after_reset)
 
     def save(self) -> Any:
-        """Return the state of the loop and of its functions; brain and world save their own."""
+        """Return the state of the loop and of its functions; brain and world save theirs themselves."""
         return self.steps, {function.name: function.save() for function in self.functions}
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave; brain and world have been restored before.
+        """Restore a state from :meth:`save`; brain and world must have been restored before.
 
-        Functions that were not there then stay as they are.
+        Functions that are not in the saved state stay as they are.
         """
         self.steps, functions = saved
         for function in self.functions:

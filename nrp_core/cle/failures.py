@@ -1,4 +1,4 @@
-"""What is reported of a transfer function that raised, or did not return."""
+"""Reports of transfer functions that raised or did not return."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class Failure:
     Args:
         function: its name.
         path: its file.
-        line: the line in it; of a function that did not return, where it was.
-        step: number of the step, the first is 1.
-        t_ns: time that brain and world had reached.
-        error: what it raised.
-        inputs: what it saw in its parameters.
+        line: the line; for a function that did not return, the line that was running.
+        step: number of the step, starting at 1.
+        t_ns: the time that brain and world had reached.
+        error: the exception.
+        inputs: the values of its parameters.
     """
 
     function: str

@@ -1,4 +1,4 @@
-"""What others do at certain moments of a step: events, recorders, progress."""
+"""Hooks into the moments of a step, for events, recorders and progress."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Hook: TypeAlias = "Callable[[ClosedLoop], None]"
 
 @dataclass(frozen=True, slots=True)
 class Hooks:
-    """Functions of the loop, called in their order; what one raises ends the run.
+    """Lists of functions, called in order; an exception in one ends the run.
 
     Attributes:
-        before_step: at the time the step begins; what is published now acts in this step.
-        before_functions: brain and world have arrived, no transfer function has run.
-        after_step: the transfer functions have run, or the one that failed has.
-        after_reset: everything is back at time 0.
-        from_outside: a message from outside is about to be published; called with topic and message.
+        before_step: called at the start of a step; messages published now act in this step.
+        before_functions: called when brain and world have advanced, before the transfer functions run.
+        after_step: called after the transfer functions, also if one of them failed.
+        after_reset: called when everything is back at time 0.
+        from_outside: called with topic and message before a message from outside is published.
     """
 
     before_step: list[Hook] = field(default_factory=list)

@@ -9,11 +9,10 @@ from typing import Any, Self
 
 
 class DeferredInterrupt:
-    """Holds Ctrl-C back until the end of the block.
+    """Delays Ctrl-C until the end of the block.
 
-    Brain and world so stop at the same time. A second Ctrl-C is not held back, for code that never
-    returns. In other threads than the main one, and where a program handles Ctrl-C in no Python function,
-    nothing is changed.
+    So brain and world stop at the same time. A second Ctrl-C is not delayed, for code that never returns.
+    Outside the main thread, and where Ctrl-C is not handled by a Python function, nothing changes.
     """
 
     def __enter__(self) -> Self:

@@ -1,4 +1,4 @@
-"""How long it takes from a sensor to an actuator, in steps, read off the mappings."""
+"""The latency from sensors to actuators, in steps, derived from the mappings."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ BRAIN = "brain"
 
 @dataclass(frozen=True, slots=True)
 class LoopPath:
-    """The shortest way from a sensor to an actuator.
+    """The shortest path from a sensor to an actuator.
 
     Args:
-        sensor: topic that a function reads and none publishes.
-        actuator: topic that a function publishes on and none reads.
-        steps: from the step in which the sensor sampled to the first in which the actuator acts on
-            it; rates, throttling and the brain's own delays come on top.
-        via: transfer functions, ``brain`` and topics between functions, in order.
+        sensor: a topic that a function reads and none publishes.
+        actuator: a topic that a function publishes and none reads.
+        steps: number of steps from the sensor's sample to the first step in which the actuator acts on
+            it; rates, throttling and the brain's own delays are added to it.
+        via: the transfer functions, ``brain`` and the topics between functions, in order.
     """
 
     sensor: str
@@ -35,13 +35,13 @@ class LoopPath:
 
 
 def paths(functions: Sequence[TransferFunction]) -> list[LoopPath]:
-    """Return the shortest path of every sensor and actuator that are connected.
+    """Return the shortest path for every connected pair of a sensor and an actuator.
 
-    What a function sends acts in the next step; what it writes to the brain can be read one step
-    later; what it sends to a function that runs after it arrives in the same step.
+    A published message acts in the next step; an input of the brain can be read one step later; a message
+    to a function that runs later arrives in the same step.
 
     Args:
-        functions: in the order in which they run.
+        functions: the transfer functions, in the order in which they run.
     """
     read = {topic.name for function in functions for topic in function.subscribed}
     published = {topic.name for function in functions for topic in function.published}
@@ -57,7 +57,7 @@ def paths(functions: Sequence[TransferFunction]) -> list[LoopPath]:
 
 
 def _reached(functions: Sequence[TransferFunction], sensor: str) -> dict[int, tuple[int, tuple[str, ...]]]:
-    """Return, for each function that a sensor reaches, after how many steps and by which way (Dijkstra)."""
+    """Return the number of steps and the path to each function that a sensor reaches (Dijkstra)."""
     queue: list[tuple[int, tuple[str, ...], int]] = [
         (0, (function.name,), i)
         for i, function in enumerate(functions)
@@ -75,7 +75,7 @@ def _reached(functions: Sequence[TransferFunction], sensor: str) -> dict[int, tu
 
 
 def _next(functions: Sequence[TransferFunction], i: int) -> Iterator[tuple[int, int, str]]:
-    """Return what a function hands on to: which function, after how many steps, by what."""
+    """Return the successors of a function: the function, the number of steps, and the link."""
     drives = any(isinstance(mapping, MapSpikeSource) for mapping in functions[i].mappings.values())
     for j, function in enumerate(functions):
         if drives and any(isinstance(mapping, MapSpikeSink) for mapping in function.mappings.values()):

@@ -14,15 +14,15 @@ _CATCH_UP_S = 0.1
 
 
 class Pacing(ABC):
-    """Says when the next step may begin."""
+    """Decides when the next step may start."""
 
     @abstractmethod
     def start(self, now_ns: int) -> None:
-        """A run begins at a simulated time; what passed before does not count."""
+        """Start pacing at a simulated time; earlier time does not count."""
 
     @abstractmethod
     def wait(self, now_ns: int) -> None:
-        """Return when this simulated time may be reached."""
+        """Wait until this simulated time may be reached."""
 
 
 class AsFastAsPossible(Pacing):
@@ -34,14 +34,14 @@ class AsFastAsPossible(Pacing):
 
 
 class Paced(Pacing):
-    """Lets simulated time pass at a factor of wall time, where the machine can keep up.
+    """Keeps simulated time at a factor of wall time, if the machine is fast enough.
 
-    Delays up to 0.1 s are made up for; what was lost beyond is not.
+    Delays of up to 0.1 s are caught up; longer delays are not.
 
     Args:
-        factor: simulated seconds for each second, positive; 1 is real time.
-        clock: gives seconds.
-        sleep: waits for seconds.
+        factor: simulated seconds per second, positive; 1 is real time.
+        clock: returns the time, s.
+        sleep: waits, s.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ def pacing_of(text: str | float) -> Pacing:
     """Return the pacing for ``max``, ``realtime`` or a factor.
 
     Raises:
-        ExperimentError: it is neither.
+        ExperimentError: the value is none of these.
     """
     if text == "max":
         return AsFastAsPossible()

@@ -13,15 +13,15 @@ T = TypeVar("T")
 
 
 class Requests:
-    """While a thread runs the loop, it makes the calls of the others; else everybody makes their own."""
+    """While a thread runs the loop, it makes the calls of other threads; otherwise each makes its own."""
 
     def __init__(self) -> None:
-        self._lock = threading.RLock()  # a call may make another one
+        self._lock = threading.RLock()  # calls may be nested
         self._waiting: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._runner: int | None = None
 
     def make(self, call: Callable[[], T]) -> T:
-        """Return what a call returns that is made between two steps; what it raises is raised here."""
+        """Make a call between two steps; return its result or raise its exception."""
         if self._runner == threading.get_ident():
             return call()
         with self._lock:
@@ -33,7 +33,7 @@ class Requests:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """Be the thread that runs the loop; nobody is left waiting in the end."""
+        """Mark this thread as the one that runs the loop; pending calls are made at the end."""
         with self._lock:
             self._runner = threading.get_ident()
         try:
@@ -44,7 +44,7 @@ class Requests:
                 self._runner = None
 
     def serve(self) -> None:
-        """Make the calls that wait."""
+        """Make the pending calls."""
         while self._waiting:
             call, future = self._waiting.popleft()
             try:

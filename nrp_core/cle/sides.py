@@ -1,4 +1,4 @@
-"""Advance brain and world over one step, at once where that is quicker."""
+"""Advance brain and world over one step, in parallel if that is faster."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from nrp_core.cle.account import TimeAccount
 from nrp_core.world.interface import World
 
 WORTH_A_THREAD_NS = 500_000
-"""Both sides must take at least this long for a thread to pay; handing over costs about 100 us."""
+"""Both sides must take at least this long for a thread to pay off; a handover costs about 100 us."""
 
 
 class Sides:
     """A brain and a world that advance together.
 
-    The world stays on the calling thread, because what draws its cameras is bound to one; the brain
-    goes to a thread of its own. Neither sees the other within a step, so that how they ran
-    changes no result.
+    The world stays on the calling thread, because its renderers are bound to one; the brain runs on a
+    thread of its own. Neither sees the other within a step, so the result does not depend on this.
 
     Args:
-        brain: the side of the neurons.
-        world: the side of the robot.
-        concurrent: True or False, or None: where the brain releases the GIL and, judging by the last
-            step, it pays.
+        brain: the brain.
+        world: the world.
+        concurrent: whether to use a thread; None: if the brain releases the GIL and the duration of the
+            last step makes it worthwhile.
     """
 
     def __init__(self, brain: Brain, world: World, *, concurrent: bool | None = None) -> None:
@@ -39,7 +38,7 @@ class Sides:
         """Bring both to ``t_ns``.
 
         Raises:
-            BaseException: what either side raised, after both have stopped.
+            BaseException: the exception of either side, after both have stopped.
         """
         began = work.now_ns()
         together = self._last_ns >= WORTH_A_THREAD_NS if self._concurrent is None else self._concurrent

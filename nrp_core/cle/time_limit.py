@@ -1,8 +1,8 @@
 """A limit to the wall time that one call of a transfer function may take.
 
-A thread of its own looks a few times a second whether the same call is still under way, and interrupts it
-when it has seen it for too long. The loop only leaves a number, so that a call costs 0.2 us more. Looks are
-counted rather than a clock read: a program that was stopped, or a machine that slept, spent no time.
+A watching thread checks a few times a second whether the same call is still in progress, and interrupts it
+after too many checks. The loop only stores a number, which costs 0.2 us a call. Checks are counted instead
+of reading a clock: a program that was stopped, or a machine that was suspended, spent no time.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from typing import Any, Final, TypeVar
 T = TypeVar("T")
 
 DEFAULT_S: Final = 60.0
-"""Generous: models that are loaded and code that is compiled at the first call take their time as well."""
+"""Generous, because a first call may load models or compile code."""
 _LOOK_S: Final = 0.25
 _LOOKS: Final = 8
-"""At least so many looks at a call before it is interrupted."""
+"""A call is interrupted after at least this many checks."""
 
 
 class TimeLimitExceeded(BaseException):
-    """Raised within a call that took too long; no ``Exception``, so that functions do not catch it."""
+    """Raised within a call that took too long; not an ``Exception``, so that functions do not catch it."""
 
 
 class TimeLimit:
     """Interrupts calls that do not return.
 
-    In the main thread, what waits for the operating system (``sleep``, a socket) is interrupted as well; in
-    another thread the interpreter has to come back to Python first. Library code that computes without an
-    end and never comes back to Python cannot be interrupted.
+    In the main thread, system calls that wait (``sleep``, a socket) are interrupted as well; in another
+    thread the interpreter has to return to Python first. Library code that computes forever and never
+    returns to Python cannot be interrupted.
 
     Args:
-        limit_s: how long a call may take, wall time, s; None: for ever.
+        limit_s: longest wall time of a call, s; None: no limit.
     """
 
     def __init__(self, limit_s: float | None = DEFAULT_S) -> None:
@@ -46,18 +46,18 @@ class TimeLimit:
         self._look_s = _LOOK_S if limit_s is None else min(_LOOK_S, limit_s / _LOOKS)
         self._lock = threading.Lock()
         self._calls = 0
-        self._current = 0  # number of the call under way
+        self._current = 0  # number of the call in progress
         self._late = 0  # number of the call that took too long
-        self._again = False  # whether it was interrupted before and went on
+        self._again = False  # whether it was interrupted before and continued
         self._tracer: Any = None
         self._watched = False
         self._watcher: threading.Thread | None = None
 
     def call(self, function: Callable[..., T], *arguments: Any) -> T:
-        """Return what a function returns.
+        """Call a function and return its result.
 
         Raises:
-            TimeLimitExceeded: it did not within the limit, in a :meth:`watching` block.
+            TimeLimitExceeded: it did not return within the limit, in a :meth:`watching` block.
         """
         self._calls = number = self._calls + 1
         self._current = number
@@ -67,15 +67,15 @@ class TimeLimit:
             error.args = (f"did not return within {self.limit_s:g} s, its function_time_limit",)
             raise
         finally:
-            self._current = 0  # before anything else: from here on nobody new interrupts this call
+            self._current = 0  # first of all: from here on, no new interrupt can hit this call
             if self._late == number:
                 sys.settrace(self._tracer)
-                with self._lock:  # somebody may be at it
+                with self._lock:  # an interrupt may be in progress
                     _withdraw()
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Watch over the calls of this thread until the end of the block."""
+        """Watch the calls of this thread until the end of the block."""
         if self.limit_s is None:
             yield
             return
@@ -98,7 +98,7 @@ class TimeLimit:
     # -- in the thread that watches
 
     def _watch(self) -> None:
-        """Look again and again until nobody wants it any more."""
+        """Check repeatedly until no thread is watched."""
         assert self.limit_s is not None
         seen, looks = 0, 0
         while True:
@@ -116,9 +116,9 @@ class TimeLimit:
         self._again = self._late == number
         self._late = number
         if self._current != number:
-            return  # it has returned since, without looking at what was set just now
+            return  # it has returned in the meantime, before it could see the flag
         if self._in_main:
-            # nothing else uses this signal; being one, it also ends what waits for the operating system
+            # nothing else uses this signal; as a signal it also ends system calls that wait
             signal.pthread_kill(self._thread, signal.SIGURG)
         else:
             _raise_in(self._thread)
@@ -133,7 +133,7 @@ class TimeLimit:
 
 
 def _insist(frame: FrameType | None) -> None:
-    """Let what catches the exception raise it again: a bare ``except:`` in a loop would go on for ever."""
+    """Raise the exception again if it was caught: a bare ``except:`` in a loop would continue forever."""
 
     def trace(_frame: FrameType, event: str, _argument: Any) -> Any:
         if event == "line":
@@ -151,5 +151,5 @@ def _raise_in(thread: int) -> None:
 
 
 def _withdraw() -> None:
-    """Drop an exception that was meant for a call of this thread and came too late for it."""
+    """Drop an exception that was meant for an earlier call of this thread and came too late."""
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(threading.get_ident()), None)

@@ -16,13 +16,13 @@ from nrp_core.world.interface import World
 
 
 class Wiring:
-    """The transfer functions that are bound to a brain and a world, and the variables that they share.
+    """The transfer functions bound to a brain and a world, and the variables that they share.
 
     Args:
         brain, world: the two sides.
 
     Attributes:
-        functions: in the order in which they run: by priority, equals in the order given.
+        functions: in the order in which they run: by priority, then in the order given.
     """
 
     def __init__(self, brain: Brain, world: World) -> None:
@@ -31,18 +31,18 @@ class Wiring:
         self.functions: tuple[TransferFunction, ...] = ()
 
     def change(self, add: Iterable[TransferFunction], remove: Iterable[str] = ()) -> None:
-        """Add and remove functions, or, if that cannot be, change nothing.
+        """Add and remove functions; if anything is wrong, change nothing.
 
-        One that is added takes the place of the one of its name, if there is one, and goes on where that
-        was: its variables keep their values, and its devices on the same neurons what they have heard and
-        drawn.
+        A new function replaces the one of the same name and continues its state: variables keep their
+        values, and devices on the same neurons keep their state and random streams.
 
         Args:
-            add: what is bound already stays.
-            remove: names.
+            add: functions to add; those already bound stay.
+            remove: names of functions to remove.
 
         Raises:
-            ExperimentError: two have one name, one names what does not exist, or there is none to remove.
+            ExperimentError: two functions have the same name, a function names something that does not
+                exist, or a function to remove does not exist.
         """
         bound = {function.name: function for function in self.functions}
         added = [function for function in add if bound.get(function.name) is not function]
@@ -58,7 +58,7 @@ class Wiring:
         self.functions = tuple(sorted(after.values(), key=lambda function: -function.priority))
 
     def _bind(self, added: Iterable[TransferFunction], bound: Mapping[str, TransferFunction]) -> None:
-        """Bind functions, or none; what has the name of one that is bound goes on where that was."""
+        """Bind all functions or none; a function continues the state of the bound one of the same name."""
         there = self._brain.devices
         before, known = {_device_key(port): port for port in there}, set(map(id, there))
         with ExitStack() as undo:
@@ -82,7 +82,7 @@ class Wiring:
         """Return a function by its name.
 
         Raises:
-            ExperimentError: there is none.
+            ExperimentError: it does not exist.
         """
         self._known(name)
         return next(function for function in self.functions if function.name == name)
@@ -94,14 +94,14 @@ class Wiring:
 
 
 def _device_key(port: SourcePort | SinkPort) -> tuple[str, str, tuple[int, ...]]:
-    """Return what a device of a brain is recognised by: its kind, its name and its neurons."""
+    """Return the identity of a device: its kind, its name and its neurons."""
     return type(port).__qualname__, port.name, tuple(port.neurons.tolist())
 
 
 def declare_topics(functions: Sequence[TransferFunction], world: World) -> None:
-    """Declare the topics between functions: no part of the world serves them, one publishes, one reads.
+    """Declare the topics between functions: those that the world lacks, one function publishes and one reads.
 
-    One that is only published, or only read, is left to fail where it is bound: it is misspelt.
+    A topic that is only published or only read is probably misspelt, and fails when it is bound.
     """
     read = {topic.name for function in functions for topic in function.subscribed}
     for function in functions:
@@ -112,9 +112,9 @@ def declare_topics(functions: Sequence[TransferFunction], world: World) -> None:
 
 
 def declare_unserved(functions: Sequence[TransferFunction], world: World) -> list[str]:
-    """Declare every topic that a function names and no part of the world serves; return their names.
+    """Declare every topic that a function names and the world lacks; return their names.
 
-    One whose type nobody says carries anything.
+    A topic without a declared type carries any message.
     """
     named = [topic for function in functions for topic in (*function.published, *function.subscribed)]
     unserved = [topic for topic in named if topic.name not in world.topics]
