@@ -1,1 +1,94 @@
-"""A closed loop between a spiking brain and a simulated body, with any simulator on either side."""
+"""A closed loop between a spiking brain and a simulated body, with any simulator on either side.
+
+::
+
+    import nrp_core
+
+    result = nrp_core.run("braitenberg_husky", ["seed=3"], until_s=5.0)
+    print(result.passed, result.final_pose["husky"])
+
+The names here are what users need; :mod:`nrp_core.brain` and :mod:`nrp_core.world` offer what authors of
+backends need. A name is imported when it is first used.
+"""
+
+from nrp_core._support.lazy import lazily
+
+TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
+if TYPE_CHECKING:
+    from nrp_core.analysis.validate import validate as validate
+    from nrp_core.brain.backends import brains as brains
+    from nrp_core.brain.files import read_network as read_network
+    from nrp_core.brain.files import save_network as save_network
+    from nrp_core.brain.files.script import load_network as load_network
+    from nrp_core.brain.files.sonata import read_sonata as read_sonata
+    from nrp_core.brain.interface import Brain as Brain
+    from nrp_core.brain.network.data import Network as Network
+    from nrp_core.brain.network.data import Population as Population
+    from nrp_core.brain.network.data import Projection as Projection
+    from nrp_core.dsl.functions.function import TransferFunction as TransferFunction
+    from nrp_core.dsl.loading.imports import provide_messages as provide_messages
+    from nrp_core.dsl.loading.loader import load_transfer_functions as load_transfer_functions
+    from nrp_core.errors import NrpError as NrpError
+    from nrp_core.experiment.model.experiment import Experiment as Experiment
+    from nrp_core.experiment.reading.find import load_experiment as load_experiment
+    from nrp_core.experiment.reading.find import shipped as shipped
+    from nrp_core.experiment.running.result import Result as Result
+    from nrp_core.experiment.running.run import Run as Run
+    from nrp_core.findings import Code as Code
+    from nrp_core.findings import Finding as Finding
+    from nrp_core.findings import InvalidExperimentError as InvalidExperimentError
+    from nrp_core.findings import Level as Level
+    from nrp_core.recording.layout import Pictures as Pictures
+    from nrp_core.recording.reading.recording import Recording as Recording
+    from nrp_core.running import run as run
+    from nrp_core.world.backends import worlds as worlds
+    from nrp_core.world.interface import World as World
+    from nrp_core.world.messages import builtin_interfaces as builtin_interfaces
+    from nrp_core.world.messages import control_msgs as control_msgs
+    from nrp_core.world.messages import gazebo_msgs as gazebo_msgs
+    from nrp_core.world.messages import geometry_msgs as geometry_msgs
+    from nrp_core.world.messages import message as message
+    from nrp_core.world.messages import nav_msgs as nav_msgs
+    from nrp_core.world.messages import nrp_msgs as nrp_msgs
+    from nrp_core.world.messages import sensor_msgs as sensor_msgs
+    from nrp_core.world.messages import std_msgs as std_msgs
+    from nrp_core.world.messages import trajectory_msgs as trajectory_msgs
+    from nrp_core.world.rigid.pose import Pose as Pose
+    from nrp_core.world.scene.model import Model as Model
+    from nrp_core.world.scene.model import Scene as Scene
+    from nrp_core.world.scene.sdf import read_model as read_model
+    from nrp_core.world.scene.sdf import read_scene as read_scene
+else:
+    __getattr__, __dir__, __all__ = lazily(
+        __name__,
+        {
+            "nrp_core.analysis.validate": "validate",
+            "nrp_core.brain.backends": "brains",
+            "nrp_core.brain.files": "read_network save_network",
+            "nrp_core.brain.files.script": "load_network",
+            "nrp_core.brain.files.sonata": "read_sonata",
+            "nrp_core.brain.interface": "Brain",
+            "nrp_core.brain.network.data": "Network Population Projection",
+            "nrp_core.dsl.functions.function": "TransferFunction",
+            "nrp_core.dsl.loading.imports": "provide_messages",
+            "nrp_core.dsl.loading.loader": "load_transfer_functions",
+            "nrp_core.errors": "NrpError",
+            "nrp_core.experiment.model.experiment": "Experiment",
+            "nrp_core.experiment.reading.find": "load_experiment shipped",
+            "nrp_core.experiment.running.result": "Result",
+            "nrp_core.experiment.running.run": "Run",
+            "nrp_core.findings": "Code Finding InvalidExperimentError Level",
+            "nrp_core.recording.layout": "Pictures",
+            "nrp_core.recording.reading.recording": "Recording",
+            "nrp_core.running": "run",
+            "nrp_core.world.backends": "worlds",
+            "nrp_core.world.interface": "World",
+            "nrp_core.world.messages": (
+                "builtin_interfaces control_msgs gazebo_msgs geometry_msgs message nav_msgs nrp_msgs "
+                "sensor_msgs std_msgs trajectory_msgs"
+            ),
+            "nrp_core.world.rigid.pose": "Pose",
+            "nrp_core.world.scene.model": "Model Scene",
+            "nrp_core.world.scene.sdf": "read_model read_scene",
+        },
+    )

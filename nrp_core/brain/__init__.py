@@ -1,1 +1,93 @@
-"""The brain side: networks, devices, and the interface of a spiking simulator."""
+"""The brain side: what authors of brain backends need, each name imported when it is first used.
+
+A backend derives from :class:`Brain` and :class:`BrainBackend`; it is given a :class:`Network`.
+"""
+
+from nrp_core._support.lazy import lazily
+
+TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
+if TYPE_CHECKING:
+    from nrp_core._support.arrays import FloatArray as FloatArray
+    from nrp_core._support.arrays import IndexArray as IndexArray
+    from nrp_core._support.arrays import IntArray as IntArray
+    from nrp_core._support.closing import Closing as Closing
+    from nrp_core._support.diagnosis import Diagnosis as Diagnosis
+    from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
+    from nrp_core.brain.changes import PARAMETERS as PARAMETERS
+    from nrp_core.brain.changes import WEIGHTS as WEIGHTS
+    from nrp_core.brain.changes import ParameterChange as ParameterChange
+    from nrp_core.brain.devices.ports import SourcePort as SourcePort
+    from nrp_core.brain.devices.ports import SourceSpec as SourceSpec
+    from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha as LeakyIntegratorAlpha
+    from nrp_core.brain.devices.sinks import LeakyIntegratorExp as LeakyIntegratorExp
+    from nrp_core.brain.devices.sinks import PopulationRate as PopulationRate
+    from nrp_core.brain.devices.sinks import SinkPort as SinkPort
+    from nrp_core.brain.devices.sinks import SinkSpec as SinkSpec
+    from nrp_core.brain.devices.sinks import SpikeRecorder as SpikeRecorder
+    from nrp_core.brain.devices.sources import ACSource as ACSource
+    from nrp_core.brain.devices.sources import DCSource as DCSource
+    from nrp_core.brain.devices.sources import FixedFrequencySource as FixedFrequencySource
+    from nrp_core.brain.devices.sources import NoisyCurrentSource as NoisyCurrentSource
+    from nrp_core.brain.devices.sources import PoissonSource as PoissonSource
+    from nrp_core.brain.devices.sources import SpikeInjector as SpikeInjector
+    from nrp_core.brain.devices.state_recorder import ConductanceRecorder as ConductanceRecorder
+    from nrp_core.brain.devices.state_recorder import StateRecorder as StateRecorder
+    from nrp_core.brain.devices.state_recorder import VoltageRecorder as VoltageRecorder
+    from nrp_core.brain.devices.train_queue import TrainQueue as TrainQueue
+    from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION as BRAIN_INTERFACE_VERSION
+    from nrp_core.brain.interface import Brain as Brain
+    from nrp_core.brain.interface import BrainBackend as BrainBackend
+    from nrp_core.brain.interface import BrainOptions as BrainOptions
+    from nrp_core.brain.network.data import RECEPTORS as RECEPTORS
+    from nrp_core.brain.network.data import Network as Network
+    from nrp_core.brain.network.data import Origin as Origin
+    from nrp_core.brain.network.data import Population as Population
+    from nrp_core.brain.network.data import Projection as Projection
+    from nrp_core.brain.network.grid import Grid as Grid
+    from nrp_core.brain.network.synapse_order import same_order as same_order
+    from nrp_core.brain.network.synapses.static import STATIC as STATIC
+    from nrp_core.brain.network.synapses.stdp import STDP as STDP
+    from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM as TSODYKS_MARKRAM
+    from nrp_core.brain.pynn import builder as builder
+    from nrp_core.brain.pynn.export import network_of as network_of
+    from nrp_core.brain.remote import RemoteBrain as RemoteBrain
+    from nrp_core.brain.remote import RemoteOptions as RemoteOptions
+    from nrp_core.brain.remote import Sole as Sole
+    from nrp_core.brain.report import Fact as Fact
+    from nrp_core.brain.report import Quantity as Quantity
+    from nrp_core.brain.report import Report as Report
+    from nrp_core.brain.report import Table as Table
+    from nrp_core.brain.spikes import Spikes as Spikes
+    from nrp_core.brain.spikes import SynapticEvents as SynapticEvents
+else:
+    __getattr__, __dir__, __all__ = lazily(
+        __name__,
+        {
+            "nrp_core._support.arrays": "FloatArray IndexArray IntArray",
+            "nrp_core._support.closing": "Closing",
+            "nrp_core._support.diagnosis": "Diagnosis",
+            "nrp_core.brain.capabilities": "BrainCapabilities",
+            "nrp_core.brain.changes": "PARAMETERS ParameterChange WEIGHTS",
+            "nrp_core.brain.devices.ports": "SourcePort SourceSpec",
+            "nrp_core.brain.devices.sinks": (
+                "LeakyIntegratorAlpha LeakyIntegratorExp PopulationRate SinkPort SinkSpec SpikeRecorder"
+            ),
+            "nrp_core.brain.devices.sources": (
+                "ACSource DCSource FixedFrequencySource NoisyCurrentSource PoissonSource SpikeInjector"
+            ),
+            "nrp_core.brain.devices.state_recorder": "ConductanceRecorder StateRecorder VoltageRecorder",
+            "nrp_core.brain.devices.train_queue": "TrainQueue",
+            "nrp_core.brain.interface": "BRAIN_INTERFACE_VERSION Brain BrainBackend BrainOptions",
+            "nrp_core.brain.network.data": "Network Origin Population Projection RECEPTORS",
+            "nrp_core.brain.network.grid": "Grid",
+            "nrp_core.brain.network.synapse_order": "same_order",
+            "nrp_core.brain.network.synapses.static": "STATIC",
+            "nrp_core.brain.network.synapses.stdp": "STDP",
+            "nrp_core.brain.network.synapses.tsodyks_markram": "TSODYKS_MARKRAM",
+            "nrp_core.brain.pynn": "builder",
+            "nrp_core.brain.pynn.export": "network_of",
+            "nrp_core.brain.remote": "RemoteBrain RemoteOptions Sole",
+            "nrp_core.brain.report": "Fact Quantity Report Table",
+            "nrp_core.brain.spikes": "Spikes SynapticEvents",
+        },
+    )

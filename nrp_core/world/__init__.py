@@ -1,1 +1,130 @@
-"""The world side: scenes, messages, topics, and the interface of a physics engine."""
+"""The world side: what authors of world backends need, each name imported when it is first used.
+
+A backend derives from :class:`World` and :class:`WorldBackend`; it is given a :class:`Scene`.
+"""
+
+from nrp_core._support.lazy import lazily
+
+TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
+if TYPE_CHECKING:
+    from nrp_core._support.arrays import FloatArray as FloatArray
+    from nrp_core._support.arrays import IndexArray as IndexArray
+    from nrp_core._support.arrays import IntArray as IntArray
+    from nrp_core._support.closing import Closing as Closing
+    from nrp_core._support.diagnosis import Diagnosis as Diagnosis
+    from nrp_core.world.batch import WorldBatch as WorldBatch
+    from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
+    from nrp_core.world.engine import Engine as Engine
+    from nrp_core.world.interface import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
+    from nrp_core.world.interface import World as World
+    from nrp_core.world.interface import WorldBackend as WorldBackend
+    from nrp_core.world.interface import WorldOptions as WorldOptions
+    from nrp_core.world.part import Part as Part
+    from nrp_core.world.render.cameras import DepthArray as DepthArray
+    from nrp_core.world.render.cameras import ImageArray as ImageArray
+    from nrp_core.world.render.optics import drawn as drawn
+    from nrp_core.world.rigid.matrices import matrix_of as matrix_of
+    from nrp_core.world.rigid.motion import BodyPath as BodyPath
+    from nrp_core.world.rigid.motion import BodyVelocity as BodyVelocity
+    from nrp_core.world.rigid.motion import JointAim as JointAim
+    from nrp_core.world.rigid.motion import JointStates as JointStates
+    from nrp_core.world.rigid.motion import ModelMotion as ModelMotion
+    from nrp_core.world.rigid.motion import Touch as Touch
+    from nrp_core.world.rigid.motion import Wrench as Wrench
+    from nrp_core.world.rigid.pose import Pose as Pose
+    from nrp_core.world.rigid.pose import Quaternion as Quaternion
+    from nrp_core.world.rigid.pose import Vector as Vector
+    from nrp_core.world.scene.acting import Ackermann as Ackermann
+    from nrp_core.world.scene.acting import Flight as Flight
+    from nrp_core.world.scene.acting import JointController as JointController
+    from nrp_core.world.scene.acting import Pid as Pid
+    from nrp_core.world.scene.acting import PlanarMove as PlanarMove
+    from nrp_core.world.scene.acting import TrajectoryController as TrajectoryController
+    from nrp_core.world.scene.acting import WheelDrive as WheelDrive
+    from nrp_core.world.scene.finish import Finish as Finish
+    from nrp_core.world.scene.model import Box as Box
+    from nrp_core.world.scene.model import Capsule as Capsule
+    from nrp_core.world.scene.model import Collision as Collision
+    from nrp_core.world.scene.model import Cylinder as Cylinder
+    from nrp_core.world.scene.model import Geometry as Geometry
+    from nrp_core.world.scene.model import Heightmap as Heightmap
+    from nrp_core.world.scene.model import Inertial as Inertial
+    from nrp_core.world.scene.model import Joint as Joint
+    from nrp_core.world.scene.model import Light as Light
+    from nrp_core.world.scene.model import Link as Link
+    from nrp_core.world.scene.model import Mesh as Mesh
+    from nrp_core.world.scene.model import Mimic as Mimic
+    from nrp_core.world.scene.model import Model as Model
+    from nrp_core.world.scene.model import Plane as Plane
+    from nrp_core.world.scene.model import Rgba as Rgba
+    from nrp_core.world.scene.model import Scene as Scene
+    from nrp_core.world.scene.model import Sphere as Sphere
+    from nrp_core.world.scene.model import Visual as Visual
+    from nrp_core.world.scene.reading.context import Reading as Reading
+    from nrp_core.world.scene.reading.sensor_elements import noise_of as noise_of
+    from nrp_core.world.scene.reading.sensor_elements import rate_of as rate_of
+    from nrp_core.world.scene.reading.sensor_elements import topic_of as topic_of
+    from nrp_core.world.scene.reading.sensors import ModelParts as ModelParts
+    from nrp_core.world.scene.reading.sensors import Mount as Mount
+    from nrp_core.world.scene.reading.xml import Element as Element
+    from nrp_core.world.scene.sdf import read_model as read_model
+    from nrp_core.world.scene.sdf import read_scene as read_scene
+    from nrp_core.world.scene.sensing import Noise as Noise
+    from nrp_core.world.scene.tessellation import triangles_of as triangles_of
+    from nrp_core.world.sensors.camera import Camera as Camera
+    from nrp_core.world.sensors.contact import ContactSensor as ContactSensor
+    from nrp_core.world.sensors.force_torque import ForceTorque as ForceTorque
+    from nrp_core.world.sensors.ground_truth import GroundTruth as GroundTruth
+    from nrp_core.world.sensors.imu import Imu as Imu
+    from nrp_core.world.sensors.laser import Laser as Laser
+    from nrp_core.world.sensors.sensor import Sensor as Sensor
+    from nrp_core.world.sensors.sensor import SensorPart as SensorPart
+    from nrp_core.world.topics import Direction as Direction
+    from nrp_core.world.topics import Publication as Publication
+    from nrp_core.world.topics import Stamped as Stamped
+    from nrp_core.world.topics import Subscription as Subscription
+    from nrp_core.world.topics import TopicInfo as TopicInfo
+else:
+    __getattr__, __dir__, __all__ = lazily(
+        __name__,
+        {
+            "nrp_core._support.arrays": "FloatArray IndexArray IntArray",
+            "nrp_core._support.closing": "Closing",
+            "nrp_core._support.diagnosis": "Diagnosis",
+            "nrp_core.world.batch": "WorldBatch",
+            "nrp_core.world.capabilities": "WorldCapabilities",
+            "nrp_core.world.engine": "Engine",
+            "nrp_core.world.interface": "WORLD_INTERFACE_VERSION World WorldBackend WorldOptions",
+            "nrp_core.world.part": "Part",
+            "nrp_core.world.render.cameras": "DepthArray ImageArray",
+            "nrp_core.world.render.optics": "drawn",
+            "nrp_core.world.rigid.matrices": "matrix_of",
+            "nrp_core.world.rigid.motion": (
+                "BodyPath BodyVelocity JointAim JointStates ModelMotion Touch Wrench"
+            ),
+            "nrp_core.world.rigid.pose": "Pose Quaternion Vector",
+            "nrp_core.world.scene.acting": (
+                "Ackermann Flight JointController Pid PlanarMove TrajectoryController WheelDrive"
+            ),
+            "nrp_core.world.scene.finish": "Finish",
+            "nrp_core.world.scene.model": (
+                "Box Capsule Collision Cylinder Geometry Heightmap Inertial Joint Light Link Mesh Mimic "
+                "Model Plane Rgba Scene Sphere Visual"
+            ),
+            "nrp_core.world.scene.reading.context": "Reading",
+            "nrp_core.world.scene.reading.sensor_elements": "noise_of rate_of topic_of",
+            "nrp_core.world.scene.reading.sensors": "ModelParts Mount",
+            "nrp_core.world.scene.reading.xml": "Element",
+            "nrp_core.world.scene.sdf": "read_model read_scene",
+            "nrp_core.world.scene.sensing": "Noise",
+            "nrp_core.world.scene.tessellation": "triangles_of",
+            "nrp_core.world.sensors.camera": "Camera",
+            "nrp_core.world.sensors.contact": "ContactSensor",
+            "nrp_core.world.sensors.force_torque": "ForceTorque",
+            "nrp_core.world.sensors.ground_truth": "GroundTruth",
+            "nrp_core.world.sensors.imu": "Imu",
+            "nrp_core.world.sensors.laser": "Laser",
+            "nrp_core.world.sensors.sensor": "Sensor SensorPart",
+            "nrp_core.world.topics": "Direction Publication Stamped Subscription TopicInfo",
+        },
+    )

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from nrp_brain_minimal.brain import MinimalBackend, MinimalBrain
 
-from nrp_core.brain.interface import Brain
+from nrp_core.brain import Brain
 from nrp_core.conformance import BrainBackendTests
 
 

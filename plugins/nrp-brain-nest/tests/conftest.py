@@ -5,13 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.backends import brains
-from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.pynn import builder
-from nrp_core.brain.pynn.export import network_of
+from nrp_core import brains
+from nrp_core.brain import Brain, FloatArray, Network, SpikeRecorder, builder, network_of
 from nrp_core.clock import NS_PER_MS
 
 

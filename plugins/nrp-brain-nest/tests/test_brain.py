@@ -5,9 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.brain.devices.sources import PoissonSource
-from nrp_core.brain.remote import RemoteBrain
+from nrp_core.brain import PoissonSource, RemoteBrain, SpikeRecorder
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, LifecycleError, NetworkError, TimestepError
 from pydantic import ValidationError

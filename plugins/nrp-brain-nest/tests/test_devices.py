@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
-from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
+from nrp_core.brain import DCSource, FixedFrequencySource, LeakyIntegratorAlpha, PoissonSource, SpikeRecorder
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
 

@@ -4,7 +4,7 @@ from math import exp
 
 import numpy as np
 import pytest
-from nrp_core.brain.devices.sources import FixedFrequencySource
+from nrp_core.brain import FixedFrequencySource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
 

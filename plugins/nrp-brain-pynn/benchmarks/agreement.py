@@ -14,9 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.brain.devices.sources import DCSource
-from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain import DCSource, Network, Population, Projection, SpikeRecorder
 from nrp_core.clock import from_milliseconds
 
 from nrp_brain_pynn import PyNNBackend

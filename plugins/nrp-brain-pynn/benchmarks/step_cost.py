@@ -17,9 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
-from nrp_core.brain.devices.sources import PoissonSource
-from nrp_core.brain.files.script import load_network
+from nrp_core import load_network
+from nrp_core.brain import LeakyIntegratorAlpha, PoissonSource, SpikeRecorder
 from nrp_core.clock import NS_PER_MS
 
 from nrp_brain_pynn import PyNNBackend

@@ -5,8 +5,7 @@ import sys
 from importlib.util import find_spec
 
 import pytest
-from nrp_core.brain.pynn import builder
-from nrp_core.brain.pynn.export import network_of
+from nrp_core.brain import builder, network_of
 
 from nrp_brain_pynn import PyNNBackend
 from nrp_brain_pynn.simulators import SIMULATORS

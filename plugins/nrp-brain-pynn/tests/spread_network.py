@@ -9,10 +9,13 @@ from neuron import h
 h.nrnmpi_init()  # before anything else starts to use NEURON
 parallel = h.ParallelContext()
 
-from nrp_core.brain.devices.sinks import SpikeRecorder  # noqa: E402
-from nrp_core.brain.devices.sources import DCSource, PoissonSource  # noqa: E402
-from nrp_core.brain.pynn import builder  # noqa: E402
-from nrp_core.brain.pynn.export import network_of  # noqa: E402
+from nrp_core.brain import (  # noqa: E402
+    DCSource,
+    PoissonSource,
+    SpikeRecorder,
+    builder,
+    network_of,
+)
 from nrp_core.clock import NS_PER_MS  # noqa: E402
 
 from nrp_brain_pynn import PyNNBackend  # noqa: E402

@@ -7,9 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.brain.devices.sources import PoissonSource
-from nrp_core.brain.remote import RemoteBrain
+from nrp_core.brain import PoissonSource, RemoteBrain, SpikeRecorder
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, SimulationError, TimestepError
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend
-from nrp_core.brain.devices.sources import DCSource
+from nrp_core.brain import DCSource
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
 

@@ -1,8 +1,7 @@
 """SpiNNaker as far as a board goes that is not there: networks are mapped, and no cell spikes."""
 
 import pytest
-from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.brain.devices.sources import FixedFrequencySource
+from nrp_core.brain import FixedFrequencySource, SpikeRecorder
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError
 

@@ -14,14 +14,21 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.grid import Grid
+from nrp_core.brain import (
+    STATIC,
+    TSODYKS_MARKRAM,
+    Brain,
+    BrainBackend,
+    BrainCapabilities,
+    BrainOptions,
+    FloatArray,
+    Grid,
+    IntArray,
+    Network,
+    Spikes,
+    SynapticEvents,
+)
 from nrp_core.brain.network.synapses.short_term import CONSTANTS, released_share
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
-from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 
 GRID = Grid(100_000)

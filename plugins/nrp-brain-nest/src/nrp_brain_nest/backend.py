@@ -5,14 +5,20 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import ClassVar
 
-from nrp_core._support.diagnosis import Diagnosis
-from nrp_core.brain.changes import PARAMETERS, WEIGHTS
-from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
-from nrp_core.brain.remote import RemoteBrain
+from nrp_core.brain import (
+    PARAMETERS,
+    STATIC,
+    STDP,
+    TSODYKS_MARKRAM,
+    WEIGHTS,
+    Brain,
+    BrainBackend,
+    BrainCapabilities,
+    BrainOptions,
+    Diagnosis,
+    Network,
+    RemoteBrain,
+)
 from nrp_core.errors import BackendLoadError
 from nrp_core.simulation import Determinism
 

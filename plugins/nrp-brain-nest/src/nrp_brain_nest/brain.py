@@ -5,12 +5,18 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain import (
+    Brain,
+    BrainCapabilities,
+    FloatArray,
+    Grid,
+    IntArray,
+    Network,
+    ParameterChange,
+    Projection,
+    Spikes,
+    SynapticEvents,
+)
 from nrp_core.clock import milliseconds
 
 from nrp_brain_nest.cells import Cells

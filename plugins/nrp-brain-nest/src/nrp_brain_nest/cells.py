@@ -7,10 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain import FloatArray, IntArray, Network, ParameterChange, Population
 from nrp_core.brain.network.cells.traub import settled_gates
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 from nrp_brain_nest.cell_types import CELL_TYPES, MILLI, CellType

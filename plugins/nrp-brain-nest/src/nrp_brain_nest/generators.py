@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.devices.train_queue import TrainQueue
-from nrp_core.brain.network.grid import Grid
+from nrp_core.brain import FloatArray, Grid, IntArray, TrainQueue
 
 from nrp_brain_nest.status import put
 

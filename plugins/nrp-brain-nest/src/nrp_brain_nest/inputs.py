@@ -11,10 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import RECEPTORS, Network
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.brain import RECEPTORS, FloatArray, Grid, IntArray, Network, SynapticEvents
 
 from nrp_brain_nest.cells import Cells
 from nrp_brain_nest.generators import SpikeGenerators

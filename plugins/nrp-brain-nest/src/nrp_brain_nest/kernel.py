@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any, Final
 
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.remote import Sole
+from nrp_core.brain import Grid, Sole
 
 NAME: Final = "NEST"
 _DEFAULT_DELAY_MS: Final = 1.0

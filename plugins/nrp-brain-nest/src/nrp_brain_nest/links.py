@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.synapse_order import same_order
+from nrp_core.brain import FloatArray, IntArray, same_order
 from nrp_core.clock import NS_PER_MS
 
 Synapses = tuple[IntArray, IntArray, Mapping[str, FloatArray]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from nrp_core.brain.remote import RemoteOptions
+from nrp_core.brain import RemoteOptions
 from nrp_core.clock import NS_PER_MS
 from nrp_core.quantities import DurationNs
 from pydantic import AfterValidator, Field

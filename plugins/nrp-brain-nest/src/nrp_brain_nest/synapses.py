@@ -8,12 +8,17 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain import (
+    STATIC,
+    STDP,
+    TSODYKS_MARKRAM,
+    FloatArray,
+    Grid,
+    IntArray,
+    Network,
+    Population,
+    Projection,
+)
 from nrp_core.errors import CapabilityError, NetworkError
 
 from nrp_brain_nest.cell_types import CELL_TYPES

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import RECEPTORS, Network
+from nrp_core.brain import RECEPTORS, FloatArray, IntArray, Network
 from nrp_core.errors import CapabilityError
 
 from nrp_brain_nest.cell_types import CELL_TYPES, MILLI

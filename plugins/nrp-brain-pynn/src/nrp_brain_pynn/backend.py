@@ -5,10 +5,15 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import ClassVar
 
-from nrp_core._support.diagnosis import Diagnosis
-from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.remote import RemoteBrain
+from nrp_core.brain import (
+    Brain,
+    BrainBackend,
+    BrainCapabilities,
+    BrainOptions,
+    Diagnosis,
+    Network,
+    RemoteBrain,
+)
 from nrp_core.errors import BackendLoadError
 
 from nrp_brain_pynn.options import PyNNOptions

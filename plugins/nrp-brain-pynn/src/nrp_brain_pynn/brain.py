@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.remote import Sole
-from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain import (
+    Brain,
+    BrainCapabilities,
+    FloatArray,
+    Grid,
+    IntArray,
+    Network,
+    ParameterChange,
+    Projection,
+    Sole,
+    Spikes,
+    SynapticEvents,
+)
 
 from nrp_brain_pynn.checks import check
 from nrp_brain_pynn.driver import Driver

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain import STDP, TSODYKS_MARKRAM, Network, ParameterChange, Population, Projection
 from nrp_core.errors import CapabilityError
 
 from nrp_brain_pynn.simulators import Simulator

@@ -7,14 +7,20 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain import (
+    STATIC,
+    STDP,
+    FloatArray,
+    Grid,
+    IntArray,
+    Network,
+    ParameterChange,
+    Population,
+    Projection,
+    Spikes,
+    SynapticEvents,
+)
 from nrp_core.brain.network.cells.traub import settled_gates
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 from nrp_brain_pynn.checks import check_change
 from nrp_brain_pynn.options import PyNNOptions

@@ -9,9 +9,7 @@ from abc import abstractmethod
 from typing import ClassVar
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain import STDP, FloatArray, IntArray, Projection
 
 from nrp_brain_pynn.driver import Driver
 

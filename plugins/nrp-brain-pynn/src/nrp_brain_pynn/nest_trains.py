@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 from nest import nestkernel_api
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.devices.train_queue import TrainQueue
-from nrp_core.brain.network.grid import Grid
+from nrp_core.brain import FloatArray, Grid, IntArray, TrainQueue
 
 
 class Trains:

@@ -7,11 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.synapse_order import same_order
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain import TSODYKS_MARKRAM, FloatArray, Grid, Projection, same_order
 
 
 def in_order(

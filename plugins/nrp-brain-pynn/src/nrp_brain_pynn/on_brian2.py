@@ -8,10 +8,16 @@ from typing import Any, Final
 import brian2
 import numpy as np
 import pyNN.brian2 as sim
-from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
-from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain import (
+    TSODYKS_MARKRAM,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    Population,
+    Projection,
+    Spikes,
+    SynapticEvents,
+)
 from nrp_core.errors import CapabilityError
 from pyNN.connectors import Connector
 

@@ -7,11 +7,17 @@ from typing import Any, Final
 import nest
 import numpy as np
 import pyNN.nest as sim
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import RECEPTORS, Population, Projection
-from nrp_core.brain.network.synapse_order import same_order
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain import (
+    RECEPTORS,
+    STATIC,
+    FloatArray,
+    IntArray,
+    Population,
+    Projection,
+    Spikes,
+    SynapticEvents,
+    same_order,
+)
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError
 

@@ -9,10 +9,15 @@ import numpy as np
 import numpy.typing as npt
 import pyNN.neuron as sim
 from neuron import h, hclass
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain import (
+    FloatArray,
+    IntArray,
+    ParameterChange,
+    Population,
+    Projection,
+    Spikes,
+    SynapticEvents,
+)
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError
 from pyNN.neuron.cells import NativeCellType

@@ -10,10 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 import pyNN.spiNNaker as sim  # noqa: N813
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.devices.train_queue import TrainQueue
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain import FloatArray, IntArray, Population, Projection, Spikes, SynapticEvents, TrainQueue
 from nrp_core.clock import milliseconds
 from nrp_core.errors import BackendLoadError, CapabilityError
 from spinn_utilities.configs.no_config_found_exception import NoConfigFoundException

@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain import TSODYKS_MARKRAM, FloatArray, Network, Projection
 
 _APART: Final = 1.0 + 1e-6
 """PyNN's models divide by the difference of the time constants of recovery and decay."""

@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from nrp_core.brain.changes import PARAMETERS, WEIGHTS
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain import PARAMETERS, STATIC, STDP, TSODYKS_MARKRAM, WEIGHTS
 from nrp_core.simulation import Determinism
 
 _LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_cond_exp", "IF_cond_alpha"})

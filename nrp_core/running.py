@@ -1,0 +1,77 @@
+"""Run an experiment in one call, recorded or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+from nrp_core.clock import from_seconds
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.used_files import FilesRead
+from nrp_core.recording.layout import Pictures, check_folder
+
+
+def run(
+    experiment: str | Path,
+    overrides: Sequence[str] = (),
+    *,
+    until_s: float | None = None,
+    record: str | Path | None = None,
+    pictures: Pictures = Pictures.EXACT,
+    snapshots_s: float | None = 10.0,
+    on_step: Callable[[Run], None] | None = None,
+) -> Result:
+    """Run an experiment and return its result; CSV recorders write their files as with ``nrp run``.
+
+    Example::
+
+        result = run("braitenberg_husky", ["seed=3", "brain.backend=spinnaker"], until_s=5.0, record="out")
+        assert result.passed is not False
+
+    Args:
+        experiment: a shipped experiment (``name`` or ``name/variant``), a file, or a folder or ZIP archive
+            with one.
+        overrides: ``dotted.key=value``, as of ``nrp run --set``.
+        until_s: simulated time at which to stop, s; by default the duration of the experiment.
+        record: a new folder to record everything into.
+        pictures: how a recording keeps camera images.
+        snapshots_s: simulated time between two snapshots in a recording, s; None for none.
+        on_step: called after every step with the run.
+
+    Raises:
+        ExperimentError: there is no such experiment, it is wrong, or ``record`` holds files already.
+        BackendError: a backend is missing, broken or does not open.
+        SimulationError: an engine, a transfer function or the disk failed; the recording up to there is kept.
+    """
+    folder = None if record is None else Path(record)
+    if folder is not None:
+        check_folder(folder)
+    with ExitStack() as stack:
+        files = None if folder is None else stack.enter_context(FilesRead())
+        simulation = stack.enter_context(Run(load_experiment(experiment, overrides)))
+        if on_step is not None:
+            simulation.on_step.append(on_step)
+        if folder is None:
+            simulation.run(until_s)
+        else:
+            snapshots_ns = None if snapshots_s is None else from_seconds(snapshots_s)
+            capsule = Capsule(simulation, folder, pictures=pictures, files=files, snapshots_ns=snapshots_ns)
+            _run_recorded(simulation, until_s, capsule)
+        simulation.write_csv(None if folder is None else folder / "csv")
+        return simulation.result()
+
+
+def _run_recorded(simulation: Run, until_s: float | None, capsule: Capsule) -> None:
+    state = "failed"
+    try:
+        simulation.run(until_s)
+        state = "finished"
+    except KeyboardInterrupt:
+        state = "interrupted"
+        raise
+    finally:
+        capsule.close(state)

@@ -1,0 +1,140 @@
+"""The doors of the core: which names they offer, and that everybody outside uses these alone."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOORS = ("nrp_core", "nrp_core.brain", "nrp_core.world", "nrp_core.comparison")
+IN_MOTION = (
+    "docs/howto/write-a-world-backend.md", "nrp_core/cli/templates/new/world/", "plugins/nrp-world-",
+)  # fmt: skip
+"""World backends: they move to the interface of engines, and to public names with it."""
+IMPORT = re.compile(
+    r"^[ >]*(?:from (nrp_core[\w.]*) import (\([^)]*\)|[^\n#]*)|import (nrp_core[\w.]*))", re.MULTILINE
+)
+
+
+def public_modules() -> frozenset[str]:
+    """The modules that the reference names, those with ``*`` at their end with all below them."""
+    page = (ROOT / "docs" / "reference" / "python.md").read_text()
+    table = page.partition("\n## Modules\n")[2].partition("\n## ")[0]
+    return frozenset(re.findall(r"^\| `(nrp_core[\w.*]*)`", table, re.MULTILINE))
+
+
+def is_public(module: str) -> bool:
+    known = public_modules()
+    return module in known or f"{module.rpartition('.')[0]}.*" in known
+
+
+def outside() -> list[Path]:
+    """What is written as users and authors would: pages, templates, plugins and experiments."""
+    patterns = (
+        "README.md", "CONTRIBUTING.md", "docs/*/*.md", "experiments/**/*.py", "experiments/*.md",
+        "nrp_core/cli/templates/**/*.j2", "plugins/*/src/**/*.py", "plugins/*/README.md",
+        "plugins/nrp-*-minimal/tests/*.py",
+    )  # fmt: skip
+    found = (path for pattern in patterns for path in ROOT.glob(pattern))
+    return sorted(path for path in found if "decisions" not in path.parts)
+
+
+def imported(text: str) -> Iterator[tuple[str, str]]:
+    """Yield module and name of every import of the core in a file or page; the name is empty for a module."""
+    for module, names, whole in IMPORT.findall(text):
+        if whole:
+            yield whole, ""
+        for name in re.sub(r"[()\s]+", " ", names).split(","):
+            if name.strip():
+                yield module, name.split()[0]
+
+
+def in_type_checking(package: str) -> dict[str, str]:
+    """Return what a door imports for type checkers: the module of each name."""
+    source = Path(str(importlib.import_module(package).__file__)).read_text()
+    (block,) = (node for node in ast.parse(source).body if isinstance(node, ast.If))
+    found = (node for node in block.body if isinstance(node, ast.ImportFrom))
+    return {alias.name: str(node.module) for node in found for alias in node.names if alias.asname}
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_every_name_of_a_door_imports_and_is_the_one_that_type_checkers_see(door: str) -> None:
+    package = importlib.import_module(door)
+    typed = in_type_checking(door)
+    assert sorted(typed) == package.__all__
+    for name, module in typed.items():
+        home = importlib.import_module(module)
+        expected = getattr(home, name, None) or importlib.import_module(f"{module}.{name}")
+        assert getattr(package, name) is expected
+        assert name in dir(package)
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_every_name_of_a_door_is_documented(door: str) -> None:
+    package = importlib.import_module(door)
+    for name in package.__all__:
+        value = getattr(package, name)
+        if isinstance(value, type) or callable(value) or hasattr(value, "__path__"):
+            assert (value.__doc__ or "").strip(), name
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_a_misspelt_name_is_an_attribute_error_that_names_it(door: str) -> None:
+    with pytest.raises(AttributeError, match=f"module '{door}' has no attribute 'Wrold'"):
+        importlib.import_module(door).Wrold  # noqa: B018  the access is the test
+
+
+def test_the_doors_import_nothing_until_a_name_is_used() -> None:
+    script = (
+        "import sys; bare = set(sys.modules); import nrp_core, nrp_core.brain, nrp_core.world; "
+        "print(*sorted(set(sys.modules) - bare))"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    found = set(run.stdout.split())
+    assert {name for name in found if name.startswith("nrp_core")} == {
+        "nrp_core", "nrp_core._support", "nrp_core._support.lazy", "nrp_core.brain", "nrp_core.world"
+    }  # fmt: skip
+    assert len(found) <= 12, found
+
+
+def test_every_public_module_of_the_reference_imports_and_its_names_exist() -> None:
+    for module in public_modules():
+        package = importlib.import_module(module.removesuffix(".*"))
+        for name in getattr(package, "__all__", ()):
+            assert getattr(package, name) is not None
+
+
+def test_the_reference_names_every_name_of_the_doors_and_no_other() -> None:
+    page = (ROOT / "docs" / "reference" / "python.md").read_text()
+    for door in DOORS:
+        section = page.partition(f"\n## `{door}`\n")[2].partition("\n## ")[0]
+        rows = re.findall(r"^\| (`[^|]+`) \|", section, re.MULTILINE)
+        assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == importlib.import_module(door).__all__
+
+
+@pytest.mark.parametrize("path", outside(), ids=lambda path: str(path.relative_to(ROOT)))
+def test_who_writes_outside_the_core_uses_public_names_only(path: Path) -> None:
+    if str(path.relative_to(ROOT)).startswith(IN_MOTION):
+        pytest.skip("moves to the interface of engines first")
+    for module, name in imported(path.read_text()):
+        assert is_public(module) or is_public(f"{module}.{name}"), f"{module}.{name}"
+        names = getattr(importlib.import_module(module), "__all__", None)
+        if names is not None and name:
+            assert name in names or is_public(f"{module}.{name}"), f"{module}.{name}"
+
+
+def test_the_core_itself_does_not_go_through_its_doors() -> None:
+    for path in (ROOT / "nrp_core").rglob("*.py"):
+        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        for origin, name in imported(path.read_text()):
+            if origin in DOORS and ">>>" not in path.read_text():
+                submodule = f"{origin}.{name}".replace(".", "/")
+                known = (ROOT / f"{submodule}.py").exists() or (ROOT / submodule).is_dir()
+                assert known or not name, f"{module} imports {name} from {origin}"

@@ -1,0 +1,54 @@
+"""One call runs an experiment on real simulators."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import nrp_core
+from nrp_core.errors import ExperimentError, TimestepError
+
+SMALL = ["world.options.image_scale=0.25"]
+
+
+def test_one_call_is_what_a_run_opened_by_hand_is() -> None:
+    steps: list[float] = []
+    result = nrp_core.run(
+        "braitenberg_husky", SMALL, until_s=0.2, on_step=lambda run: steps.append(run.now_s)
+    )
+    with nrp_core.Run(nrp_core.load_experiment("braitenberg_husky", SMALL)) as simulation:
+        simulation.run(0.2)
+    assert result.trajectory_digest == simulation.result().trajectory_digest
+    assert (result.sim_time_s, result.steps) == (0.2, len(steps))
+    assert steps[-1] == 0.2
+
+
+def test_a_run_is_recorded_with_all_that_it_used(tmp_path: Path) -> None:
+    result = nrp_core.run("braitenberg_husky", [*SMALL, "seed=5"], until_s=0.1, record=tmp_path / "out")
+    recording = nrp_core.Recording(tmp_path / "out")
+    assert recording.run["state"] == "finished"
+    assert recording.run["result"]["trajectory_digest"] == result.trajectory_digest
+    assert result.seed == 5
+
+
+def test_a_folder_that_holds_something_is_refused_before_anything_is_opened(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(ExperimentError, match="there is something already"):
+        nrp_core.run("no such experiment", record=tmp_path)
+
+
+def test_a_recording_of_a_run_that_fails_says_so(tmp_path: Path) -> None:
+    with pytest.raises(TimestepError):
+        nrp_core.run("braitenberg_husky", SMALL, until_s=0.0123, record=tmp_path / "out")
+    assert nrp_core.Recording(tmp_path / "out").run["state"] == "failed"
+
+
+def test_a_run_that_its_observer_interrupts_is_recorded_as_interrupted(tmp_path: Path) -> None:
+    def stop(run: nrp_core.Run) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        nrp_core.run("braitenberg_husky", SMALL, until_s=1.0, record=tmp_path / "out", on_step=stop)
+    recording = nrp_core.Recording(tmp_path / "out")
+    assert recording.run["state"] == "interrupted"
