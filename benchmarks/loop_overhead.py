@@ -21,8 +21,9 @@ from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.scene.model import Link, Model, Scene, WheelDrive
+from nrp_core.world.scene.model import Link, Model, Scene
 from nrp_core.world.sensors.camera import Camera
 
 PERIOD_NS = 20 * NS_PER_MS

@@ -7,13 +7,10 @@ from collections.abc import Iterator
 from nrp_core.errors import SceneError
 from nrp_core.world.controllers.joint import ControllerPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
-from nrp_core.world.drives.drive import DrivePart
-from nrp_core.world.drives.flight import FlightPart
+from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
-from nrp_core.world.scene.acting import Flight
-from nrp_core.world.scene.model import Link, Model
-from nrp_core.world.scene.sensing import MountedSensor
+from nrp_core.world.scene.model import Model
 from nrp_core.world.sensors.joint_states import JointStatesPart
 from nrp_core.world.sensors.sensor import Sensor
 from nrp_core.world.visuals import ColorPart
@@ -23,25 +20,23 @@ def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
     """Return the parts that serve the topics of a model."""
     for link in model.links:
         for sensor in link.sensors:
-            yield _serving(sensor, model, link, engine)
+            if not isinstance(sensor, Sensor):
+                raise _unserved(f"sensor '{sensor.name}' of '{model.name}/{link.name}'", sensor, Sensor)
+            yield sensor.part(model, link.name, engine)
         for visual in link.visuals:
             yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, visual.glows, engine)
     for drive in model.drives:
-        yield (
-            FlightPart(drive, model, engine) if isinstance(drive, Flight) else DrivePart(drive, model, engine)
-        )
+        if not isinstance(drive, Drive):
+            raise _unserved(f"drive '{drive.name}' of '{model.name}'", drive, Drive)
+        yield drive.part(model, engine)
     yield from _controllers_of(model, engine)
     if model.joint_states_topic is not None:
         yield JointStatesPart(model, engine)
 
 
-def _serving(sensor: MountedSensor, model: Model, link: Link, engine: Engine) -> Part:
-    if not isinstance(sensor, Sensor):
-        owner = f"'{sensor.name}' of '{model.name}/{link.name}'"
-        raise SceneError(
-            f"the sensor {owner} is a {type(sensor).__name__}, which is not a subclass of Sensor"
-        )
-    return sensor.part(model, link.name, engine)
+def _unserved(owner: str, data: object, base: type) -> SceneError:
+    kind = type(data).__name__
+    return SceneError(f"the {owner} is a {kind}, which is not a subclass of {base.__name__}")
 
 
 def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:

@@ -10,6 +10,7 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
+from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
@@ -142,7 +143,7 @@ class _Builder:
         self._bodies[model.name] = list(zip(bodies, elements, strict=True))
         self._joints[model.name] = [(j, joints[j.name]) for j in model.joints if j.name in joints]
         self._couple(model, joints)
-        for drive in model.planar_drives:
+        for drive in planar_drives(model):
             servo = servo_of(model, drive, bodies, self._scene.gravity, self._physical)
             actuators = self._add_servo(f"{model.name}/{drive.name}", servo, elements[servo.body], joints)
             self._drives[model.name, drive.name] = servo, actuators

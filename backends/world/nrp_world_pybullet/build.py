@@ -9,6 +9,7 @@ from math import isfinite
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
+from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.engine_kit.servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.rigid.motion import BodyPath
@@ -144,7 +145,7 @@ class _Builder:
             for name, place in _coordinates(joint, joints[joint.name])
         }
         self._couple(model)
-        for drive in model.planar_drives:
+        for drive in planar_drives(model):
             self._drives[model.name, drive.name] = servo_of(
                 model, drive, bodies, self._scene.gravity, self._physical
             )

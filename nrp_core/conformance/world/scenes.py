@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
@@ -17,8 +18,7 @@ from nrp_core.world.scene.model import (
     Plane,
     Rgba,
     Visual,
-    WheelDrive,
-)  # fmt: skip
+)
 from nrp_core.world.sensors.camera import Camera
 
 RED: Rgba = (1.0, 0.0, 0.0, 1.0)

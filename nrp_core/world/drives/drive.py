@@ -1,43 +1,89 @@
-"""Drives: a commanded body velocity, with a time-out, odometry and wheel speeds."""
+"""The base classes of drives: the data that a file has of one, and the part of a world that serves it.
+
+A drive is found by entry points in the group ``nrp_core.drives``, named after the plugins that it reads.
+"""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from math import isfinite
-from typing import Any
+from typing import Any, Protocol
 
 from nrp_core.clock import from_seconds
-from nrp_core.world.drives.steering import ackermann_velocity, wheel_angles
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
-from nrp_core.world.messages.geometry_msgs import (
-    PoseWithCovariance,
-    Twist,
-    TwistWithCovariance,
-)
+from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.part import Part
 from nrp_core.world.pose_messages import pose_message, twist_message
-from nrp_core.world.rigid.motion import BodyVelocity, JointAim
-from nrp_core.world.scene.acting import Ackermann, PlanarDrive, PlanarMove
-from nrp_core.world.scene.joint_inertia import joint_inertias, stiff_gains
-from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.rigid.motion import BodyVelocity
+from nrp_core.world.scene.acting import MountedDrive
 from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import Direction, TopicInfo
 
 
+class Drive(MountedDrive):
+    """The data of a drive; a subclass is a frozen dataclass with slots whose fields are what can be set."""
+
+    __slots__ = ()
+
+    @classmethod
+    @abstractmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Drive:
+        """Read a ``<plugin>`` of a model.
+
+        Raises:
+            SceneError: it names joints that the model does not have, or cannot be such a drive.
+        """
+
+    @abstractmethod
+    def part(self, model: Model, engine: Engine) -> Part:
+        """Return the part that serves the drive of a model."""
+
+
+class GroundDrive(Protocol):
+    """The fields of drives that move on the ground."""
+
+    @property
+    def name(self) -> str:
+        """Of the plugin."""
+
+    @property
+    def command_topic(self) -> str:
+        """Absolute."""
+
+    @property
+    def odometry_topic(self) -> str | None:
+        """Absolute; None where there is none."""
+
+    @property
+    def wheel_speeds_topic(self) -> str | None:
+        """Absolute; None where there is none."""
+
+    @property
+    def timeout(self) -> float:
+        """Seconds without a command after which the drive stops; ``inf`` for never."""
+
+    @property
+    def rate_hz(self) -> float:
+        """Of odometry and wheel speeds."""
+
+
 class DrivePart(Part):
-    """Serves one drive of :mod:`nrp_core.world.scene.acting` that moves on the ground.
+    """Serves a drive that moves on the ground.
 
     A command holds until the next one or until the time-out; speeds are not clamped.
     """
 
-    def __init__(self, drive: PlanarDrive, model: Model, engine: Engine) -> None:
+    def __init__(self, drive: GroundDrive, model: Model, engine: Engine) -> None:
         self._drive, self._model, self._engine = drive, model.name, engine
         self._frame = f"{model.name}/{model.links[0].name}"
         self._home = model.pose.inverse()
-        self._inertias = joint_inertias(bodies_of(model)) if isinstance(drive, Ackermann) else {}
         self._timeout_ns = from_seconds(drive.timeout) if isfinite(drive.timeout) else None
         command = TopicInfo(
             drive.command_topic, Twist, Direction.IN, what=f"velocity command of {model.name}"
@@ -78,22 +124,12 @@ class DrivePart(Part):
     _velocity = BodyVelocity()
 
     def _commanded(self, message: Any) -> BodyVelocity:
-        forward, turn = float(message.linear.x), float(message.angular.z)
-        match self._drive:
-            case PlanarMove():
-                return BodyVelocity(forward, float(message.linear.y), turn)
-            case Ackermann():
-                return ackermann_velocity(self._drive, forward, turn)
-        return BodyVelocity(forward, 0.0, turn)
+        """Return the velocity that a message commands."""
+        return BodyVelocity(float(message.linear.x), 0.0, float(message.angular.z))
 
     def _aim(self, velocity: BodyVelocity) -> None:
         self._velocity = velocity
         self._engine.set_drive(self._model, self._drive.name, velocity)
-        if isinstance(self._drive, Ackermann):
-            angles = wheel_angles(self._drive, velocity.steer)
-            for joint, angle in zip(self._drive.steering, angles, strict=True):
-                gains = stiff_gains(self._inertias[joint])
-                self._engine.set_joint_aim(self._model, joint, JointAim(gains.p, gains.d, position=angle))
 
     def _odometry(self, now_ns: int) -> Odometry:
         motion = self._engine.model_motion(self._model)
@@ -104,9 +140,5 @@ class DrivePart(Part):
         return Odometry(header, self._frame, place, TwistWithCovariance(moving))
 
     def _wheel_speeds(self) -> WheelSpeeds:
-        assert not isinstance(self._drive, PlanarMove)
-        joints = self._engine.joint_states(self._model)
-        speeds = dict(zip(joints.names, joints.velocities * self._drive.wheel_diameter / 2, strict=True))
-        left = [float(speeds[name]) for name in self._drive.left]
-        right = [float(speeds[name]) for name in self._drive.right]
-        return WheelSpeeds(left[0], right[0], left[-1], right[-1])
+        """Return the speeds of the wheels; of a drive that has wheels."""
+        raise NotImplementedError

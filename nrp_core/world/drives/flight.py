@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from posixpath import join
 from typing import Any
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
+from nrp_core.world.drives.drive import Drive
+from nrp_core.world.drives.driven import driven_root, masses_in
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.part import Part
@@ -15,12 +19,15 @@ from nrp_core.world.pose_messages import vector_of
 from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.motion import Wrench
 from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.acting import Flight
-from nrp_core.world.scene.driven import driven_root, masses_in
+from nrp_core.world.scene.acting import Rename
 from nrp_core.world.scene.mass import combined, turned
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model
-from nrp_core.world.topics import Direction, TopicInfo
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, vector_in
+from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.topics import Direction, TopicInfo, resolve_name
 
 MAX_ACCELERATION = 20.0
 """With which velocities change at most, m/s^2, besides what holds the body up."""
@@ -28,8 +35,45 @@ MAX_ANGULAR_ACCELERATION = 200.0
 """The same of turn rates, rad/s^2."""
 
 
+@dataclass(frozen=True, slots=True)
+class Flight(Drive):
+    """A body that moves along and turns about all its axes as a Twist commands, whatever carries it.
+
+    Before the first command it falls. Fields as those of :class:`~nrp_core.world.drives.wheels.WheelDrive`.
+
+    Args:
+        initial: the velocities along its axes (m/s) and about them (rad/s) that it begins with, instead.
+    """
+
+    initial: tuple[Vector, Vector] | None = None
+    odometry_topic: None = None
+    wheel_speeds_topic: None = None
+
+    def renamed(self, named: Rename) -> Flight:
+        """Return the drive of a model whose parts have other names."""
+        return replace(self, name=named(self.name))
+
+    @classmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Flight:
+        if plugin_name(plugin) == "MulticopterVelocityControl":
+            # its rotors are not simulated: the body flies as they would let it
+            topic = join("/", plugin.word("robotNamespace"), plugin.word("commandSubTopic", "cmd_vel"))
+            return cls(plugin.attribute("name"), resolve_name(topic, reading.robot))
+        for ignored in plugin.all("link_name"):
+            reading.notes.warn(
+                ignored, "the <link_name> of a VelocityControl has no effect: it moves the model"
+            )
+        first = vector_in(plugin, "initial_linear"), vector_in(plugin, "initial_angular")
+        begins = bool(plugin.all("initial_linear", "initial_angular"))
+        topic = resolve_name(plugin.word("topic", f"/model/{reading.robot}/cmd_vel"), reading.robot)
+        return cls(plugin.attribute("name"), topic, first if begins else None)
+
+    def part(self, model: Model, engine: Engine) -> FlightPart:
+        return FlightPart(self, model, engine)
+
+
 class FlightPart(Part):
-    """Serves one :class:`~nrp_core.world.scene.acting.Flight`.
+    """Serves one :class:`Flight`.
 
     A command holds until the next one. In each physics step a force at the centre of mass and a torque bring
     the body to the commanded velocities, as far as its accelerations are not too large, and carry its weight.

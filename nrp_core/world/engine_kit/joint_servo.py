@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.world.drives.ackermann import Ackermann
 from nrp_core.world.rigid.motion import JointAim
-from nrp_core.world.scene.acting import Ackermann
 from nrp_core.world.scene.model import Model
 
 

@@ -26,11 +26,13 @@ from dataclasses import dataclass, replace
 from math import copysign, hypot, sqrt
 
 from nrp_core.errors import SceneError
+from nrp_core.world.drives.ackermann import Ackermann
+from nrp_core.world.drives.driven import driven_root, masses_in
+from nrp_core.world.drives.planar import PlanarDrive, planar_drives
+from nrp_core.world.drives.planar_move import PlanarMove
 from nrp_core.world.engine_kit.wheels import ServoedWheel, servoed_wheel
 from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
 from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.acting import Ackermann, PlanarDrive, PlanarMove
-from nrp_core.world.scene.driven import driven_root, masses_in
 from nrp_core.world.scene.mass import combined, turned
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Model
@@ -200,11 +202,11 @@ def without_wheel_friction(model: Model, bodies: Sequence[Body], physical: bool 
     """
     wheels = {
         name
-        for drive in model.planar_drives
+        for drive in planar_drives(model)
         if not isinstance(drive, PlanarMove) and not physical
         for name in (*drive.left, *drive.right)
     }
-    slides = any(isinstance(drive, PlanarMove) for drive in model.planar_drives)
+    slides = any(isinstance(drive, PlanarMove) for drive in planar_drives(model))
     return tuple(
         _slippery(body) if (body.joint.name in wheels if body.joint else slides and body.floats) else body
         for body in bodies

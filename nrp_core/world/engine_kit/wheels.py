@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrp_core.world.drives.ackermann import Ackermann
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.rigid.motion import BodyVelocity
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import Ackermann, WheelDrive
 from nrp_core.world.scene.mass import turned
 from nrp_core.world.scene.merged_bodies import Body
 

@@ -1,151 +1,49 @@
-"""What a robot acts with, as data: drives, and controllers of joints."""
+"""Drives and controllers of joints as a scene carries them: the data that files and engines need.
+
+Each drive is a class of its own in :mod:`nrp_core.world.drives`, or in a package of somebody else.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Literal
-
-from nrp_core.world.rigid.pose import Vector
+from typing import Literal, Self
 
 Rename = Callable[[str], str]
 
 
 @dataclass(frozen=True, slots=True)
-class WheelDrive:
-    """A differential or skid-steer drive: a body velocity commanded as a Twist.
+class MountedDrive(ABC):
+    """A drive of a model: it moves the whole body as it is commanded.
 
     Args:
         name: of the plugin.
-        command_topic, odometry_topic, wheel_speeds_topic: absolute; None where there is none.
-        left, right: names of the wheel joints, back to front.
-        separation: effective distance of left and right wheels, m.
-        wheel_diameter: m.
-        torque: limit of each wheel, N m.
-        timeout: seconds without a command after which the drive stops; ``inf`` for never.
-        rate_hz: of odometry and wheel speeds.
+        command_topic: absolute.
     """
 
     name: str
     command_topic: str
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    separation: float
-    wheel_diameter: float
-    torque: float = inf
-    timeout: float = 0.1
-    rate_hz: float = 100.0
-    odometry_topic: str | None = None
-    wheel_speeds_topic: str | None = None
+
+    @property
+    def odometry_topic(self) -> str | None:
+        """The absolute topic of its odometry; None for a drive without."""
+        return None
+
+    @property
+    def wheel_speeds_topic(self) -> str | None:
+        """The absolute topic of the speeds of its wheels; None for a drive without."""
+        return None
 
     @property
     def joints(self) -> tuple[str, ...]:
         """The joints it moves."""
-        return (*self.left, *self.right)
-
-    def renamed(self, named: Rename) -> WheelDrive:
-        """Return the drive of a model whose parts have other names."""
-        left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
-        return replace(self, name=named(self.name), left=left, right=right)
-
-
-@dataclass(frozen=True, slots=True)
-class PlanarMove:
-    """A base that goes forward, sideways and turns as a Twist commands, without wheels.
-
-    Its base slides without friction. Fields as those of :class:`WheelDrive`.
-    """
-
-    name: str
-    command_topic: str
-    timeout: float = inf
-    rate_hz: float = 20.0
-    odometry_topic: str | None = None
-    wheel_speeds_topic: None = None
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """The joints it moves: none."""
         return ()
 
-    def renamed(self, named: Rename) -> PlanarMove:
+    @abstractmethod
+    def renamed(self, named: Rename) -> Self:
         """Return the drive of a model whose parts have other names."""
-        return replace(self, name=named(self.name))
-
-
-@dataclass(frozen=True, slots=True)
-class Ackermann:
-    """A car: rear wheels at a body velocity, front wheels that steer.
-
-    Args:
-        left, right: names of the wheel joints, back to front.
-        steering: joints that turn the left and the right front wheel.
-        separation: distance of left and right wheels, m.
-        wheel_base: distance of front and rear axle, m.
-        wheel_diameter: m.
-        max_steer: limit of the steering angle, rad.
-        steers: whether ``angular.z`` commands the steering angle (Gazebo's ROS plugin, which steers to the
-            other side in reverse), or the turn rate.
-    """
-
-    name: str
-    command_topic: str
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    steering: tuple[str, str]
-    separation: float
-    wheel_base: float
-    wheel_diameter: float
-    max_steer: float = 0.6
-    steers: bool = False
-    torque: float = inf
-    timeout: float = inf
-    rate_hz: float = 100.0
-    odometry_topic: str | None = None
-    wheel_speeds_topic: str | None = None
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """The joints it moves."""
-        return (*self.left, *self.right, *self.steering)
-
-    def renamed(self, named: Rename) -> Ackermann:
-        """Return the drive of a model whose parts have other names."""
-        left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
-        steering = named(self.steering[0]), named(self.steering[1])
-        return replace(self, name=named(self.name), left=left, right=right, steering=steering)
-
-
-@dataclass(frozen=True, slots=True)
-class Flight:
-    """A body that moves along and turns about all its axes as a Twist commands, whatever carries it.
-
-    Before the first command it falls. Fields as those of :class:`WheelDrive`.
-
-    Args:
-        initial: the velocities along its axes (m/s) and about them (rad/s) that it begins with, instead.
-    """
-
-    name: str
-    command_topic: str
-    initial: tuple[Vector, Vector] | None = None
-    odometry_topic: None = None
-    wheel_speeds_topic: None = None
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """The joints it moves: none."""
-        return ()
-
-    def renamed(self, named: Rename) -> Flight:
-        """Return the drive of a model whose parts have other names."""
-        return replace(self, name=named(self.name))
-
-
-PlanarDrive = WheelDrive | PlanarMove | Ackermann
-"""What moves a body on the ground."""
-Drive = PlanarDrive | Flight
 
 
 @dataclass(frozen=True, slots=True)

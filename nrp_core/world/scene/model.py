@@ -15,8 +15,7 @@ from pathlib import Path
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.acting import Drive, Flight, JointController, PlanarDrive, TrajectoryController
-from nrp_core.world.scene.acting import WheelDrive as WheelDrive
+from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
 from nrp_core.world.scene.checks import check_model, check_unique
 from nrp_core.world.scene.finish import Finish as Finish
 from nrp_core.world.scene.sensing import MountedSensor
@@ -226,18 +225,13 @@ class Model:
     name: str
     links: tuple[Link, ...]
     joints: tuple[Joint, ...] = ()
-    drives: tuple[Drive, ...] = ()
+    drives: tuple[MountedDrive, ...] = ()
     pose: Pose = Pose()
     static: bool = False
     joint_states_topic: str | None = None
     controllers: tuple[JointController, ...] = ()
     trajectory_controllers: tuple[TrajectoryController, ...] = ()
     warnings: tuple[str, ...] = field(default=(), compare=False, repr=False)
-
-    @property
-    def planar_drives(self) -> tuple[PlanarDrive, ...]:
-        """The drives that move it on the ground."""
-        return tuple(drive for drive in self.drives if not isinstance(drive, Flight))
 
     def link(self, name: str) -> Link:
         """Return a link by name."""

@@ -12,8 +12,9 @@ from nrp_core.world.messages.geometry_msgs import Wrench as WrenchMessage
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.sensor_elements import plugin_sensor, rate_of, topic_of
-from nrp_core.world.scene.reading.sensors import ModelParts, Mount
+from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 

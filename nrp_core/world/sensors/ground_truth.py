@@ -14,8 +14,8 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name
+from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.sensor_elements import offset_of, plugin_sensor
-from nrp_core.world.scene.reading.sensors import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 from nrp_core.world.topics import resolve_name

@@ -21,7 +21,8 @@ from nrp_core.world.part import Part
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.sensors import ModelParts, Mount
+from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.topics import Direction, TopicInfo

@@ -16,6 +16,7 @@ import numpy.typing as npt
 import pytest
 
 from nrp_core.world.backends import worlds
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.interface import World, WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
@@ -32,7 +33,6 @@ from nrp_core.world.scene.model import (
     Rgba,
     Scene,
     Visual,
-    WheelDrive,
 )
 from nrp_core.world.sensors.camera import Camera
 

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.interface import World
 from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Box, Joint, Light, Link, Model, Rgba, Scene, Sphere, Visual, WheelDrive
+from nrp_core.world.scene.model import Box, Joint, Light, Link, Model, Rgba, Scene, Sphere, Visual
 from nrp_core.world.sensors.camera import Camera
 
 STEP_NS = 2_000_000

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import CapabilityError, SceneError
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.scene.acting import JointController
-from nrp_core.world.scene.model import Joint, Link, Mimic, Model, Scene, WheelDrive
+from nrp_core.world.scene.model import Joint, Link, Mimic, Model, Scene
 
 TURNS = Joint("first", "continuous", "base", "one")
 BALL = Joint("second", "ball", "base", "two")

@@ -25,6 +25,14 @@ _INFRASTRUCTURE = (
     "gazebo_ros_state",
 )
 
+ROS_CONTROL = (
+    "gazebo_ros_control",
+    "gazebo_ros2_control",
+    "gz_ros2_control-system",
+    "ign_ros2_control-system",
+)
+"""The plugins that run the controllers of a file, if they name one."""
+
 _SYSTEM_FILE = re.compile(r"(?:gz-sim|ignition-gazebo)\d*-(.+)-system")
 _SYSTEM_NAMES = {"Forcetorque": "ForceTorque", "MulticopterControl": "MulticopterVelocityControl"}
 

@@ -9,24 +9,22 @@ from itertools import chain
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import Drive, JointController, TrajectoryController
+from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
 from nrp_core.world.scene.checks import MODEL, WORLD, check_model
-from nrp_core.world.scene.controllers import read_controllers
-from nrp_core.world.scene.drives import read_drive
 from nrp_core.world.scene.model import Joint, Link, Model
+from nrp_core.world.scene.reading.actuators import read_actuators
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
+from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.repairs import with_default_masses
 from nrp_core.world.scene.reading.sensors import Mount, joint_sensors, with_plugin_sensor, with_sensors
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.ros_controllers import ROS_CONTROL, read_ros_controllers
 from nrp_core.world.scene.sdf.compound import Row, in_a_row
 from nrp_core.world.scene.sdf.frames import Frames, model_scope
 from nrp_core.world.scene.sdf.gearboxes import with_gears
 from nrp_core.world.scene.sdf.joints import WITHOUT_ONE_WAY, read_joints, with_leaders, without_loops
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
-from nrp_core.world.scene.trajectories import read_follower
 from nrp_core.world.topics import resolve_name
 
 _JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher")
@@ -39,7 +37,7 @@ class Parts:
     frames: Frames
     links: tuple[Link, ...]
     rows: tuple[Row, ...]
-    drives: tuple[Drive, ...]
+    drives: tuple[MountedDrive, ...]
     controllers: tuple[JointController, ...]
     followers: tuple[TrajectoryController, ...]
 
@@ -148,7 +146,7 @@ def _canonical_link(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> s
     return model.attributes.get("canonical_link") or links[0]
 
 
-def _odometry_once(links: Iterable[Link], drives: Iterable[Drive]) -> Iterator[Link]:
+def _odometry_once(links: Iterable[Link], drives: Iterable[MountedDrive]) -> Iterator[Link]:
     """Yield links without the sensors of odometry that drives serve on the same topic, as gz-sim has it."""
     told = {drive.odometry_topic for drive in drives}
     for link in links:
@@ -160,7 +158,7 @@ class _Acting:
     """What plugins make of the links and joints of a model."""
 
     def __init__(self) -> None:
-        self.drives: list[Drive] = []
+        self.drives: list[MountedDrive] = []
         self.controllers: list[JointController] = []
         self.followers: list[TrajectoryController] = []
 
@@ -168,27 +166,19 @@ class _Acting:
         """Read one plugin and return the links with its sensor; plugins that are not known are warned of."""
         if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
             return links
-        drive = read_drive(plugin, links, joints, reading)
-        controllers = read_controllers(plugin, [joint.name for joint in joints], reading)
-        follower = read_follower(plugin, joints, reading)
-        if drive is not None:
-            self.drives.append(drive)
-        elif controllers is not None:
-            deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
-            self.controllers += [each for each in controllers if each.joint not in deaf]
-            for name in sorted({each.joint for each in controllers} & set(deaf)):
-                reading.notes.warn(plugin, f"the joint '{name}' is {deaf[name]}: it takes no commands")
-        elif follower is not None:
-            self.followers.append(follower)
-        elif plugin_name(plugin) in ROS_CONTROL and plugin.find("parameters"):
-            drives, single, several = read_ros_controllers(plugin, joints, reading)
-            self.drives += drives
-            self.controllers += single
-            self.followers += several
-        elif (sensing := with_plugin_sensor(plugin, links, joints, reading)) is not None:
-            return sensing
-        else:
-            warn_of_plugin(plugin, reading)
+        model = ModelParts(links, joints)
+        actuators = read_actuators(plugin, model, reading)
+        if actuators is None:
+            sensing = with_plugin_sensor(plugin, model, reading)
+            if sensing is None:
+                warn_of_plugin(plugin, reading)
+            return links if sensing is None else sensing
+        self.drives += actuators.drives
+        self.followers += actuators.trajectory_controllers
+        deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
+        self.controllers += [each for each in actuators.controllers if each.joint not in deaf]
+        for name in sorted({each.joint for each in actuators.controllers} & set(deaf)):
+            reading.notes.warn(plugin, f"the joint '{name}' is {deaf[name]}: it takes no commands")
         return links
 
 

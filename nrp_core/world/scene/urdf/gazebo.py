@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.reading.context import Notes
-from nrp_core.world.scene.reading.plugins import plugin_name
+from nrp_core.world.scene.reading.plugins import ROS_CONTROL, plugin_name
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.ros_controllers import ROS_CONTROL
 from nrp_core.world.scene.urdf.elements import new
 
 # of Gazebo's own solver, or of its conversion to SDF

@@ -8,8 +8,11 @@ from math import inf, pi
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.drives.ackermann import Ackermann
+from nrp_core.world.drives.flight import Flight
+from nrp_core.world.drives.planar_move import PlanarMove
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import Ackermann, Flight, JointController, Pid, PlanarMove
+from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.camera import Camera

@@ -6,8 +6,9 @@ from math import inf
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Model, WheelDrive
+from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.camera import Camera
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController, WheelDrive
+from nrp_core.world.drives.wheels import WheelDrive
+from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.sdf import read_model
 

@@ -6,12 +6,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.acting import Ackermann, Drive
+from nrp_core.world.drives.ackermann import Ackermann
+from nrp_core.world.scene.acting import MountedDrive
 from nrp_core.world.scene.merged_bodies import Body, body_of, tree_of
 from nrp_core.world.scene.model import Inertial, Model
 
 
-def driven_root(model: Model, drive: Drive, bodies: Sequence[Body], wheels: Sequence[Body] = ()) -> int:
+def driven_root(
+    model: Model, drive: MountedDrive, bodies: Sequence[Body], wheels: Sequence[Body] = ()
+) -> int:
     """Return the root that holds all wheels; of a drive without, the base of its model.
 
     Raises:

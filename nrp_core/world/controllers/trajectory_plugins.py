@@ -8,31 +8,33 @@ from math import inf
 from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.acting import Pid, TrajectoryController
 from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import plugin_name, ros_topic
+from nrp_core.world.scene.reading.plugins import ros_topic
+from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
 
-def read_follower(plugin: Element, joints: Sequence[Joint], reading: Reading) -> TrajectoryController | None:
-    """Read the trajectory controller that a ``<plugin>`` of a model stands for; None if it is none.
+def read_joint_pose_trajectory(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
+    """Read Gazebo's ``gazebo_ros_joint_pose_trajectory``."""
+    topic = ros_topic(plugin, plugin.word("topicName", "set_joint_trajectory"), reading)
+    return _alone(TrajectoryController(plugin.attribute("name"), topic, _led(model.joints)))
+
+
+def read_trajectory_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
+    """Read the ``JointTrajectoryController`` of gz-sim.
 
     Raises:
-        SceneError: it names joints that the model does not have, or that do not move.
+        SceneError: it names joints that the model does not have.
     """
-    name = plugin_name(plugin)
-    if name == "gazebo_ros_joint_pose_trajectory":
-        topic = ros_topic(plugin, plugin.word("topicName", "set_joint_trajectory"), reading)
-        return TrajectoryController(plugin.attribute("name"), topic, _led(joints))
-    if name != "JointTrajectoryController":
-        return None
     names = [each.text for each in plugin.all("joint_name")]
-    chosen = led_joints(plugin, names, joints, reading) if names else _led(joints)
+    chosen = led_joints(plugin, names, model.joints, reading) if names else _led(model.joints)
     command, state = (
         plugin.word("topic", f"/model/{reading.robot}/joint_trajectory"),
         plugin.word("state_topic"),
     )
-    return TrajectoryController(
+    controller = TrajectoryController(
         plugin.attribute("name"),
         resolve_name(command, reading.robot),
         chosen,
@@ -40,6 +42,11 @@ def read_follower(plugin: Element, joints: Sequence[Joint], reading: Reading) ->
         tuple(zip(chosen, _values(plugin, "initial_position"), strict=False)),
         resolve_name(state, reading.robot) if state else None,
     )
+    return _alone(controller)
+
+
+def _alone(controller: TrajectoryController) -> Actuators:
+    return Actuators(trajectory_controllers=(controller,))
 
 
 def led_joints(

@@ -12,21 +12,16 @@ from pathlib import Path
 from typing import Any, Literal
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController, WheelDrive
+from nrp_core.world.controllers.trajectory_plugins import led_joints
+from nrp_core.world.drives.wheels import WheelDrive
+from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
 from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import ros_namespace
+from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.trajectories import led_joints
 from nrp_core.world.topics import resolve_name
-
-ROS_CONTROL = (
-    "gazebo_ros_control",
-    "gazebo_ros2_control",
-    "gz_ros2_control-system",
-    "ign_ros2_control-system",
-)
-"""The plugins that run controllers."""
 
 _LEVELS = ("ros__parameters", "controller_manager", "/**")
 """Levels of a file that are no part of a controller's name."""
@@ -40,20 +35,23 @@ Entries = dict[tuple[str, ...], dict[str, Any]]
 """The parameters of a file by the names of their levels."""
 
 
-def read_ros_controllers(
-    plugin: Element, joints: Sequence[Joint], reading: Reading
-) -> tuple[list[WheelDrive], list[JointController], list[TrajectoryController]]:
+def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Actuators | None:
     """Read the controllers of the file that a plugin names: of wheels, of single joints, of trajectories.
+
+    Returns:
+        None where the plugin names no file.
 
     Raises:
         SceneError: the file is no YAML, or names joints that the model does not have.
     """
-    place = plugin.require("parameters")
+    place = plugin.find("parameters")
+    if place is None:
+        return None
     path = reading.resources.find(place)
     if path is None:
         reading.notes.warn(place, f"there is no file '{place.text}': its controllers are left out")
-        return [], [], []
-    file = _File(place, path, joints, ros_namespace(plugin).strip("/"), reading)
+        return Actuators()
+    file = _File(place, path, model.joints, ros_namespace(plugin).strip("/"), reading)
     drives: list[WheelDrive] = []
     single: list[JointController] = []
     several: list[TrajectoryController] = []
@@ -67,7 +65,7 @@ def read_ros_controllers(
             single += file.controller(name, _KINDS[kind])
         elif kind and kind not in _TELLING:
             reading.notes.warn(place, f"controllers of type '{entry['type']}' are not run")
-    return drives, single, several
+    return Actuators(tuple(drives), tuple(single), tuple(several))
 
 
 class _File:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from math import inf
 from typing import Literal
 
-from nrp_core.errors import did_you_mean
 from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.checks import SECOND_AXIS
+from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name
+from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
@@ -26,26 +27,28 @@ _SYSTEMS: dict[str, tuple[Kind, str]] = {
 }
 
 
-def read_controllers(
-    plugin: Element, joints: Collection[str], reading: Reading
-) -> list[JointController] | None:
-    """Read the controllers that a ``<plugin>`` of a model stands for; None if it is of another kind.
+def read_generic(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
+    """Read ``generic_controller_plugin`` of the Neurorobotics Platform.
 
     Raises:
         SceneError: it names joints that the model does not have.
     """
-    name = plugin_name(plugin)
-    if name == "generic_controller_plugin":
-        return list(_generic(plugin, joints, reading))
-    if name in _SYSTEMS:
-        return [_system(plugin, *_SYSTEMS[name], joints, reading)]
-    return None
+    return Actuators(controllers=tuple(_generic(plugin, model, reading)))
 
 
-def _generic(plugin: Element, joints: Collection[str], reading: Reading) -> Iterator[JointController]:
-    """Read that of the Neurorobotics Platform: ``<controller joint_name=""><type/><pid/></controller>``."""
+def read_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
+    """Read one of the systems of gz-sim.
+
+    Raises:
+        SceneError: it names a joint that the model does not have.
+    """
+    return Actuators(controllers=(_system(plugin, *_SYSTEMS[plugin_name(plugin)], model, reading),))
+
+
+def _generic(plugin: Element, model: ModelParts, reading: Reading) -> Iterator[JointController]:
+    """Yield those of ``<controller joint_name=""><type/><pid/></controller>``."""
     for each in plugin.all("controller"):
-        joint = _joint(each, each.attribute("joint_name"), joints)
+        joint = model.joint(each, each.attribute("joint_name")).name
         kind = _kind(each, each.word("type", "position"))
         gains = each.find("pid")
         pid = Pid(*gains.numbers(3)) if gains else None
@@ -53,12 +56,10 @@ def _generic(plugin: Element, joints: Collection[str], reading: Reading) -> Iter
         yield JointController(joint, kind, resolve_name(topic, reading.robot), pid)
 
 
-def _system(
-    plugin: Element, kind: Kind, topic: str, joints: Collection[str], reading: Reading
-) -> JointController:
+def _system(plugin: Element, kind: Kind, topic: str, model: ModelParts, reading: Reading) -> JointController:
     named = plugin.require("joint_name")
     index = int(plugin.number("joint_index", 0))
-    joint = _joint(named, named.text + (SECOND_AXIS if index == 1 else ""), joints)
+    joint = model.joint(named, named.text + (SECOND_AXIS if index == 1 else "")).name
     gains: Pid | None = Pid()
     if kind == "position":
         limit = plugin.number("i_max", 1.0)
@@ -76,12 +77,6 @@ def _system(
 
 def _forces(plugin: Element) -> bool:
     return plugin.flag("use_force_commands", False)
-
-
-def _joint(element: Element, name: str, joints: Collection[str]) -> str:
-    if name not in joints:
-        raise element.error(f"the model has no joint '{name}'{did_you_mean(name, joints)}")
-    return name
 
 
 def _kind(element: Element, kind: str) -> Kind:

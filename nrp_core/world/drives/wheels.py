@@ -1,0 +1,213 @@
+"""Wheel drives: differential and skid-steer, from the parameters of Gazebo's plugins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Protocol
+
+from nrp_core.world.drives.drive import Drive, DrivePart, GroundDrive
+from nrp_core.world.engine import Engine
+from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
+from nrp_core.world.scene.acting import Rename
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_topic
+from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.reading.xml import Element
+
+Number = tuple[str, float]
+"""A parameter and its default."""
+Text = tuple[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Dialect:
+    """How a plugin calls its parameters, and their defaults there.
+
+    Args:
+        left, right: the tags that name wheel joints, back to front; a tag may come several times.
+        wheel: the diameter, or with ``is_radius`` the radius.
+        torque: limit of a wheel; None where the plugin has none.
+        command, odometry, wheel_speeds: topics; ``{robot}`` stands for the name of the robot.
+        timeout: ``commandTimeout`` is read for every plugin, though none of Gazebo's has it.
+    """
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: Number
+    wheel: Number
+    torque: Number | None
+    command: Text
+    odometry: Text
+    rate: Number
+    timeout: float = inf
+    wheel_speeds: Text | None = None
+    is_radius: bool = False
+
+
+_HUSKY = _Dialect(
+    left=("backLeftJoint", "frontLeftJoint"),
+    right=("backRightJoint", "frontRightJoint"),
+    separation=("wheelSeparation", 0.55),
+    wheel=("wheelDiameter", 0.30),
+    torque=("torque", 15.0),
+    command=("commandTopic", "husky/cmd_vel"),
+    odometry=("odometryTopic", "odom"),
+    rate=("updateRate", 100.0),
+    timeout=0.1,
+    wheel_speeds=("wheelSpeedsTopic", "husky/wheel_speeds"),
+)
+_ROS1 = _Dialect(
+    left=("leftJoint",),
+    right=("rightJoint",),
+    separation=("wheelSeparation", 0.34),
+    wheel=("wheelDiameter", 0.15),
+    torque=("wheelTorque", 5.0),
+    command=("commandTopic", "cmd_vel"),
+    odometry=("odometryTopic", "odom"),
+    rate=("updateRate", 100.0),
+)
+_ROS1_SKID_STEER = _Dialect(
+    left=("leftRearJoint", "leftFrontJoint"),
+    right=("rightRearJoint", "rightFrontJoint"),
+    separation=("wheelSeparation", 0.40),
+    wheel=("wheelDiameter", 0.15),
+    torque=("torque", 5.0),
+    command=("commandTopic", "cmd_vel"),
+    odometry=("odometryTopic", "odom"),
+    rate=("updateRate", 100.0),
+)
+_ROS2 = _Dialect(
+    left=("left_joint",),
+    right=("right_joint",),
+    separation=("wheel_separation", 0.34),
+    wheel=("wheel_diameter", 0.15),
+    torque=("max_wheel_torque", 5.0),
+    command=("command_topic", "cmd_vel"),
+    odometry=("odometry_topic", "odom"),
+    rate=("update_rate", 100.0),
+)
+_GZ_SIM = _Dialect(
+    left=("left_joint",),
+    right=("right_joint",),
+    separation=("wheel_separation", 1.0),
+    wheel=("wheel_radius", 0.2),
+    torque=None,
+    command=("topic", "/model/{robot}/cmd_vel"),
+    odometry=("odom_topic", "/model/{robot}/odometry"),
+    rate=("odom_publish_frequency", 50.0),
+    is_radius=True,
+)
+
+_DIALECTS = {
+    "husky_gazebo_plugins": (_HUSKY,),
+    "gazebo_ros_diff_drive": (_ROS1, _ROS2),
+    "gazebo_ros_skid_steer_drive": (_ROS1_SKID_STEER,),
+    "DiffDrive": (_GZ_SIM,),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class WheelDrive(Drive):
+    """A differential or skid-steer drive: a body velocity commanded as a Twist.
+
+    Args:
+        name: of the plugin.
+        command_topic, odometry_topic, wheel_speeds_topic: absolute; None where there is none.
+        left, right: names of the wheel joints, back to front.
+        separation: effective distance of left and right wheels, m.
+        wheel_diameter: m.
+        torque: limit of each wheel, N m.
+        timeout: seconds without a command after which the drive stops; ``inf`` for never.
+        rate_hz: of odometry and wheel speeds.
+    """
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: float
+    wheel_diameter: float
+    torque: float = inf
+    timeout: float = 0.1
+    rate_hz: float = 100.0
+    odometry_topic: str | None = None
+    wheel_speeds_topic: str | None = None
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints it moves."""
+        return (*self.left, *self.right)
+
+    def renamed(self, named: Rename) -> WheelDrive:
+        """Return the drive of a model whose parts have other names."""
+        left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
+        return replace(self, name=named(self.name), left=left, right=right)
+
+    @classmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> WheelDrive:
+        dialects = _DIALECTS[plugin_name(plugin)]
+        known = [dialect for dialect in dialects if plugin.all(*dialect.left)]
+        if not known:
+            raise plugin.error(f"a drive needs its wheels; name their joints in <{dialects[0].left[0]}> ...")
+        dialect = known[0]
+        size = plugin.positive(*dialect.wheel)
+
+        def topic(parameter: Text) -> str:
+            tag, default = parameter
+            return ros_topic(plugin, plugin.word(tag, default.format(robot=reading.robot)), reading)
+
+        return cls(
+            name=plugin.attribute("name"),
+            command_topic=topic(dialect.command),
+            left=wheels_in(plugin, dialect.left, model),
+            right=wheels_in(plugin, dialect.right, model),
+            separation=plugin.positive(*dialect.separation),
+            wheel_diameter=2 * size if dialect.is_radius else size,
+            torque=plugin.positive(*dialect.torque) if dialect.torque else inf,
+            timeout=plugin.positive("commandTimeout", dialect.timeout),
+            rate_hz=plugin.positive(*dialect.rate),
+            odometry_topic=topic(dialect.odometry),
+            wheel_speeds_topic=topic(dialect.wheel_speeds) if dialect.wheel_speeds else None,
+        )
+
+    def part(self, model: Model, engine: Engine) -> WheelDrivePart:
+        return WheelDrivePart(self, model, engine)
+
+
+class Wheeled(GroundDrive, Protocol):
+    """The fields of drives with wheels."""
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """Joints of the left wheels, back to front."""
+
+    @property
+    def right(self) -> tuple[str, ...]:
+        """Joints of the right wheels, back to front."""
+
+    @property
+    def wheel_diameter(self) -> float:
+        """In m."""
+
+
+class WheelDrivePart(DrivePart):
+    """Serves a drive that has wheels."""
+
+    def __init__(self, drive: Wheeled, model: Model, engine: Engine) -> None:
+        super().__init__(drive, model, engine)
+        self._wheels = drive
+
+    def _wheel_speeds(self) -> WheelSpeeds:
+        joints = self._engine.joint_states(self._model)
+        speeds = dict(zip(joints.names, joints.velocities * self._wheels.wheel_diameter / 2, strict=True))
+        left = [float(speeds[name]) for name in self._wheels.left]
+        right = [float(speeds[name]) for name in self._wheels.right]
+        return WheelSpeeds(left[0], right[0], left[-1], right[-1])
+
+
+def wheels_in(plugin: Element, tags: tuple[str, ...], model: ModelParts) -> tuple[str, ...]:
+    """Return the joints of the wheels of one side, which tags of a plugin name."""
+    named = [joint for tag in tags for joint in plugin.all(tag)]
+    if not named:
+        raise plugin.error(f"a drive needs wheels on both sides; there is no <{tags[0]}>")
+    return tuple(model.joint(joint).name for joint in named)
