@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from nrp_core._support.diagnosis import Diagnosis as Diagnosis
     from nrp_core.world.batch import WorldBatch as WorldBatch
     from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
+    from nrp_core.world.drives.ackermann import Ackermann as Ackermann
+    from nrp_core.world.drives.drive import Drive as Drive
+    from nrp_core.world.drives.flight import Flight as Flight
+    from nrp_core.world.drives.planar_move import PlanarMove as PlanarMove
+    from nrp_core.world.drives.wheels import WheelDrive as WheelDrive
     from nrp_core.world.engine import Engine as Engine
     from nrp_core.world.interface import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
     from nrp_core.world.interface import World as World
@@ -34,13 +39,9 @@ if TYPE_CHECKING:
     from nrp_core.world.rigid.pose import Pose as Pose
     from nrp_core.world.rigid.pose import Quaternion as Quaternion
     from nrp_core.world.rigid.pose import Vector as Vector
-    from nrp_core.world.scene.acting import Ackermann as Ackermann
-    from nrp_core.world.scene.acting import Flight as Flight
     from nrp_core.world.scene.acting import JointController as JointController
     from nrp_core.world.scene.acting import Pid as Pid
-    from nrp_core.world.scene.acting import PlanarMove as PlanarMove
     from nrp_core.world.scene.acting import TrajectoryController as TrajectoryController
-    from nrp_core.world.scene.acting import WheelDrive as WheelDrive
     from nrp_core.world.scene.finish import Finish as Finish
     from nrp_core.world.scene.model import Box as Box
     from nrp_core.world.scene.model import Capsule as Capsule
@@ -60,11 +61,12 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.model import Scene as Scene
     from nrp_core.world.scene.model import Sphere as Sphere
     from nrp_core.world.scene.model import Visual as Visual
+    from nrp_core.world.scene.reading.actuators import Actuators as Actuators
     from nrp_core.world.scene.reading.context import Reading as Reading
+    from nrp_core.world.scene.reading.registered import ModelParts as ModelParts
     from nrp_core.world.scene.reading.sensor_elements import noise_of as noise_of
     from nrp_core.world.scene.reading.sensor_elements import rate_of as rate_of
     from nrp_core.world.scene.reading.sensor_elements import topic_of as topic_of
-    from nrp_core.world.scene.reading.sensors import ModelParts as ModelParts
     from nrp_core.world.scene.reading.sensors import Mount as Mount
     from nrp_core.world.scene.reading.xml import Element as Element
     from nrp_core.world.scene.sdf import read_model as read_model
@@ -93,6 +95,11 @@ else:
             "nrp_core._support.diagnosis": "Diagnosis",
             "nrp_core.world.batch": "WorldBatch",
             "nrp_core.world.capabilities": "WorldCapabilities",
+            "nrp_core.world.drives.ackermann": "Ackermann",
+            "nrp_core.world.drives.drive": "Drive",
+            "nrp_core.world.drives.flight": "Flight",
+            "nrp_core.world.drives.planar_move": "PlanarMove",
+            "nrp_core.world.drives.wheels": "WheelDrive",
             "nrp_core.world.engine": "Engine",
             "nrp_core.world.interface": "WORLD_INTERFACE_VERSION World WorldBackend WorldOptions",
             "nrp_core.world.part": "Part",
@@ -103,17 +110,17 @@ else:
                 "BodyPath BodyVelocity JointAim JointStates ModelMotion Touch Wrench"
             ),
             "nrp_core.world.rigid.pose": "Pose Quaternion Vector",
-            "nrp_core.world.scene.acting": (
-                "Ackermann Flight JointController Pid PlanarMove TrajectoryController WheelDrive"
-            ),
+            "nrp_core.world.scene.acting": "JointController Pid TrajectoryController",
             "nrp_core.world.scene.finish": "Finish",
             "nrp_core.world.scene.model": (
                 "Box Capsule Collision Cylinder Geometry Heightmap Inertial Joint Light Link Mesh Mimic "
                 "Model Plane Rgba Scene Sphere Visual"
             ),
             "nrp_core.world.scene.reading.context": "Reading",
+            "nrp_core.world.scene.reading.actuators": "Actuators",
+            "nrp_core.world.scene.reading.registered": "ModelParts",
             "nrp_core.world.scene.reading.sensor_elements": "noise_of rate_of topic_of",
-            "nrp_core.world.scene.reading.sensors": "ModelParts Mount",
+            "nrp_core.world.scene.reading.sensors": "Mount",
             "nrp_core.world.scene.reading.xml": "Element",
             "nrp_core.world.scene.sdf": "read_model read_scene",
             "nrp_core.world.scene.sensing": "Noise",

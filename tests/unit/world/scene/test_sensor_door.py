@@ -13,6 +13,7 @@ from nrp_core.errors import SceneError
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.parts import parts_of
 from nrp_core.world.scene.model import Link, Model
+from nrp_core.world.scene.reading.actuators import CONTROLLERS, DRIVES
 from nrp_core.world.scene.reading.sensors import PLUGIN, SENSORS
 from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.scene.sensing import MountedSensor
@@ -41,6 +42,12 @@ def test_every_sensor_says_what_it_reads_and_what_it_needs_of_an_engine(name: st
     assert set(sensor.needs) <= {field.name for field in fields(WorldCapabilities)}
     reads = sensor.read_plugin if name.startswith(PLUGIN) else sensor.read
     assert reads.__func__ is not getattr(Sensor, reads.__name__).__func__  # type: ignore[attr-defined]
+
+
+def test_the_reference_names_every_sensor_drive_and_controller() -> None:
+    page = (Path(__file__).parents[4] / "docs" / "reference" / "topics.md").read_text("utf-8")
+    names = [*SENSORS.names(), *DRIVES.names(), *CONTROLLERS.names()]
+    assert [name for name in names if f"`{name.removeprefix(PLUGIN)}`" not in page] == []
 
 
 def test_a_file_imports_the_sensors_that_it_has_and_no_others(tmp_path: Path) -> None:
