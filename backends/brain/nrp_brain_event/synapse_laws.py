@@ -25,7 +25,9 @@ def _tsodyks_markram() -> Share:
     return released_share
 
 
-SHARES: Final[Mapping[str, Callable[[], Share]]] = {TSODYKS_MARKRAM: _tsodyks_markram}
+SHARES: Final[Mapping[str, Callable[[], Share]]] = {
+    TSODYKS_MARKRAM: _tsodyks_markram,
+}
 """What loads the kernel of each law."""
 
 SYNAPSES: Final = frozenset({STATIC, STDP, *SHARES})
