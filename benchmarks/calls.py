@@ -23,9 +23,8 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any
 
-from nrp_core.experiment.find import load_experiment
-from nrp_core.experiment.run import Run
-
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
 from nrp_core.world.topics import Subscription
 
 ENGINES = ("mujoco", "pybullet")

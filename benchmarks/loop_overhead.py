@@ -20,7 +20,7 @@ from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.scene.model import Link, Model, Scene
@@ -37,14 +37,14 @@ def listings() -> list[TransferFunction]:
     return [function for name in files for function in load_transfer_functions(folder / name)]
 
 
-class StillWorld(MockWorld):
+class StillEngine(MockEngine):
     """A robot with a camera and a drive that sees the same red square for ever."""
 
     def __init__(self) -> None:
         camera = Camera("eye", "/husky/camera", 30.0, horizontal_fov=1.57, width=320, height=240)
         drive = WheelDrive("drive", "/husky/cmd_vel", (), (), separation=0.57, wheel_diameter=0.36)
         husky = Model("husky", (Link("base_link", sensors=(camera,)),), drives=(drive,))
-        super().__init__(scene=Scene((husky,)))
+        super().__init__(Scene((husky,)))
         self.picture = np.full((240, 320, 3), (90, 100, 110), np.uint8)
         self.picture[80:160, 180:290] = (200, 10, 10)
 
@@ -55,7 +55,9 @@ class StillWorld(MockWorld):
 def measure(steps: int) -> dict[str, float]:
     """Return CPU microseconds a step, by what they are spent on."""
     brain = MockBrain({"sensors": 5, "other": 1, "actors": 2})
-    with ClosedLoop(brain, StillWorld(), listings(), period_ns=PERIOD_NS, concurrent=False) as loop:
+    with ClosedLoop(
+        brain, MockWorld(engine=StillEngine()), listings(), period_ns=PERIOD_NS, concurrent=False
+    ) as loop:
         loop.run_until(10 * PERIOD_NS)  # warm up: OpenCV loads here
         loop.reset()
         began = time.process_time_ns()

@@ -23,7 +23,6 @@ import numpy as np
 
 from nrp_core.dsl.tf_lib import detect_red
 from nrp_core.world.backends import worlds
-from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Float64
@@ -43,6 +42,7 @@ from nrp_core.world.scene.model import (
     Sphere,
 )
 from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.world.world import World
 
 PARTS = ("drives", "loads", "physics", "cameras")
 ENGINES = ("mujoco", "pybullet")
@@ -340,8 +340,8 @@ def views(engine: str, renderer: str, scale: float) -> list[np.ndarray[Any, Any]
         with opened(
             engine, room.with_model(robot("Husky", place)), renderer=renderer, image_scale=scale
         ) as world:
-            world.set_color("left_vr_screen/body/screen_glass", (1.0, 0.0, 0.0, 1.0))
-            pictures.append(world.render("robot", "eye_vision_camera", "camera"))
+            world.engine.set_color("left_vr_screen/body/screen_glass", (1.0, 0.0, 0.0, 1.0))
+            pictures.append(world.engine.render("robot", "eye_vision_camera", "camera"))
     return pictures
 
 

@@ -137,7 +137,7 @@ def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
     from nrp_world_mujoco.build import build
     from nrp_world_mujoco.cameras import frame_reader, open_cameras
     from nrp_world_mujoco.drive import Drive
-    from nrp_world_mujoco.engine import mujoco
+    from nrp_world_mujoco.library import mujoco
     from nrp_world_mujoco.motion import Floating
 
     built = build(scene, timestep_ns=SUBSTEP_NS, optics=optics_of(scene, case.scale), visuals=draws(case))
@@ -179,7 +179,7 @@ def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
     from nrp_world_pybullet.build import build
     from nrp_world_pybullet.cameras import TinyCameras, frame_reader
     from nrp_world_pybullet.drive import Drive
-    from nrp_world_pybullet.engine import bullet
+    from nrp_world_pybullet.library import bullet
 
     client = bullet.connect(bullet.DIRECT)
     built = build(scene, timestep_ns=SUBSTEP_NS, client=client, visuals=draws(case))

@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from nrp_core.recording.reading.recording import Recording as Recording
     from nrp_core.running import run as run
     from nrp_core.world.backends import worlds as worlds
-    from nrp_core.world.interface import World as World
     from nrp_core.world.messages import builtin_interfaces as builtin_interfaces
     from nrp_core.world.messages import control_msgs as control_msgs
     from nrp_core.world.messages import gazebo_msgs as gazebo_msgs
@@ -58,6 +57,7 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.model import Scene as Scene
     from nrp_core.world.scene.sdf import read_model as read_model
     from nrp_core.world.scene.sdf import read_scene as read_scene
+    from nrp_core.world.world import World as World
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,

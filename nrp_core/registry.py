@@ -135,6 +135,11 @@ class Registry(Generic[T]):
         except NoMatches as error:
             raise BackendLoadError(f"{self.kind} '{provider.name}' of {provider} vanished") from error
         except Exception as error:
+            if isinstance(error, ImportError) and (error.name or "").startswith("nrp_core."):
+                raise IncompatibleBackendError(
+                    f"{self.kind} '{provider.name}' of {provider} fits another version of nrp-core: "
+                    f"{error}; try: pip install --upgrade {provider.distribution}"
+                ) from error
             raise BackendLoadError(
                 f"{self.kind} '{provider.name}' of {provider} does not import: "
                 f"{type(error).__name__}: {error}; try: pip install --force-reinstall {provider.distribution}"

@@ -12,9 +12,10 @@ from __future__ import annotations
 import pickle
 import re
 from abc import abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
-from types import TracebackType
 from typing import Any, final
 
 from nrp_core._support.closing import Closing
@@ -69,18 +70,18 @@ class Simulation(Closing):
     Args:
         seed: the experiment's seed for this side.
         identity: text that names backend, options and model, parted by commas; snapshots are tied to it.
+        name: what errors call it; by default its class.
+
+    Attributes:
+        now_ns: time reached, in nanoseconds since reset; only the simulation itself sets it.
     """
 
-    def __init__(self, *, seed: int, identity: str) -> None:
+    def __init__(self, *, seed: int, identity: str, name: str = "") -> None:
+        self.now_ns = 0
         self._seed = seed
-        self._now_ns = 0
         self._lifecycle = State.READY
         self._identity = identity
-
-    @property
-    def now_ns(self) -> int:
-        """Time reached, in nanoseconds since reset."""
-        return self._now_ns
+        self._name = name or type(self).__name__
 
     @property
     def seed(self) -> int:
@@ -100,15 +101,18 @@ class Simulation(Closing):
             LifecycleError: the simulation is closed or failed, or ``t_ns`` lies in the past.
             SimulationError: the engine failed; its error is the cause.
         """
-        self._require_ready()
-        if t_ns < self._now_ns:
+        self.require_ready()
+        if t_ns < self.now_ns:
             raise LifecycleError(
-                f"cannot run back to {seconds(t_ns):g} s: it is {seconds(self._now_ns):g} s already"
+                f"cannot run back to {seconds(t_ns):g} s: it is {seconds(self.now_ns):g} s already"
             )
-        if t_ns > self._now_ns:
-            with self._guarded("advance"):
+        if t_ns > self.now_ns:
+            try:
                 self._advance(t_ns)
-            self._now_ns = t_ns
+            except BaseException as error:
+                self.fail("advance", error)
+                raise
+            self.now_ns = t_ns
 
     @final
     def reset(self, *, seed: int | None = None) -> None:
@@ -117,20 +121,20 @@ class Simulation(Closing):
         Args:
             seed: a new seed; by default the one in force is used again.
         """
-        self._require_open()
+        self.require_ready(or_failed=True)
         if seed is not None:
             self._seed = seed
-        self._now_ns = 0
+        self.now_ns = 0
         self._lifecycle = State.READY
-        with self._guarded("reset"):
+        with guarded(self, "reset"):
             self._reset()
 
     @final
     def snapshot(self) -> Snapshot:
         """Save the complete state, in-flight events and random streams included."""
-        self._require_ready()
-        with self._guarded("snapshot"):
-            return Snapshot(self._identity, self._now_ns, pickle.dumps(self._save()))
+        self.require_ready()
+        with guarded(self, "snapshot"):
+            return Snapshot(self._identity, self.now_ns, pickle.dumps(self._save()))
 
     @final
     def restore(self, snapshot: Snapshot) -> None:
@@ -140,14 +144,14 @@ class Simulation(Closing):
             SnapshotError: the snapshot belongs to another backend, model or set of options, or the engine
                 makes nothing of it.
         """
-        self._require_open()
+        self.require_ready(or_failed=True)
         if snapshot.identity != self._identity:
             then, now = _apart(snapshot.identity, self._identity)
             raise SnapshotError(f"the snapshot was taken with {then}; here it is {now}")
         self._lifecycle = State.READY
-        with self._guarded("restore", SnapshotError):
+        with guarded(self, "restore", SnapshotError):
             self._load(pickle.loads(snapshot.payload))
-        self._now_ns = snapshot.t_ns
+        self.now_ns = snapshot.t_ns
 
     @final
     def close(self) -> None:
@@ -177,48 +181,39 @@ class Simulation(Closing):
 
     # -- checks
 
-    def _require_open(self) -> None:
+    def require_ready(self, *, or_failed: bool = False) -> None:
+        """Raise a LifecycleError if it is closed, or, unless that is allowed, has failed."""
         if self._lifecycle is State.CLOSED:
-            raise LifecycleError(f"{type(self).__name__} is closed")
+            raise LifecycleError(f"{self._name} is closed")
+        if self._lifecycle is State.FAILED and not or_failed:
+            raise LifecycleError(f"{self._name} has failed; only reset, restore and close work")
 
-    def _require_ready(self) -> None:
-        self._require_open()
-        if self._lifecycle is State.FAILED:
-            raise LifecycleError(f"{type(self).__name__} has failed; only reset, restore and close work")
-
-    def _guarded(self, what: str, kind: type[SimulationError] = SimulationError) -> _Guard:
-        """Turn whatever a backend raises into one of our errors and mark the simulation failed.
+    def fail(self, what: str, error: BaseException, kind: type[SimulationError] = SimulationError) -> None:
+        """Mark it failed and raise whatever is not one of our errors as one; the caller raises the others.
 
         A request that cannot be met is refused before anything is done, and so it breaks nothing.
         """
-        return _Guard(self, what, kind)
-
-
-class _Guard:
-    """See :meth:`Simulation._guarded`; a class takes a third of the time of a generator, in every step."""
-
-    __slots__ = ("_kind", "_simulation", "_what")
-
-    def __init__(self, simulation: Simulation, what: str, kind: type[SimulationError]) -> None:
-        self._simulation, self._what, self._kind = simulation, what, kind
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, _trace: TracebackType | None
-    ) -> None:
-        if error is None or isinstance(error, CapabilityError | ExperimentError):
+        if isinstance(error, CapabilityError | ExperimentError):
             return
-        simulation = self._simulation
-        simulation._lifecycle = State.FAILED
+        self._lifecycle = State.FAILED
         if isinstance(error, NrpError) or not isinstance(error, Exception):
             return
-        raise self._kind(
-            f"{type(simulation).__name__} failed to {self._what} at {seconds(simulation.now_ns):g} s: "
-            f"{type(error).__name__}: {error}",
-            t_ns=simulation.now_ns,
+        raise kind(
+            f"{self._name} failed to {what} at {seconds(self.now_ns):g} s: {type(error).__name__}: {error}",
+            t_ns=self.now_ns,
         ) from error
+
+
+@contextmanager
+def guarded(
+    simulation: Simulation, what: str, kind: type[SimulationError] = SimulationError
+) -> Iterator[None]:
+    """Turn whatever a backend raises into one of our errors; see :meth:`Simulation.fail`."""
+    try:
+        yield
+    except BaseException as error:
+        simulation.fail(what, error, kind)
+        raise
 
 
 def _apart(one: str, other: str) -> tuple[str, str]:

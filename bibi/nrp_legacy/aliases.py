@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
+from nrp_core.world.world import World
 
 _JOINTS = "/joints"
 """The end of the name under which the iCub told how its joints stand."""

@@ -11,9 +11,9 @@ from dataclasses import replace
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.dsl.parameters.topics import Topic
-from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Direction, Stamped
+from nrp_core.world.world import World
 from nrp_legacy.shims.modules import OpenMessage
 
 HEARD, UNHEARD, MISTYPED = "/heard", "/unheard", "/mistyped"

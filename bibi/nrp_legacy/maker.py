@@ -19,9 +19,9 @@ from nrp_core.experiment.making.maker import Build, Maker, build_here
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_scene
+from nrp_core.world.world import World
 from nrp_legacy import code
 from nrp_legacy.aliases import find_alias
 from nrp_legacy.brains import load_brain, remark, with_unseen

@@ -10,10 +10,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields, replace
 from typing import Any, TypeVar
 
-from nrp_core.world.interface import World
 from nrp_core.world.scene.acting import JointController
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.topics import Stamped
+from nrp_core.world.world import World
 
 Part = TypeVar("Part")
 

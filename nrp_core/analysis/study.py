@@ -43,8 +43,8 @@ from nrp_core.experiment.making.prepare import Examination, Say
 from nrp_core.experiment.making.watch import furnish
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level, has_errors
-from nrp_core.world.interface import World
 from nrp_core.world.topics import TopicInfo
+from nrp_core.world.world import World
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,7 @@ from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError, SnapshotError
 from nrp_core.seeds import Seeds
-from nrp_core.simulation import Simulation
+from nrp_core.simulation import Simulation, guarded
 
 BRAIN_INTERFACE_VERSION = 1
 """Version of this interface; a backend class carries the one it was written for as ``interface_version``."""
@@ -91,9 +91,9 @@ class Brain(Simulation):
         Raises:
             NeuronSelectionError: there is no such neuron, or it is a source itself.
         """
-        self._require_ready()
+        self.require_ready()
         port = spec.open(self._targets(neurons, name), self._seeds.child("device"), name)
-        port.start(milliseconds(self._now_ns), self.network)
+        port.start(milliseconds(self.now_ns), self.network)
         self._sources.append(port)
         self._devices_changed()
         return port
@@ -106,11 +106,11 @@ class Brain(Simulation):
             NeuronSelectionError: there is no such neuron.
             CapabilityError: it records state that the backend does not show.
         """
-        self._require_ready()
+        self.require_ready()
         port = spec.open(self._selected(neurons), self.network.size, name)
-        port.receive(Spikes(), milliseconds(self._now_ns))
+        port.receive(Spikes(), milliseconds(self.now_ns))
         if isinstance(port, StateRecorderPort):
-            port.take(milliseconds(self._now_ns), self.read_state(port.variable, port.neurons))
+            port.take(milliseconds(self.now_ns), self.read_state(port.variable, port.neurons))
         self._sinks.append(port)
         self._devices_changed()
         return port
@@ -139,7 +139,7 @@ class Brain(Simulation):
     @final
     def read_state(self, variable: str, neurons: npt.ArrayLike) -> FloatArray:
         """Return a state variable (``v`` in mV, ...) of neurons (global ids) as it is now."""
-        self._require_ready()
+        self.require_ready()
         if variable not in self.capabilities.state_variables:
             known = ", ".join(sorted(self.capabilities.state_variables)) or "none"
             raise CapabilityError(f"{type(self).__name__} does not show '{variable}'; it shows: {known}")
@@ -148,7 +148,7 @@ class Brain(Simulation):
             raise CapabilityError(
                 f"the cells of population '{label}' have no '{variable}', they only emit spikes"
             )
-        with self._guarded("read state"):
+        with guarded(self, "read state"):
             return self._do_read_state(variable, ids)
 
     # -- changes of the network while it runs; a reset undoes them
@@ -165,12 +165,12 @@ class Brain(Simulation):
             CapabilityError: the backend cannot change them while it runs.
             NetworkError: a population has no such parameter, or a value is impossible.
         """
-        self._require_ready()
+        self.require_ready()
         changed = changes.parameter_changes(self.network, self._selected(neurons), values)
         trains = {train.label: train for train in self._trains}
         if any(change.label not in trains for change in changed):
             self._require_change(PARAMETERS)
-        with self._guarded("change parameters"):
+        with guarded(self, "change parameters"):
             for change in changed:
                 if change.label in trains:
                     trains[change.label].set_parameters(change.index, change.values)
@@ -192,12 +192,12 @@ class Brain(Simulation):
             CapabilityError: the simulator emits them itself.
             NetworkError: it is no such population, or times do not ascend.
         """
-        self._require_ready()
+        self.require_ready()
         index, arrays = changes.spike_trains(self.network, population, trains, cells)
         own = next((train for train in self._trains if train.label == population), None)
         if own is None:
             raise CapabilityError(f"{type(self).__name__} cannot change the spikes of '{population}'")
-        own.set_spike_times(index, arrays, milliseconds(self._now_ns))
+        own.set_spike_times(index, arrays, milliseconds(self.now_ns))
 
     @final
     def read_weights(self, projection: str) -> FloatArray:
@@ -207,12 +207,12 @@ class Brain(Simulation):
             CapabilityError: they are plastic, and the backend does not show them.
             NetworkError: there is no such projection.
         """
-        self._require_ready()
+        self.require_ready()
         chosen = changes.projection_of(self.network, projection)
         if WEIGHTS not in self.capabilities.changes and chosen.synapse_type != STDP:
             return chosen.weight.copy()
         self._require_change(WEIGHTS)
-        with self._guarded("read weights"):
+        with guarded(self, "read weights"):
             return self._do_read_weights(chosen)
 
     @final
@@ -227,10 +227,10 @@ class Brain(Simulation):
             CapabilityError: the backend cannot change them while it runs.
             NetworkError: there is no such projection, or a weight is impossible.
         """
-        self._require_ready()
+        self.require_ready()
         each = changes.new_weights(self.network, projection, weights)
         self._require_change(WEIGHTS)
-        with self._guarded("change weights"):
+        with guarded(self, "change weights"):
             self._do_set_weights(changes.projection_of(self.network, projection), each)
 
     # -- the sequence of one advance, the same for every backend
@@ -242,7 +242,7 @@ class Brain(Simulation):
     def _advance(self, t_ns: int) -> None:
         if self._grid_of_stops is not None:
             self._grid_of_stops.number_of(t_ns)
-        since_ms, until_ms = milliseconds(self._now_ns), milliseconds(t_ns)
+        since_ms, until_ms = milliseconds(self.now_ns), milliseconds(t_ns)
         emitted = [train.emitted(since_ms, until_ms) for train in self._trains]
         for ids, times_ms in emitted:
             if len(ids):
@@ -261,7 +261,7 @@ class Brain(Simulation):
     def _run_under_currents(self, t_ns: int) -> None:
         """Run to ``t_ns``, halting on the brain's grid where a current changes or state is recorded."""
         grid_ns = self.capabilities.resolution_ns or 1
-        at_ns = self._now_ns
+        at_ns = self.now_ns
         while at_ns < t_ns:
             now_ms = milliseconds(at_ns)
             self._update_currents(now_ms)

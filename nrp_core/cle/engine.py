@@ -26,8 +26,8 @@ from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import LifecycleError, SimulationError, TimestepError
-from nrp_core.world.interface import World
 from nrp_core.world.topics import Publication, check_message
+from nrp_core.world.world import World
 
 T = TypeVar("T")
 

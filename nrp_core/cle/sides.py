@@ -8,7 +8,7 @@ from nrp_core._support.machine import cores
 from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.account import TimeAccount
-from nrp_core.world.interface import World
+from nrp_core.world.world import World
 
 WORTH_A_THREAD_NS = 500_000
 """Both sides must take at least this long for a thread to pay off; a handover costs about 100 us."""

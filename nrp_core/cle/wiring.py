@@ -12,7 +12,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.dsl.functions.collector import require_new_name
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.world.interface import World
+from nrp_core.world.world import World
 
 
 class Wiring:

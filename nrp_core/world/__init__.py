@@ -1,6 +1,6 @@
 """The world side: what authors of world backends need, each name imported when it is first used.
 
-A backend derives from :class:`World` and :class:`WorldBackend`; it is given a :class:`Scene`.
+A backend derives from :class:`Engine` and :class:`WorldBackend`; it is given a :class:`Scene`.
 """
 
 from nrp_core._support.lazy import lazily
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from nrp_core.world.drives.wheels import WheelDrive as WheelDrive
     from nrp_core.world.engine import Engine as Engine
     from nrp_core.world.interface import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
-    from nrp_core.world.interface import World as World
     from nrp_core.world.interface import WorldBackend as WorldBackend
     from nrp_core.world.interface import WorldOptions as WorldOptions
     from nrp_core.world.part import Part as Part
@@ -86,6 +85,7 @@ if TYPE_CHECKING:
     from nrp_core.world.topics import Stamped as Stamped
     from nrp_core.world.topics import Subscription as Subscription
     from nrp_core.world.topics import TopicInfo as TopicInfo
+    from nrp_core.world.world import World as World
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
@@ -101,7 +101,7 @@ else:
             "nrp_core.world.drives.planar_move": "PlanarMove",
             "nrp_core.world.drives.wheels": "WheelDrive",
             "nrp_core.world.engine": "Engine",
-            "nrp_core.world.interface": "WORLD_INTERFACE_VERSION World WorldBackend WorldOptions",
+            "nrp_core.world.interface": "WORLD_INTERFACE_VERSION WorldBackend WorldOptions",
             "nrp_core.world.part": "Part",
             "nrp_core.world.render.cameras": "DepthArray ImageArray",
             "nrp_core.world.render.optics": "drawn",
@@ -133,5 +133,6 @@ else:
             "nrp_core.world.sensors.laser": "Laser",
             "nrp_core.world.sensors.sensor": "Sensor SensorPart",
             "nrp_core.world.topics": "Direction Publication Stamped Subscription TopicInfo",
+            "nrp_core.world.world": "World",
         },
     )

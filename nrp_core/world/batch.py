@@ -19,11 +19,11 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.simulation import State
-from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.rigid.motion import JointStates
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
+from nrp_core.world.world import World
 
 
 class WorldBatch(Closing):

@@ -29,6 +29,9 @@ class WorldCapabilities:
         coupled_joints: can joints follow others, as in gearboxes and screws? Likewise.
         changes: can models be moved, added and deleted while it runs?
         real_time: does time pass by itself, so that the loop must keep up? A robot does not wait.
+        poses: does it report where models are?
+        own_scene: does it bring its world itself? Then the scene only names models and their topics, and
+            nothing in it has to be possible in the engine.
     """
 
     step_ns: int
@@ -45,6 +48,8 @@ class WorldCapabilities:
     coupled_joints: bool = False
     changes: bool = False
     real_time: bool = False
+    poses: bool = True
+    own_scene: bool = False
 
 
 def needs_of(joint: Joint) -> tuple[str, ...]:

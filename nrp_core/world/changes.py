@@ -1,8 +1,9 @@
-"""Tell who watches a world what is done to it from Python, so that a recording can do it again."""
+"""Report every change that is made to something from Python, so that a recording can repeat it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import update_wrapper
 from typing import Concatenate, ParamSpec, TypeVar
 
@@ -11,39 +12,41 @@ R = TypeVar("R")
 S = TypeVar("S", bound="Changeable")
 
 Watcher = Callable[[str, Sequence[object], Mapping[str, object]], None]
-"""Called with the name of a method and its arguments, once it has done what it does."""
+"""Called with the name of a change and its arguments, once it has been made."""
 
 
 class Changeable:
-    """Something whose methods marked by :func:`change` are watched."""
+    """Something whose methods marked by :func:`change` are watched.
+
+    Attributes:
+        watchers: called with every change; of one that makes others, with that one alone.
+    """
 
     def __init__(self) -> None:
-        self._watchers: list[Watcher] = []
+        self.watchers: list[Watcher] = []
         self._changing = False
 
-    def add_watcher(self, watcher: Watcher) -> None:
-        """Tell a watcher of every change; of one that makes others, of that one alone."""
-        self._watchers.append(watcher)
-
-    def remove_watcher(self, watcher: Watcher) -> None:
-        """Tell a watcher nothing more."""
-        self._watchers.remove(watcher)
+    @contextmanager
+    def changing(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> Iterator[None]:
+        """Report what is done in a block as one change of that name."""
+        if self._changing or not self.watchers:
+            yield
+            return
+        self._changing = True
+        try:
+            yield
+        finally:
+            self._changing = False
+        for watcher in self.watchers:
+            watcher(name, arguments, named)
 
 
 def change(method: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
-    """Let the watchers of an object know when this method of it has been called."""
+    """Report each call of a method to the watchers of its object."""
 
     def watched(self: S, /, *arguments: P.args, **named: P.kwargs) -> R:
-        if self._changing or not self._watchers:
+        with self.changing(method.__name__, arguments, named):
             return method(self, *arguments, **named)
-        self._changing = True
-        try:
-            result = method(self, *arguments, **named)
-        finally:
-            self._changing = False
-        for watcher in self._watchers:
-            watcher(method.__name__, arguments, named)
-        return result
 
     update_wrapper(watched, method)
     return watched

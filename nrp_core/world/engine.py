@@ -1,16 +1,19 @@
-"""What the parts of a scene ask of physics, in terms of the fewest operations that a backend writes."""
+"""What a backend of a world writes: a physics engine with a scene in it."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, final
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import isfinite
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.errors import CapabilityError
-from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.errors import CapabilityError, DivergedError
+from nrp_core.world.capabilities import WorldCapabilities, needs_of
+from nrp_core.world.part import Part
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED, Cameras, DepthArray, ImageArray
 from nrp_core.world.render.optics import CameraPath, Optics, optics_of
@@ -21,121 +24,54 @@ from nrp_core.world.rigid.motion import (
     JointAim,
     JointStates,
     ModelMotion,
+    ReadFrames,
     Touch,
     Wrench,
 )
 from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
-from nrp_core.world.scene.model import Light, Rgba, Scene
+from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 
 if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace
     from nrp_core.world.render.raster import RasterCameras
 
-ReadFrames = Callable[[FloatArray], None]
-"""Writes rotation and translation to the world of some bodies, shape ``(n, 3, 4)``."""
-
 
 class Engine(ABC):
-    """What the parts ask of a physics engine."""
+    """A physics engine with a scene in it; it knows nothing of topics.
 
-    scene: Scene
-
-    @property
-    @abstractmethod
-    def seed(self) -> int:
-        """The world's seed."""
-
-    @property
-    @abstractmethod
-    def step_ns(self) -> int:
-        """The physics step."""
-
-    @abstractmethod
-    def picture_size(self, model: str, link: str, camera: str) -> tuple[int, int]:
-        """Return height and width of a camera's pictures."""
-
-    @abstractmethod
-    def model_motion(self, model: str) -> ModelMotion:
-        """Return where a model's frame is and how it moves."""
-
-    @abstractmethod
-    def link_motion(self, model: str, link: str) -> ModelMotion:
-        """Return where a link is and how it moves."""
-
-    @abstractmethod
-    def joint_states(self, model: str) -> JointStates:
-        """Return the state of the movable joints of a model."""
-
-    @abstractmethod
-    def render(self, model: str, link: str, camera: str) -> ImageArray:
-        """Return what a camera sees, shape ``(height, width, 3)``, RGB, read-only."""
-
-    @abstractmethod
-    def depth(self, model: str, link: str, camera: str) -> DepthArray:
-        """Return how far along its line of sight a camera sees, m, ``inf`` beyond its clip distance."""
-
-    @abstractmethod
-    def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
-        """Return the distance along each ray, layer by layer, m, ``inf`` where it meets nothing."""
-
-    @abstractmethod
-    def touches(self) -> Sequence[tuple[Touch, tuple[str, str]]]:
-        """Return where things touched, with the names of both collisions, ``model/link/collision``."""
-
-    @abstractmethod
-    def joint_wrench(self, model: str, joint: str) -> Wrench:
-        """Return what a joint's child does to its parent, at the child link's origin."""
-
-    @abstractmethod
-    def set_color(self, visual: str, rgba: Rgba) -> None:
-        """Colour a visual (``model/link/visual``)."""
-
-    @abstractmethod
-    def set_glow(self, visual: str, glows: bool) -> None:
-        """Let a visual have its colour in any light, or not."""
-
-    @abstractmethod
-    def set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        """Let a drive aim at a velocity of the body."""
-
-    @abstractmethod
-    def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Let a joint's servo aim at something from now on; only joints with a controller have one."""
-
-    @abstractmethod
-    def set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        """Put an effort (N m, N) on a joint from now on, besides what its servo does."""
-
-    @abstractmethod
-    def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
-        """Let a wrench act at a link's centre of mass from now on, besides those of others.
-
-        Args:
-            model: the model.
-            link: its link.
-            wrench: instead of the one before.
-            of: who pushes.
-
-        Returns:
-            Whether its lever turns with the body, so that it is to be set again in each step.
-        """
-
-
-class PhysicsEngine(Engine):
-    """A physics engine with a scene in it.
+    The world steps it, changes its scene and asks it; so do the parts of the world. A backend writes the
+    ``_do_*`` methods, of which four are abstract. Positions are in m, angles in rad, times in ns, all along
+    the axes of the world unless said otherwise.
 
     Args:
-        scene: what is in it now.
-        capabilities: what the engine has.
+        scene: the first scene. The source of each model, and whatever its file says that a scene does not,
+            is at :attr:`Model.source <nrp_core.world.scene.model.Model.source>`.
+        capabilities: of the backend, under these options.
+        seed: of the world.
+        identity: text that names engine, version and options; snapshots of others do not fit.
 
     Attributes:
-        image_scale: by how much pictures are smaller than the files of robots have them.
+        scene: the scene as it is now.
+        capabilities: of the backend.
+        seed: of the world; set by the world, as is ``now_ns``.
+        now_ns: the time before the step that is being taken, else the time reached.
+        identity: see above.
+        image_scale: width and height of images are those of the robot's file times this.
+        warnings: for the user; the world shows them.
+
+    Raises:
+        CapabilityError: something in the scene would move in a way that the engine does not have.
     """
 
-    def __init__(self, scene: Scene, capabilities: WorldCapabilities) -> None:
+    def __init__(self, scene: Scene, capabilities: WorldCapabilities, *, seed: int, identity: str) -> None:
         self.scene = scene
         self.capabilities = capabilities
+        self.seed = seed
+        self.now_ns = 0
+        self.identity = identity
         self.image_scale = 1.0
+        self.warnings: list[str] = list(scene.warnings)
+        self._require_movable(scene)
         self._bodies: dict[str, tuple[Body, ...]] = {}
         self._pulls: dict[BodyPath, dict[tuple[str, str], FloatArray]] = {}
         self._space: CollisionSpace | None = None
@@ -149,26 +85,84 @@ class PhysicsEngine(Engine):
         """The physics step."""
         return self.capabilities.step_ns
 
+    # -- time
+
+    @final
+    def advance(self, steps: int, *, paused: bool = False) -> None:
+        """Take physics steps; while the world is paused time passes, but nothing moves."""
+        if paused:
+            self._do_wait(steps)
+        else:
+            self._do_advance(steps)
+        self.now_ns += steps * self.capabilities.step_ns
+
+    @final
+    def reset(self, seed: int) -> None:
+        """Return to the state right after opening, with the scene of now."""
+        self.seed = seed
+        self._do_reset(seed)
+
+    @final
+    def save(self) -> object:
+        """Return the complete state as something that pickles.
+
+        Raises:
+            CapabilityError: the engine cannot do that.
+        """
+        self._require_snapshot()
+        return self._do_save()
+
+    @final
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave, in the same scene."""
+        self._require_snapshot()
+        self._do_restore(saved)
+
+    def check_finite(self, t_ns: int) -> None:
+        """Refuse a state that is not finite; an engine may look in a quicker way first.
+
+        Raises:
+            DivergedError: a model is nowhere.
+        """
+        for model in self.scene.models if self.capabilities.poses else ():
+            position = None if model.static else self._do_model_motion(model.name).pose.position
+            if position is not None and not all(map(isfinite, position)):
+                message = f"model '{model.name}' is nowhere: its position is not finite"
+                raise DivergedError(message, t_ns=t_ns)
+
+    @final
+    def close(self) -> None:
+        """Release the engine and its cameras."""
+        self._close_cameras()
+        self._do_close()
+
+    # -- what sensors read
+
     @final
     def model_motion(self, model: str) -> ModelMotion:
+        """Return where a model's frame is and how it moves."""
         return self._do_model_motion(model)
 
     @final
     def link_motion(self, model: str, link: str) -> ModelMotion:
+        """Return where a link is and how it moves."""
         return self._do_link_motion(model, link)
 
     @final
     def joint_states(self, model: str) -> JointStates:
+        """Return the state of the movable joints of a model."""
         return self._do_joint_states(model)
 
     @final
     def render(self, model: str, link: str, camera: str) -> ImageArray:
-        picture = self._do_render(model, link, camera)
-        picture.flags.writeable = False
-        return picture
+        """Return what a camera sees, shape ``(height, width, 3)``, RGB, read-only."""
+        image = self._do_render(model, link, camera)
+        image.flags.writeable = False
+        return image
 
     @final
-    def picture_size(self, model: str, link: str, camera: str) -> tuple[int, int]:
+    def image_size(self, model: str, link: str, camera: str) -> tuple[int, int]:
+        """Return height and width of a camera's images."""
         sensors = self.scene.model(model).link(link).sensors
         view = next(sensor.view for sensor in sensors if sensor.view is not None and sensor.name == camera)
         optics = Optics.of(view, self.image_scale)
@@ -176,59 +170,74 @@ class PhysicsEngine(Engine):
 
     @final
     def depth(self, model: str, link: str, camera: str) -> DepthArray:
-        picture = self._do_depth(model, link, camera)
-        picture.flags.writeable = False
-        return picture
+        """Return how far along its line of sight a camera sees, m, ``inf`` beyond its clip distance."""
+        image = self._do_depth(model, link, camera)
+        image.flags.writeable = False
+        return image
 
     @final
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
+        """Return the distance along each ray, layer by layer, m, ``inf`` where it meets nothing."""
         return self._collisions().scan(model, link, beams)
 
     @final
     def touches(self) -> Sequence[tuple[Touch, tuple[str, str]]]:
+        """Return where things touched, with the names of both collisions, ``model/link/collision``."""
         if not (found := self._do_touches()):
             return ()
-        space = self._collisions()
+        name_at = self._collisions().name_at
         return [
-            (
-                touch,
-                (
-                    space.name_at(touch.bodies[0], touch.position),
-                    space.name_at(touch.bodies[1], touch.position),
-                ),
-            )
-            for touch in found
+            (each, (name_at(each.bodies[0], each.position), name_at(each.bodies[1], each.position)))
+            for each in found
         ]
 
     @final
     def joint_wrench(self, model: str, joint: str) -> Wrench:
+        """Return what a joint's child does to its parent, at the child link's origin."""
         return self._do_joint_wrench(model, joint)
+
+    # -- what drives, controllers and services command
 
     @final
     def set_color(self, visual: str, rgba: Rgba) -> None:
+        """Colour a visual (``model/link/visual``)."""
         self._colors[visual] = rgba
         self._do_set_color(visual, rgba)
 
     @final
     def set_glow(self, visual: str, glows: bool) -> None:
+        """Say whether a visual has its colour in any light."""
         self._glows[visual] = glows
         self._do_set_glow(visual, glows)
 
     @final
     def set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
+        """Aim a drive at a velocity of the body."""
         self._do_set_drive(model, drive, velocity)
 
     @final
     def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Aim a joint's servo from now on; only joints with a controller have one."""
         self._do_set_joint_aim(model, joint, aim)
 
     @final
     def set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        """Put an effort (N m, N) on a joint from now on, besides what its servo does."""
         self._do_set_joint_effort(model, joint, effort)
 
     @final
     def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
-        """Move the wrench to the centre of mass of the body that the link is part of; add up that body's."""
+        """Set the wrench that acts at a link's centre of mass from now on, besides those of others.
+
+        Args:
+            model: the model.
+            link: its link.
+            wrench: replaces the one before.
+            of: who pushes.
+
+        Returns:
+            Whether its lever turns with the body, so that it is to be set again in each step.
+        """
         bodies = self._bodies_of(model)
         index = body_of(bodies, link)
         body = bodies[index]
@@ -244,6 +253,97 @@ class PhysicsEngine(Engine):
         (fx, fy, fz), (tx, ty, tz) = np.sum([pulls[name] for name in sorted(pulls)], axis=0).tolist()
         self._do_set_wrench((model, index), Wrench((fx, fy, fz), (tx, ty, tz)))
         return bool(np.any(lever) and np.any(wrench.force))
+
+    # -- changes of the scene
+
+    @final
+    def load(self, scene: Scene) -> None:
+        """Load another scene, at the state in which its files have it; where only lights differ, set them.
+
+        Raises:
+            CapabilityError: something in it would move in a way that the engine does not have.
+        """
+        if replace(self.scene, lights=scene.lights) == scene:
+            self.set_lights(scene.lights)
+            return
+        self._require_movable(scene)
+        self._do_load(scene)
+        self.scene = scene
+        self._bodies, self._pulls = {}, {}
+        self._space = None
+        self._colors, self._glows = {}, {}
+        self._close_cameras()
+
+    @final
+    def set_lights(self, lights: tuple[Light, ...]) -> None:
+        """Set the lights of the scene; realistic images show them, flat ones do not."""
+        self.scene = replace(self.scene, lights=lights)
+        self._do_set_lights(lights)
+
+    @final
+    def floats(self, model: str) -> bool:
+        """Whether the base of a model can go anywhere."""
+        bodies = self._bodies_of(model)
+        return bodies[body_of(bodies, self.scene.model(model).links[0].name)].floats
+
+    @final
+    def place(self, model: str, motion: ModelMotion) -> None:
+        """Put a model whose base floats somewhere; its joints stay as they are."""
+        self._do_place(model, motion)
+
+    @final
+    def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        """Put joints at positions, at rest."""
+        self._do_set_joints(model, positions)
+
+    @final
+    def configuration(self, model: str) -> object:
+        """Return where a model and its joints are and how they move."""
+        return self._do_configuration(model)
+
+    @final
+    def configure(self, model: str, configuration: object) -> None:
+        """Return a model to what :meth:`configuration` gave."""
+        self._do_configure(model, configuration)
+
+    @final
+    def lacks(self, what: str) -> CapabilityError:
+        """Return the error of an engine that cannot do something."""
+        return CapabilityError(f"{type(self).__name__} {what}")
+
+    # -- for engines that are told of their bodies by somebody else
+
+    def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
+        """Return the parts of a model, or of the world itself (None).
+
+        An engine whose messages come from outside, as from ROS or a recording, puts parts of its own in
+        the place of those that the core would use.
+
+        Args:
+            usual: the parts of the core.
+            model: the model that they belong to.
+        """
+        return usual
+
+    # -- checks
+
+    def _require_snapshot(self) -> None:
+        if not self.capabilities.snapshot:
+            raise self.lacks("cannot save and restore its state")
+
+    def _require_movable(self, scene: Scene) -> None:
+        """Refuse a scene in which something would move in a way that the engine does not have."""
+        has = self.capabilities
+        if has.own_scene:
+            return
+        for model in scene.models:
+            if not (has.dynamics or model.static or model.drives):
+                raise self.lacks(f"has no dynamics: '{model.name}' could not move; make it static")
+            for joint in model.joints if has.dynamics and not model.static else ():
+                for need in needs_of(joint):
+                    if not getattr(has, need):
+                        what = f"has no {need.replace('_', ' ')}, as '{model.name}/{joint.name}' is one"
+                        raise self.lacks(what)
 
     # -- what follows from the scene alone
 
@@ -264,21 +364,21 @@ class PhysicsEngine(Engine):
     def _optics(self) -> Mapping[CameraPath, Optics]:
         return optics_of(self.scene, self.image_scale)
 
-    def _pictures(self) -> Cameras:
+    def _opened_renderer(self) -> Cameras:
         """Return the cameras, drawn by the preferred renderer."""
         if self._cameras is None:
             if not self.capabilities.renderers:
-                raise self._lacks("has no cameras")
+                raise self.lacks("has no cameras")
             renderer = self.capabilities.renderers[0]
             shared = renderer in SHARED
             cameras = self._shared_cameras(renderer) if shared else self._do_open_cameras(renderer)
             self._cameras = self._painted(cameras)
         return self._cameras
 
-    def _depth_pictures(self) -> Cameras:
+    def _depth_renderer(self) -> Cameras:
         """Return what draws depth: the same for every renderer, for it does not depend on light or colour."""
         if self._depths is None:
-            drawn = self._pictures()
+            drawn = self._opened_renderer()
             self._depths = drawn if drawn.draws_depth else self._painted(self._shared_cameras(RASTER))
         return self._depths
 
@@ -308,16 +408,6 @@ class PhysicsEngine(Engine):
             cameras.close()
         self._cameras = self._depths = None
 
-    def _forget_scene(self) -> None:
-        """Forget what followed from the scene, because it has changed."""
-        self._bodies, self._pulls = {}, {}
-        self._space = None
-        self._colors, self._glows = {}, {}
-        self._close_cameras()
-
-    def _lacks(self, what: str) -> CapabilityError:
-        return CapabilityError(f"{type(self).__name__} {what}")
-
     # -- for backends: the fewest operations that cannot be derived
 
     @abstractmethod
@@ -328,44 +418,47 @@ class PhysicsEngine(Engine):
     def _do_reset(self, seed: int) -> None:
         """Return to the state right after opening; bit for bit where determinism is declared."""
 
+    def _do_wait(self, steps: int) -> None:
+        """Let the time of steps pass while the world is paused; sensors outside may go on."""
+
     @abstractmethod
     def _do_model_motion(self, model: str) -> ModelMotion:
         """Return where a model's frame is and how it moves, in the frame of the world."""
 
     @abstractmethod
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        """Let a drive aim at a velocity of the body from now on."""
+        """Aim a drive at a velocity of the body from now on."""
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        """Colour a visual, named by its path ``model/link/visual``, from the next picture on."""
+        """Colour a visual, named by its path ``model/link/visual``, from the next image on."""
         for cameras in self._opened_cameras():
             cameras.set_color(visual, rgba)
 
     def _do_set_glow(self, visual: str, glows: bool) -> None:
-        """Let a visual have its colour in any light, or not, from the next picture on."""
+        """Say whether a visual has its colour in any light, from the next image on."""
         for cameras in self._opened_cameras():
             cameras.set_glow(visual, glows)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         """Return what a camera sees now, shape ``(height, width, 3)``, RGB, a fresh array."""
-        return self._pictures().picture((model, link, camera))
+        return self._opened_renderer().picture((model, link, camera))
 
     def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
         """Return the depth that a camera sees now, m, shape ``(height, width)``, a fresh array."""
-        return self._depth_pictures().depth((model, link, camera))
+        return self._depth_renderer().depth((model, link, camera))
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
         """Open one of the renderers that the engine has beside the core's."""
-        raise self._lacks(f"has no renderer '{renderer}'")
+        raise self.lacks(f"has no renderer '{renderer}'")
 
     def _do_set_lights(self, lights: Sequence[Light]) -> None:
-        """Let these be the lights, from the next picture on."""
+        """Set the lights, from the next image on."""
         for cameras in self._opened_cameras():
             cameras.set_lights(lights)
 
     def _do_joint_states(self, model: str) -> JointStates:
         """Return the state of the movable joints of a model, in the order of its file."""
-        raise self._lacks("does not show joints")
+        raise self.lacks("does not show joints")
 
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
         """Return where a link is and how it moves, in the frame of the world."""
@@ -375,7 +468,7 @@ class PhysicsEngine(Engine):
         body = bodies[body_of(bodies, link)]
         first = self.scene.model(model).links[0].name
         if all(each.name != first for each in body.links):
-            raise self._lacks(f"does not tell where links are that move against the base ({model}/{link})")
+            raise self.lacks(f"does not tell where links are that move against the base ({model}/{link})")
         held = {each.name: each.pose for each in body.links}
         base = self.scene.model(model).links[0].pose
         return self._do_model_motion(model).at(base @ held[first].inverse() @ held[link])
@@ -393,48 +486,51 @@ class PhysicsEngine(Engine):
 
     def _do_touches(self) -> Sequence[Touch]:
         """Return all contacts of the last physics step, those within a model left out."""
-        raise self._lacks("does not tell of contacts")
+        raise self.lacks("does not tell of contacts")
 
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
         """Return what a joint's child did to its parent in the last step, at the child link's origin."""
-        raise self._lacks("does not tell the forces in joints")
+        raise self.lacks("does not tell the forces in joints")
 
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Let the servo of a joint that has a controller aim at something from now on."""
-        raise self._lacks("does not control joints")
+        """Aim the servo of a joint that has a controller from now on."""
+        raise self.lacks("does not control joints")
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
         """Put an effort on a joint from now on, besides what its servo does."""
-        raise self._lacks("does not control joints")
+        raise self.lacks("does not control joints")
 
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
-        """Let a wrench act at a body's centre of mass from now on."""
-        raise self._lacks("takes no forces")
+        """Set the wrench that acts at a body's centre of mass from now on."""
+        raise self.lacks("takes no forces")
 
     def _do_load(self, scene: Scene) -> None:
         """Load another scene, at the state in which its files have it."""
-        raise self._lacks("cannot change its scene")
+        raise self.lacks("cannot change its scene")
 
     def _do_place(self, model: str, motion: ModelMotion) -> None:
         """Put a model whose base floats somewhere and let it move; its joints stay as they are."""
-        raise self._lacks("cannot move models")
+        raise self.lacks("cannot move models")
 
     def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
         """Put joints at positions, at rest."""
-        raise self._lacks("cannot move joints")
+        raise self.lacks("cannot move joints")
 
     def _do_configuration(self, model: str) -> object:
         """Return where a model and its joints are and how they move."""
-        raise self._lacks("cannot move models")
+        raise self.lacks("cannot move models")
 
     def _do_configure(self, model: str, configuration: object) -> None:
         """Return a model to what :meth:`_do_configuration` gave."""
-        raise self._lacks("cannot move models")
+        raise self.lacks("cannot move models")
 
     def _do_save(self) -> object:
         """Return the complete state as something that pickles."""
-        raise NotImplementedError
+        raise self.lacks("cannot save and restore its state")
 
-    def _do_restore(self, saved: object) -> None:
+    def _do_restore(self, saved: Any) -> None:
         """Return to what :meth:`_do_save` gave."""
-        raise NotImplementedError
+        raise self.lacks("cannot save and restore its state")
+
+    def _do_close(self) -> None:
+        """Release the engine; by default there is nothing to release."""

@@ -1,8 +1,8 @@
-"""Which parts a scene has."""
+"""The parts of a world: its own, and those of the models in its scene."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from nrp_core.errors import SceneError
 from nrp_core.world.controllers.joint import ControllerPart
@@ -13,6 +13,7 @@ from nrp_core.world.part import Part
 from nrp_core.world.scene.model import Model
 from nrp_core.world.sensors.joint_states import JointStatesPart
 from nrp_core.world.sensors.sensor import Sensor
+from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.visuals import ColorPart
 
 
@@ -54,3 +55,87 @@ def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:
     yield from parts.values()
     for follower in followers:
         yield TrajectoryPart(follower, parts, model, engine)
+
+
+class Parts:
+    """The parts of a world.
+
+    Args:
+        engine: what they read.
+        board: gets their topics.
+
+    Attributes:
+        all: in the order in which they are reset and saved.
+        timed: those that have deadlines.
+        carriers: those whose messages come from outside.
+    """
+
+    def __init__(self, engine: Engine, board: Switchboard) -> None:
+        self._engine, self._board = engine, board
+        self._own: list[Part] = []
+        self._of_models: dict[str, list[Part]] = {}
+        self._attended: frozenset[str] | None = None
+        self.all: list[Part] = []
+        self.timed: list[Part] = []
+        self.carriers: list[Part] = []
+
+    def of(self, model: str) -> Sequence[Part]:
+        """Return the parts of a model."""
+        return self._of_models[model]
+
+    def open(self, own: Sequence[Part]) -> None:
+        """Connect the parts that belong to no model, and those of the first scene."""
+        self._own = self._connected(own, None)
+        self.update()
+
+    def update(self) -> None:
+        """Connect the parts of the models that are there now, and no others."""
+        models = {model.name: model for model in self._engine.scene.models}
+        for name in [name for name in self._of_models if name not in models]:
+            for part in self._of_models.pop(name):
+                self._board.disconnect(part)
+        for name, model in models.items():
+            if name not in self._of_models:
+                self._of_models[name] = self._connected(list(parts_of(model, self._engine)), model)
+        self.all = [*self._own, *(part for name in models for part in self._of_models[name])]
+        self.timed = [p for p in self.all if type(p.unwrapped).at_deadline is not Part.at_deadline]
+        self.carriers = [part for part in self.all if type(part).attend is not Part.attend]
+        self._attended = None
+
+    def _connected(self, usual: Sequence[Part], model: Model | None) -> list[Part]:
+        parts = list(self._engine.parts(usual, model))
+        for part in parts:
+            self._board.connect(part)
+        return parts
+
+    def begin(self) -> None:
+        """Act on the engine before the first step."""
+        for part in self.all:
+            part.begin()
+
+    def attend(self, subscribed: frozenset[str]) -> None:
+        """Report which topics are subscribed to, where that has changed."""
+        if subscribed is not self._attended:
+            self._attended = subscribed
+            for part in self.carriers:
+                part.attend(subscribed)
+
+    def deliver(self) -> None:
+        """Hand over what has come from outside."""
+        for part in self.carriers:
+            for topic, stamped in part.arrived():
+                self._board.push(topic, stamped)
+
+    def reset(self) -> None:
+        """Return to the state at time 0; the engine has been reset before."""
+        for part in self.all:
+            part.reset()
+
+    def save(self) -> list[object]:
+        """Return what changes while running."""
+        return [part.save() for part in self.all]
+
+    def restore(self, saved: Sequence[object]) -> None:
+        """Return to what :meth:`save` gave; the engine has been restored before."""
+        for part, state in zip(self.all, saved, strict=True):
+            part.restore(state)

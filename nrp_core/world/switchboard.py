@@ -1,27 +1,34 @@
-"""The switchboard: who listens to which topic, when samples are due, where messages go.
+"""The switchboard: who subscribed to which topic, when samples are due, where messages go.
 
-It is the half of a world that knows nothing of physics. A topic that nobody reads costs nothing.
+It knows nothing of physics. A topic without subscribers costs nothing.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any, final
+from typing import Any
 
 from nrp_core.clock import SampleSchedule, from_seconds
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.seeds import Seeds
+from nrp_core.simulation import Simulation
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, Publication, Stamped, Subscription, TopicInfo
 
-Kept = tuple[list[tuple[str, list[Stamped]]], dict[str, list[Stamped]]]
-"""What subscriptions hold, and what is on its way."""
+
+@dataclass(frozen=True, slots=True)
+class Saved:
+    """The state of a switchboard: the time, what subscriptions hold, and what is on its way."""
+
+    at_ns: int
+    started: bool
+    kept: list[tuple[str, list[Stamped]]]
+    late: dict[str, list[Stamped]]
 
 
 @dataclass(slots=True)
@@ -72,17 +79,24 @@ class Sampling:
             subscription.push(sample)
 
 
-class Switchboard(ABC):
+class Switchboard:
     """Topics by name, and the traffic on them.
 
     Args:
         step_ns: the grid of times at which samples are taken.
+        owner: whose topics they are.
+
+    Attributes:
+        at_ns: the time reached, also within an advance of the owner.
+        started: whether the first samples have been taken.
+        observers: called with every message that is published, and its topic (never an alias).
     """
 
-    def __init__(self, step_ns: int) -> None:
-        self._step_ns = step_ns
-        self._at_ns = 0
-        self._started = False
+    def __init__(self, step_ns: int, owner: Simulation) -> None:
+        self.at_ns = 0
+        self.started = False
+        self.observers: list[Callable[[str, Stamped], None]] = []
+        self._step_ns, self._owner = step_ns, owner
         self._parts: dict[str, Part] = {}
         self._topics: dict[str, TopicInfo] = {}
         self._aliases: dict[str, str] = {}
@@ -90,7 +104,6 @@ class Switchboard(ABC):
         self._bus: dict[str, list[Subscription]] = {}
         self._subscriptions: list[Subscription] = []
         self._subscribed: frozenset[str] | None = None
-        self._observers: list[Callable[[str, Stamped], None]] = []
 
     @property
     def topics(self) -> Mapping[str, TopicInfo]:
@@ -108,8 +121,8 @@ class Switchboard(ABC):
         Raises:
             TopicError: the name is taken, or there is no such topic.
         """
-        self._require_free(alias)
-        self._aliases[alias] = self._info(topic).name
+        self.require_free(alias)
+        self._aliases[alias] = self.info(topic).name
 
     def declare(self, name: str, type_: type) -> None:
         """Add a topic of the user's own, which only carries what is published on it.
@@ -117,11 +130,10 @@ class Switchboard(ABC):
         Raises:
             TopicError: the name is taken.
         """
-        self._require_free(name)
+        self.require_free(name)
         self._topics[name] = TopicInfo(name, type_, Direction.BOTH, what="declared by the experiment")
         self._bus[name] = []
 
-    @final
     def subscribe(self, topic: str, *, depth: int = 1) -> Subscription:
         """Listen to a topic from now on.
 
@@ -148,7 +160,6 @@ class Switchboard(ABC):
         self._subscribed = None
         return subscription
 
-    @final
     def unsubscribe(self, subscription: Subscription) -> None:
         """End a subscription; a topic that nobody reads costs nothing."""
         if subscription not in self._subscriptions:
@@ -170,7 +181,6 @@ class Switchboard(ABC):
             self._subscribed = frozenset(subscription.topic.name for subscription in self._subscriptions)
         return self._subscribed
 
-    @final
     def advertise(self, topic: str) -> Publication:
         """Return the right to publish on a topic.
 
@@ -180,42 +190,46 @@ class Switchboard(ABC):
         info = self._require(topic, Direction.IN)
         return Publication(replace(info, name=topic), partial(self._deliver, info.name))
 
-    @final
-    def add_observer(self, observer: Callable[[str, Stamped], None]) -> None:
-        """Show an observer every message that anybody publishes, with its topic (never an alias)."""
-        self._observers.append(observer)
-
-    @final
-    def remove_observer(self, observer: Callable[[str, Stamped], None]) -> None:
-        """Show an observer nothing more."""
-        self._observers.remove(observer)
-
     # -- names
 
-    def _require_free(self, name: str) -> None:
+    def require_free(self, name: str) -> None:
+        """Raise a TopicError if a name is taken, or not absolute."""
         if not name.startswith("/"):
             raise TopicError(f"the names of topics are absolute: '/{name}', not '{name}'")
         if name in self._topics or name in self._aliases:
             raise TopicError(f"there is a topic '{name}' already")
 
-    def _info(self, topic: str) -> TopicInfo:
+    def info(self, topic: str) -> TopicInfo:
+        """Return what is known of a topic, given by its name or an alias.
+
+        Raises:
+            TopicError: there is no such topic.
+        """
         name = self._aliases.get(topic, topic)
         if name not in self._topics:
             raise TopicError(f"no topic '{topic}'{did_you_mean(topic, self.topics)}")
         return self._topics[name]
 
     def _require(self, topic: str, direction: Direction) -> TopicInfo:
-        self._require_open()
-        info = self._info(topic)
+        self._owner.require_ready(or_failed=True)
+        info = self.info(topic)
         if not info.direction & direction:
             verb = "takes" if direction is Direction.OUT else "gives"
             raise TopicError(f"the topic '{topic}' ({type_name(info.type)}) only {verb} messages")
         return info
 
-    # -- which part serves what
+    # -- which part has which topics
 
-    def _serve(self, part: Part) -> None:
-        """Serve the topics of a part; those who listened to one of the same name go on doing so."""
+    def part(self, topic: str) -> Part | None:
+        """Return the part that a topic belongs to, if any."""
+        return self._parts.get(topic)
+
+    def connect(self, part: Part) -> None:
+        """Add the topics of a part; subscribers of topics of the same name stay subscribed.
+
+        Raises:
+            TopicError: another part has a topic of that name.
+        """
         for topic in part.topics:
             if topic.name in self._topics:
                 who = f"{self._topics[topic.name].what} and {topic.what}"
@@ -223,15 +237,18 @@ class Switchboard(ABC):
             self._topics[topic.name] = topic
             self._parts[topic.name] = part
             listening = [s for s in self._subscriptions if s.topic.name == topic.name]
-            if topic.rate_hz is not None and listening:
+            if topic.name in part.carried:
+                self._bus[topic.name] = listening
+            elif topic.rate_hz is not None and listening:
                 self._rated[topic.name] = self._sampling(topic)
                 self._rated[topic.name].subscriptions += listening
 
-    def _withdraw(self, part: Part) -> None:
-        """Serve the topics of a part no more; who listens hears nothing."""
+    def disconnect(self, part: Part) -> None:
+        """Remove the topics of a part; their subscribers get nothing more."""
         for topic in part.topics:
             del self._topics[topic.name], self._parts[topic.name]
             self._rated.pop(topic.name, None)
+            self._bus.pop(topic.name, None)
 
     def _sampling(self, info: TopicInfo) -> Sampling:
         assert info.rate_hz is not None
@@ -242,73 +259,88 @@ class Switchboard(ABC):
 
     # -- messages
 
+    def push(self, topic: str, stamped: Stamped) -> None:
+        """Hand a message that came from outside to the subscribers of its topic."""
+        for subscription in self._bus.get(topic, ()):
+            subscription.push(stamped)
+
+    def show(self, topic: str, message: Any) -> None:
+        """Show a message that was published to the observers."""
+        for observer in self.observers:
+            observer(topic, Stamped(self._owner.now_ns, message))
+
     def _deliver(self, name: str, message: Any) -> None:
-        self._require_ready()
-        if name in self._bus:
-            sent = Stamped(self.now_ns, deepcopy(message))  # the sender may go on using its message
-            for subscription in self._bus[name]:
-                subscription.push(sent)
-        elif name not in self._parts:
-            raise TopicError(f"the topic '{name}' is no longer served: its model was deleted")
+        owner = self._owner
+        owner.require_ready()
+        part = self._parts.get(name)
+        if part is not None:
+            try:
+                part.write(name, message, owner.now_ns)
+            except BaseException as error:
+                owner.fail(f"take a message on {name}", error)
+                raise
+        elif name in self._bus:
+            self.push(
+                name, Stamped(owner.now_ns, deepcopy(message))
+            )  # the sender may go on using its message
         else:
-            self._write(self._parts[name], name, message)
-        for observer in self._observers:
-            observer(name, Stamped(self.now_ns, message))
+            raise TopicError(f"the topic '{name}' is no longer served: its model was deleted")
+        self.show(name, message)
 
     def _read_now(self, name: str) -> Stamped | None:
-        self._require_open()
-        part, now_ns = self._parts.get(name), self.now_ns
+        owner = self._owner
+        owner.require_ready(or_failed=True)
+        part, now_ns = self._parts.get(name), owner.now_ns
         return None if part is None else Stamped(now_ns, part.read(name, now_ns))
 
-    def _next_due(self) -> int | None:
+    def next_due(self) -> int | None:
         """Return when a sample, or what must be known a step before it, is due next."""
         next_ns = None
         for sampling in self._rated.values():
             ahead_ns, stop_ns = sampling.due_ns - self._step_ns, sampling.due_ns
-            if sampling.part.foresees and ahead_ns > self._at_ns:
+            if sampling.part.foresees and ahead_ns > self.at_ns:
                 stop_ns = ahead_ns
             if next_ns is None or stop_ns < next_ns:
                 next_ns = stop_ns
         return next_ns
 
-    def _sample(self) -> None:
+    def sample(self) -> None:
         """Take every sample that is due now and somebody listens to, and hand over what has arrived."""
-        at_ns = self._at_ns
+        at_ns = self.at_ns
         for name, sampling in self._rated.items():
             if sampling.due_ns == at_ns:
                 sampling.due_ns = sampling.schedule.next_after(at_ns)
-                if not (sampling.info.drop_out and sampling.loses(at_ns, self.seed)):
+                if not (sampling.info.drop_out and sampling.loses(at_ns, self._owner.seed)):
                     sampling.take(at_ns)
             if sampling.due_ns == at_ns + self._step_ns and sampling.part.foresees:
                 sampling.part.foresee(name, at_ns)
             if sampling.late:
                 sampling.deliver(at_ns)
 
-    def _plan_samples(self) -> None:
-        """Find when each sample is due next, from the time alone."""
-        for sampling in self._rated.values():
-            sampling.due_ns = self._next_sample(sampling)
-
     def _next_sample(self, sampling: Sampling) -> int:
-        return sampling.schedule.next_after(self._at_ns) if self._started else 0
+        return sampling.schedule.next_after(self.at_ns) if self.started else 0
 
-    # -- what is kept
+    # -- reset and snapshots
 
-    def _forget_messages(self) -> None:
-        for subscription in self._subscriptions:
-            subscription.clear()
-        for sampling in self._rated.values():
-            sampling.late.clear()
+    def restart(self) -> None:
+        """Return to time 0, without messages."""
+        self._move_to(0, started=False)
+        self._forget_messages()
 
-    def _kept_messages(self) -> Kept:
+    def save(self) -> Saved:
+        """Return the time, and the messages that are kept or on their way."""
         kept = [(subscription.topic.name, subscription.kept()) for subscription in self._subscriptions]
-        return kept, {name: list(sampling.late) for name, sampling in self._rated.items()}
+        late = {name: list(sampling.late) for name, sampling in self._rated.items()}
+        return Saved(self.at_ns, self.started, kept, late)
 
-    def _refill(self, saved: Kept) -> None:
+    def restore_time(self, saved: Saved) -> None:
+        """Return to the time that was saved."""
+        self._move_to(saved.at_ns, started=saved.started)
+
+    def restore_messages(self, saved: Saved) -> None:
         """Give subscriptions back what they held; the n-th one of a topic gets what the n-th one held."""
-        kept, late = saved
         held: dict[str, list[list[Stamped]]] = {}
-        for name, messages in kept:
+        for name, messages in saved.kept:
             held.setdefault(name, []).append(messages)
         self._forget_messages()
         for subscription in self._subscriptions:
@@ -316,26 +348,16 @@ class Switchboard(ABC):
             for stamped in queue.pop(0) if queue else ():
                 subscription.push(stamped)
         for name, sampling in self._rated.items():
-            sampling.late += late.get(name, [])
+            sampling.late += saved.late.get(name, [])
 
-    # -- what the other half of a world gives
+    def _move_to(self, at_ns: int, *, started: bool) -> None:
+        """Go to a time, from which alone follows when each sample is due next."""
+        self.at_ns, self.started = at_ns, started
+        for sampling in self._rated.values():
+            sampling.due_ns = self._next_sample(sampling)
 
-    @property
-    @abstractmethod
-    def now_ns(self) -> int:
-        """Time reached."""
-
-    @property
-    @abstractmethod
-    def seed(self) -> int:
-        """The seed in force."""
-
-    @abstractmethod
-    def _require_open(self) -> None: ...
-
-    @abstractmethod
-    def _require_ready(self) -> None: ...
-
-    @abstractmethod
-    def _write(self, part: Part, topic: str, message: Any) -> None:
-        """Give a part a message."""
+    def _forget_messages(self) -> None:
+        for subscription in self._subscriptions:
+            subscription.clear()
+        for sampling in self._rated.values():
+            sampling.late.clear()

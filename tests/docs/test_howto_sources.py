@@ -8,7 +8,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 BUILT = {
     "write-a-brain-backend.md": ("plugins/nrp-brain-minimal/src/nrp_brain_minimal/brain.py", 200),
-    "write-a-world-backend.md": ("plugins/nrp-world-minimal/src/nrp_world_minimal/world.py", 250),
+    "write-a-world-backend.md": ("plugins/nrp-world-minimal/src/nrp_world_minimal/engine.py", 250),
 }
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

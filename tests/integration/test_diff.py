@@ -22,7 +22,7 @@ from dataclasses import replace
 
 from nrp_brain_event import EventBackend
 from nrp_world_mujoco import MujocoBackend
-from nrp_world_mujoco.world import MujocoWorld
+from nrp_world_mujoco.engine import MujocoEngine
 
 
 class Same(EventBackend):
@@ -48,24 +48,24 @@ class FlippedSynapses(EventBackend):
 class Mirrored(MujocoBackend):
     """What its cameras see on the right is on the left."""
 
-    def open(self, scene, *, seed, options):
-        class World(MujocoWorld):
+    def engine(self, scene, *, seed, options):
+        class Wrong(MujocoEngine):
             def _do_render(self, model, link, camera):
                 return super()._do_render(model, link, camera)[:, ::-1].copy()
 
-        return World(scene, seed=seed, capabilities=self.capabilities(options), options=options)
+        return Wrong(scene, seed=seed, capabilities=self.capabilities(options), options=options)
 
 
 class LargeWheels(MujocoBackend):
     """Its wheels are 2 % larger than its drives believe."""
 
-    def open(self, scene, *, seed, options):
-        class World(MujocoWorld):
+    def engine(self, scene, *, seed, options):
+        class Wrong(MujocoEngine):
             def _do_set_drive(self, model, drive, velocity):
                 faster = replace(velocity, forward=1.02 * velocity.forward, turn=1.02 * velocity.turn)
                 super()._do_set_drive(model, drive, faster)
 
-        return World(scene, seed=seed, capabilities=self.capabilities(options), options=options)
+        return Wrong(scene, seed=seed, capabilities=self.capabilities(options), options=options)
 '''
 ENTRIES = """
 [nrp_core.brain]

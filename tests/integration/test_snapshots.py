@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from nrp_world_mujoco.world import MujocoWorld
+from nrp_world_mujoco.engine import MujocoEngine
 
 from nrp_core.errors import SnapshotError
 from nrp_core.experiment.reading.find import load_experiment
@@ -67,10 +67,10 @@ def of_other_code(told: dict[str, Any]) -> None:
 def made_of_two_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """A world whose state is made of other things than it was."""
 
-    def restore(world: MujocoWorld, saved: Any) -> None:
+    def restore(world: MujocoEngine, saved: Any) -> None:
         _one, _other = saved, *saved
 
-    monkeypatch.setattr(MujocoWorld, "_do_restore", restore)
+    monkeypatch.setattr(MujocoEngine, "_do_restore", restore)
 
 
 def test_a_recording_tells_whose_code_made_it(recording: Path) -> None:
@@ -104,7 +104,7 @@ def test_a_snapshot_that_an_engine_makes_nothing_of_is_no_obstacle(recording: Pa
     outcome = replayed(recording, Request(from_ns=FROM_NS))
     assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
     (warning,) = outcome.warnings
-    assert warning.startswith("MujocoWorld failed to restore at 0 s: ")
+    assert warning.startswith("MujocoEngine failed to restore at 0 s: ")
     assert warning.endswith("; the run starts at 0 instead")
 
 
@@ -129,7 +129,7 @@ def test_where_it_does_not_fit_the_error_says_why_and_what_can_be_done(continued
     with pytest.raises(SnapshotError) as refused:
         replayed(changed(continued, of_other_code), Request())
     message = str(refused.value)
-    assert message.startswith("MujocoWorld failed to restore at 0 s: ")
+    assert message.startswith("MujocoEngine failed to restore at 0 s: ")
     assert "it was made by other code of nrp_brain_event" in message
     assert message.endswith("go on anew from 'recording' at 0.5 s, which this one continues")
 

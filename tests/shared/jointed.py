@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from nrp_core.world.interface import World
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Point, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model
+from nrp_core.world.world import World
 
 GRAVITY, MASS, ARM, MOMENT = 9.8, 2.0, 0.5, 0.02
 ROUND = MOMENT + MASS * ARM**2  # kg m^2 of the bob about its joint

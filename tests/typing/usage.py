@@ -29,7 +29,7 @@ from nrp_core import (
 from nrp_core.brain import BrainBackend, BrainCapabilities, BrainOptions, FloatArray, IntArray, Spikes
 from nrp_core.comparison import RunSignals, ScalarMetric
 from nrp_core.registry import Registry
-from nrp_core.world import BodyVelocity, ModelMotion, WorldBackend, WorldCapabilities, WorldOptions
+from nrp_core.world import BodyVelocity, Engine, ModelMotion, WorldBackend, WorldCapabilities, WorldOptions
 
 
 def one_call() -> None:
@@ -82,7 +82,7 @@ class MyWorldBackend(WorldBackend):
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         raise NotImplementedError
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
         raise NotImplementedError
 
 

@@ -9,14 +9,15 @@ from pydantic import Field
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError
+from nrp_core.world.engine import Engine
 from nrp_core.world.engine_kit.backend import PhysicsBackend
 from nrp_core.world.engine_kit.options import PhysicsOptions
-from nrp_core.world.interface import World, WorldOptions
+from nrp_core.world.interface import WorldOptions
 from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco import headless
 
 if TYPE_CHECKING:
-    from nrp_core.world.engine_kit.jointed import PhysicsWorld
+    from nrp_core.world.engine_kit.jointed import JointedEngine
 
 GL_REMEDY = "apt-get install --no-install-recommends libegl1 libgl1 && pip install 'nrp-core[gl]'"
 
@@ -37,7 +38,8 @@ class MujocoBackend(PhysicsBackend):
     """Scenes in MuJoCo."""
 
     options = MujocoOptions
-    engine = "MuJoCo"
+    interface_version = 2
+    engine_name = "MuJoCo"
     remedy = "pip install --force-reinstall mujoco-core"
     releases_gil = True
 
@@ -49,23 +51,23 @@ class MujocoBackend(PhysicsBackend):
         meaning = "cameras of MuJoCo worlds are drawn on the CPU (renderer: raster), as exactly"
         return [Diagnosis("OpenGL without a display", False, meaning, GL_REMEDY), *super().diagnose()]
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
         if getattr(options, "renderer", None) == "gl" and headless.library() is None:
             raise CapabilityError(
                 f"the renderer 'gl' does not work on this machine; use 'raster', or try: {GL_REMEDY}"
             )
-        return super().open(scene, seed=seed, options=options)
+        return super().engine(scene, seed=seed, options=options)
 
-    def _open_again(self, first: World, *, seed: int, options: WorldOptions) -> World:
-        from nrp_world_mujoco.world import MujocoWorld
+    def another(self, first: Engine, *, seed: int, options: WorldOptions) -> Engine:
+        from nrp_world_mujoco.engine import MujocoEngine
 
-        assert isinstance(first, MujocoWorld)
+        assert isinstance(first, MujocoEngine)
         return first.copy(seed)
 
     def _own_renderers(self) -> tuple[str, ...]:
         return ("gl", "rays") if headless.library() else ("rays",)
 
-    def _world_class(self) -> Callable[..., PhysicsWorld]:
-        from nrp_world_mujoco.world import MujocoWorld
+    def _engine_class(self) -> Callable[..., JointedEngine]:
+        from nrp_world_mujoco.engine import MujocoEngine
 
-        return MujocoWorld
+        return MujocoEngine

@@ -19,8 +19,8 @@ from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
-from nrp_world_mujoco.engine import mujoco
 from nrp_world_mujoco.gl import GlRenderer
+from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 
 FAR_AWAY = 1e9

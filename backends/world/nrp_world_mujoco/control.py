@@ -10,7 +10,7 @@ import numpy as np
 from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.build import Built
-from nrp_world_mujoco.engine import mujoco
+from nrp_world_mujoco.library import mujoco
 
 
 class Control:

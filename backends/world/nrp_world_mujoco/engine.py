@@ -1,31 +1,197 @@
-"""MuJoCo itself; the one place that imports it."""
+"""A scene in MuJoCo."""
 
 from __future__ import annotations
 
-import os
-from ctypes.util import find_library
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import replace
+from math import isfinite
 from typing import Any
 
-VISUALS = 1
-"""The geom group of what cameras see."""
-COLLISIONS = 3
-"""The geom group of what only touches."""
+import numpy as np
 
-_NEEDS = {"egl": "EGL", "osmesa": "OSMesa"}
+from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core.clock import seconds
+from nrp_core.errors import DivergedError
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
+from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.render.optics import optics_of
+from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.rigid.pose import Pose, Quaternion
+from nrp_core.world.scene.merged_bodies import Body
+from nrp_core.world.scene.model import Scene
+from nrp_world_mujoco.backend import MujocoOptions
+from nrp_world_mujoco.build import Built, build
+from nrp_world_mujoco.cameras import frame_reader, open_cameras
+from nrp_world_mujoco.control import Control
+from nrp_world_mujoco.drive import Drive
+from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.motion import Floating, JointReader, motion_of
+from nrp_world_mujoco.shapes import scalar_first
 
 
-def _import() -> Any:
-    """Import MuJoCo, also where ``MUJOCO_GL`` names a library that is missing, on which its import fails."""
-    wanted = os.environ.get("MUJOCO_GL", "")
-    needed = _NEEDS.get(wanted.lower().strip())
-    if needed is not None and find_library(needed) is None:
-        os.environ["MUJOCO_GL"] = "disable"
-    try:
-        import mujoco
-    finally:
-        if needed is not None:
-            os.environ["MUJOCO_GL"] = wanted
-    return mujoco
+class MujocoEngine(JointedEngine):
+    """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoBackend` for the options."""
 
+    _built: Built
+    _control: Control
+    _joints: dict[str, JointReader]
+    _options: MujocoOptions
 
-mujoco = _import()
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        seed: int,
+        capabilities: WorldCapabilities,
+        options: MujocoOptions,
+        built: Built | None = None,
+    ) -> None:
+        name = f"mujoco {mujoco.__version__}"
+        super().__init__(scene, seed=seed, capabilities=capabilities, options=options, name=name)
+        self._do_load(scene, built)
+        self._warm_up()
+
+    def copy(self, seed: int) -> MujocoEngine:
+        """Open the same scene once more, without compiling it again."""
+        built = self._built
+        if built.servos or built.visuals:  # gains and colours are written into the model, else it is shared
+            built = replace(built, model=copy(built.model))
+        has, options = self.capabilities, self._options
+        return MujocoEngine(self.scene, seed=seed, capabilities=has, options=options, built=built)
+
+    def _do_load(self, scene: Scene, built: Built | None = None) -> None:
+        options = self._options
+        self._built = built or build(
+            scene,
+            timestep_ns=options.timestep,
+            optics=optics_of(scene, options.image_scale),
+            visuals=self._draws,
+            physical=options.drive == "physical",
+        )
+        self._model = self._built.model
+        self._data = mujoco.MjData(self._model)
+        self._positions = self._data.qpos
+        self._buffer = np.empty(mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION))
+        self._warned = self._data.warning.number
+        self._mute_warnings()
+        self._calm = self._warned.tobytes()
+        self._stale = True
+        self._drives = {path: self._drive_of(path) for path in self._built.drives}
+        self._joints = {
+            name: JointReader(self._model, self._data, joints) for name, joints in self._built.joints.items()
+        }
+        self._control = Control(self._built, self._data, seconds(options.timestep))
+        self._survey(scene)
+        self._refresh()
+
+    def _do_motion_of(self, body: Body, place: int, offset: Pose) -> MotionOf:
+        return motion_of(body, place, offset, self._model, self._data, self._refresh)
+
+    def _do_base(self, body: Body, place: int) -> Floating:
+        return Floating(self._model, self._data, place)
+
+    def _drive_of(self, path: tuple[str, str]) -> Drive:
+        servo, actuators = self._built.drives[path]
+        _, ident = self._built.bodies[path[0]][servo.body]
+        base = Floating(self._model, self._data, ident)
+        return Drive(self._data, servo, base, actuators, seconds(self.capabilities.step_ns))
+
+    def _do_advance(self, steps: int) -> None:
+        mujoco.mj_step(self._model, self._data, steps)
+        self._stale = True
+        if self._warned.tobytes() != self._calm:
+            self._report_warnings()
+
+    def check_finite(self, t_ns: int) -> None:
+        if not isfinite(self._positions.dot(self._positions)):  # takes less time than to look at each model
+            super().check_finite(t_ns)
+
+    def _do_reset(self, seed: int) -> None:
+        mujoco.mj_resetData(self._model, self._data)
+        self._control.release()
+        self._continue()
+
+    def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
+        read = frame_reader(self._built, self._data, paths)
+
+        def refreshed(frames: FloatArray) -> None:
+            self._refresh()
+            read(frames)
+
+        return refreshed
+
+    def _do_open_cameras(self, renderer: str) -> Cameras:
+        return open_cameras(renderer, self._built, self._data, self._optics, self._refresh)
+
+    def _do_put_joint(self, place: int, position: float) -> None:
+        self._data.qpos[self._model.jnt_qposadr[self._model.dof_jntid[place]]] = position
+        self._data.qvel[place] = 0.0
+
+    def _do_put_ball(self, place: int, orientation: Quaternion) -> None:
+        start = self._model.jnt_qposadr[self._model.dof_jntid[place]]
+        self._data.qpos[start : start + 4] = scalar_first(orientation)
+        self._data.qvel[place : place + 3] = 0.0
+
+    def _do_configuration(self, model: str) -> object:
+        positions, velocities = self._places(model)
+        return self._data.qpos[positions].copy(), self._data.qvel[velocities].copy()
+
+    def _do_configure(self, model: str, configuration: Any) -> None:
+        positions, velocities = self._places(model)
+        self._data.qpos[positions], self._data.qvel[velocities] = configuration
+        self._continue(model)
+
+    def _places(self, model: str) -> tuple[IndexArray, IndexArray]:
+        """Return where all that moves of a model is in the state."""
+        positions, velocities = self._joints[model].places
+        roots = [self._model.body_jntadr[i] for body, i in self._built.bodies[model] if body.floats]
+        free = [np.arange(7) + self._model.jnt_qposadr[joint] for joint in roots]
+        moving = [np.arange(6) + self._model.jnt_dofadr[joint] for joint in roots]
+        return np.concatenate([positions, *free]), np.concatenate([velocities, *moving])
+
+    def _do_save(self) -> object:
+        mujoco.mj_getState(self._model, self._data, self._buffer, mujoco.mjtState.mjSTATE_INTEGRATION)
+        return self._buffer.tobytes(), self._data.qfrc_actuator.tobytes()
+
+    def _do_restore(self, saved: Any) -> None:
+        state, efforts = saved
+        self._buffer[:] = np.frombuffer(state)
+        mujoco.mj_setState(self._model, self._data, self._buffer, mujoco.mjtState.mjSTATE_INTEGRATION)
+        self._data.qfrc_actuator[:] = np.frombuffer(efforts)
+        self._continue()
+
+    def _moved(self, model: str) -> None:
+        self._continue(model)
+
+    def _continue(self, model: str | None = None) -> None:
+        super()._continue(model)
+        self._stale = True
+        self._mute_warnings()
+
+    def _refresh(self) -> None:
+        """Bring the positions of bodies and cameras up to date; a step leaves them one behind."""
+        if self._stale:
+            mujoco.mj_kinematics(self._model, self._data)
+            mujoco.mj_camlight(self._model, self._data)
+            self._stale = False
+
+    def _mute_warnings(self) -> None:
+        """Let every kind of warning count as given once: MuJoCo prints and logs only the first."""
+        self._warned[:] = 1
+
+    def _report_warnings(self) -> None:
+        kinds = mujoco.mjtWarning
+        bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
+        if any(self._warned[kind] > 1 for kind in bad):
+            t_ns = self.now_ns
+            raise DivergedError(
+                f"MuJoCo diverged after {seconds(t_ns):g} s: a position, velocity or acceleration is huge or "
+                f"not finite; a shorter timestep may help",
+                t_ns=t_ns,
+            )
+        for kind, count in enumerate(self._warned):
+            if count > 1:
+                self.warnings.append(f"MuJoCo: {mujoco.mju_warningText(kind, 0)}")
+        self._mute_warnings()

@@ -10,7 +10,7 @@ import numpy as np
 
 from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.render.optics import SKY, Optics
-from nrp_world_mujoco.engine import VISUALS, mujoco
+from nrp_world_mujoco.library import VISUALS, mujoco
 
 _MIRROR = np.diag([1.0, 1.0, -1.0]).ravel()
 

@@ -24,7 +24,7 @@ from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
 from nrp_core.world.scene.sdf.compound import CARRIER
 from nrp_world_mujoco.actuators import actuators_of
-from nrp_world_mujoco.engine import mujoco
+from nrp_world_mujoco.library import mujoco
 
 _WORLD = 0
 _MESH = "mesh.stl"

@@ -12,7 +12,7 @@ from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_core.world.rigid.motion import JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose, Vector, rotation_vector
 from nrp_core.world.scene.merged_bodies import Body
-from nrp_world_mujoco.engine import mujoco
+from nrp_world_mujoco.library import mujoco
 
 
 def motion_of(

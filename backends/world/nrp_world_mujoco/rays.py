@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.render.optics import SKY, Optics, bytes_of
-from nrp_world_mujoco.engine import VISUALS, mujoco
+from nrp_world_mujoco.library import VISUALS, mujoco
 
 _SKY = np.array([bytes_of(SKY)], np.uint8)
 _STATIC_TOO = 1

@@ -22,7 +22,7 @@ from nrp_core.world.scene.model import (
     Visual,
 )
 from nrp_core.world.scene.tessellation import triangles_of
-from nrp_world_mujoco.engine import COLLISIONS, VISUALS, mujoco
+from nrp_world_mujoco.library import COLLISIONS, VISUALS, mujoco
 
 THICKNESS = 1.0
 """Of the ground below the lowest point of a height map, m."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 
 from nrp_core.world.render.optics import Optics
-from nrp_world_mujoco.engine import VISUALS, mujoco
 from nrp_world_mujoco.gl import GlRenderer
+from nrp_world_mujoco.library import VISUALS, mujoco
 
 
 def draws(library: str) -> bool:

@@ -15,7 +15,7 @@ from nrp_core.world.engine_kit.backend import PhysicsBackend
 from nrp_core.world.engine_kit.options import PhysicsOptions
 
 if TYPE_CHECKING:
-    from nrp_core.world.engine_kit.jointed import PhysicsWorld
+    from nrp_core.world.engine_kit.jointed import JointedEngine
 
 
 class PybulletOptions(PhysicsOptions):
@@ -34,7 +34,8 @@ class PybulletBackend(PhysicsBackend):
     """Scenes in PyBullet."""
 
     options = PybulletOptions
-    engine = "PyBullet"
+    interface_version = 2
+    engine_name = "PyBullet"
     remedy = "pip install 'nrp-core[pybullet]'"
 
     def diagnose(self) -> list[Diagnosis]:
@@ -47,10 +48,10 @@ class PybulletBackend(PhysicsBackend):
     def _own_renderers(self) -> tuple[str, ...]:
         return ("tiny",)
 
-    def _world_class(self) -> Callable[..., PhysicsWorld]:
-        from nrp_world_pybullet.world import PybulletWorld
+    def _engine_class(self) -> Callable[..., JointedEngine]:
+        from nrp_world_pybullet.engine import PybulletEngine
 
-        return PybulletWorld
+        return PybulletEngine
 
 
 def _has_wheel() -> bool:

@@ -16,7 +16,7 @@ from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
-from nrp_world_pybullet.engine import bullet, quiet
+from nrp_world_pybullet.library import bullet, quiet
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
     Shapes,

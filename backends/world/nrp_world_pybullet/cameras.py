@@ -15,7 +15,7 @@ from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Rgba
 from nrp_world_pybullet.build import Built
-from nrp_world_pybullet.engine import bullet
+from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import PlaceOf, place_of
 
 

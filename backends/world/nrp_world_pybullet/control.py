@@ -14,8 +14,8 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_world_pybullet.build import Built, Place
-from nrp_world_pybullet.engine import bullet
 from nrp_world_pybullet.inertia import Inertia
+from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Moving
 
 JointPath = tuple[str, str]

@@ -9,7 +9,7 @@ from nrp_core.world.rigid.motion import BodyVelocity
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_pybullet.build import BASE, Place
-from nrp_world_pybullet.engine import bullet
+from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Moving
 
 _STRONG = 1e9

@@ -1,41 +1,189 @@
-"""PyBullet itself; the one place that imports it."""
+"""A scene in PyBullet."""
 
 from __future__ import annotations
 
-import ctypes
-import os
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Drop what C code prints meanwhile; PyBullet has no other way to be silent."""
-    flush = ctypes.CDLL(None).fflush
-    for stream in (sys.stdout, sys.stderr):
-        stream.flush()
-    flush(None)
-    kept = [os.dup(descriptor) for descriptor in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for descriptor in (1, 2):
-            os.dup2(nowhere, descriptor)
-        yield
-    finally:
-        flush(None)
-        for descriptor, copy in zip((1, 2), kept, strict=True):
-            os.dup2(copy, descriptor)
-        for descriptor in (*kept, nowhere):
-            os.close(descriptor)
+from nrp_core._support.arrays import FloatArray
+from nrp_core.clock import seconds
+from nrp_core.errors import DivergedError
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
+from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.rigid.motion import BodyPath, JointStates, ReadFrames
+from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.merged_bodies import Body
+from nrp_core.world.scene.model import Model, Scene
+from nrp_world_pybullet.backend import PybulletOptions
+from nrp_world_pybullet.build import Built, Place, build
+from nrp_world_pybullet.cameras import TinyCameras, frame_reader
+from nrp_world_pybullet.control import Control
+from nrp_world_pybullet.drive import Drive
+from nrp_world_pybullet.library import bullet
+from nrp_world_pybullet.motion import JointReader, Moving, moving
 
 
-def _import() -> Any:
-    """Import PyBullet without its greeting."""
-    with quiet():
-        import pybullet
-    return pybullet
+class PybulletEngine(JointedEngine):
+    """A scene in PyBullet; see :class:`~nrp_world_pybullet.backend.PybulletBackend` for the options."""
+
+    _built: Built
+    _drives: dict[tuple[str, str], Drive]
+    _joints: dict[str, JointReader]
+    _control: Control
+
+    def __init__(
+        self, scene: Scene, *, seed: int, capabilities: WorldCapabilities, options: PybulletOptions
+    ) -> None:
+        name = f"pybullet {bullet.getAPIVersion()}"
+        super().__init__(scene, seed=seed, capabilities=capabilities, options=options, name=name)
+        self._client = bullet.connect(bullet.DIRECT)
+        try:
+            self._do_load(scene)
+            self._warm_up()
+        except BaseException:
+            self.close()
+            raise
+
+    def _do_load(self, scene: Scene) -> None:
+        """Build the engine anew; that alone leaves no trace of what was before."""
+        client, options, step_s = self._client, self._options, seconds(self._options.timestep)
+        self._built = build(
+            scene,
+            timestep_ns=options.timestep,
+            client=client,
+            visuals=self._draws,
+            physical=options.drive == "physical",
+        )
+        self._drives = {path: self._drive_of(path, step_s, scene.gravity) for path in self._built.drives}
+        wheels = {
+            (model, wheel.joint) for (model, _), servo in self._built.drives.items() for wheel in servo.wheels
+        }
+        self._joints = {
+            name: JointReader(joints, {joint for joint in joints if (name, joint) in wheels}, client)
+            for name, joints in self._built.joints.items()
+        }
+        self._control = Control(self._built, scene, client, step_s)
+        # of these not even the base moves, by which divergence would be noticed
+        self._anchored = [self._joints[model.name] for model in scene.models if _is_anchored(model)]
+        self._efforts: dict[str, FloatArray] = {}
+        self._survey(scene)
+        self._bases = [motion for motion in self._motions.values() if isinstance(motion, Moving)]
+
+    def _do_motion_of(self, body: Body, place: Place, offset: Pose) -> MotionOf:
+        return moving(body, place, offset, self._client)
+
+    def _do_base(self, body: Body, place: Place) -> Moving:
+        return moving(body, place, Pose(), self._client)
+
+    def _drive_of(self, path: tuple[str, str], step_s: float, gravity: Vector) -> Drive:
+        servo = self._built.drives[path]
+        body, place = self._built.bodies[path[0]][servo.body]
+        joints = self._built.joints[path[0]]
+        wheels = [joints[wheel.joint] for wheel in servo.wheels]
+        return Drive(self._client, servo, body, place.multibody, wheels, step_s, gravity)
+
+    def _do_advance(self, steps: int) -> None:
+        self._efforts = {}
+        drives, client, step = tuple(self._drives.values()), self._client, bullet.stepSimulation
+        control = self._control if self._control.active else None
+        for _ in range(steps):
+            for drive in drives:
+                drive.push()
+            if control is not None:
+                control.push()
+            step(client)
+        for joints in self._anchored:
+            if not joints.finite():
+                raise DivergedError("PyBullet diverged: a joint's position is not finite", t_ns=self.now_ns)
+
+    def check_finite(self, t_ns: int) -> None:
+        if not all(base.finite() for base in self._bases):  # takes less time than to look at each motion
+            super().check_finite(t_ns)
+
+    def _do_reset(self, seed: int) -> None:
+        self._do_load(self.scene)
+
+    def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
+        return frame_reader(self._built, self._client, paths)
+
+    def _do_joint_states(self, model: str) -> JointStates:
+        states = super()._do_joint_states(model)
+        if model in self._efforts:
+            return replace(states, efforts=self._efforts[model])
+        for (owner, joint), effort in self._control.applied.items():
+            if owner == model:
+                states.efforts[states.names.index(joint)] += effort
+        return states
+
+    def _do_open_cameras(self, renderer: str) -> Cameras:
+        return TinyCameras(self._built, self._client, self._optics)
+
+    def _do_put_joint(self, place: Place, position: float) -> None:
+        bullet.resetJointState(place.multibody, place.link, position, 0.0, self._client)
+
+    def _do_put_ball(self, place: Place, orientation: Quaternion) -> None:
+        still = [0.0, 0.0, 0.0]
+        bullet.resetJointStateMultiDof(place.multibody, place.link, orientation, still, self._client)
+
+    def _do_configuration(self, model: str) -> object:
+        client = self._client
+        roots = [place.multibody for body, place in self._built.bodies[model] if body.floats]
+        bases = [
+            (*bullet.getBasePositionAndOrientation(root, client), *bullet.getBaseVelocity(root, client))
+            for root in roots
+        ]
+        joints = [
+            bullet.getJointStateMultiDof(place.multibody, place.link, client)[:2]
+            for place in self._jointed(model)
+        ]
+        return bases, joints
+
+    def _do_configure(self, model: str, configuration: Any) -> None:
+        client = self._client
+        bases, joints = configuration
+        roots = [place.multibody for body, place in self._built.bodies[model] if body.floats]
+        for root, (position, orientation, linear, angular) in zip(roots, bases, strict=True):
+            bullet.resetBasePositionAndOrientation(root, position, orientation, client)
+            bullet.resetBaseVelocity(root, linear, angular, client)
+        for place, (position, velocity) in zip(self._jointed(model), joints, strict=True):
+            bullet.resetJointStateMultiDof(place.multibody, place.link, position, velocity, client)
+        self._moved(model)
+
+    def _jointed(self, model: str) -> list[Place]:
+        """Return the places of the movable joints of a model."""
+        return [place for place in self._built.joints[model].values() if not place.axis]
+
+    def _moved(self, model: str) -> None:
+        self._control.forget(model)
+        self._efforts = {}
+        self._continue(model)
+
+    def _do_save(self) -> object:
+        efforts = {name: self._do_joint_states(name).efforts for name in self._joints}
+        with TemporaryDirectory() as folder:
+            file = Path(folder) / "state.bullet"
+            bullet.saveBullet(str(file), physicsClientId=self._client)
+            return file.read_bytes(), efforts, self._control.save()
+
+    def _do_restore(self, saved: Any) -> None:
+        state, efforts, control = saved
+        self._do_load(self.scene)
+        with TemporaryDirectory() as folder:
+            file = Path(folder) / "state.bullet"
+            file.write_bytes(state)
+            bullet.restoreState(fileName=str(file), physicsClientId=self._client)
+        self._control.restore(control)
+        self._efforts = efforts  # PyBullet keeps none with a state
+        self._continue()
+
+    def _do_close(self) -> None:
+        bullet.disconnect(self._client)
 
 
-bullet = _import()
+def _is_anchored(model: Model) -> bool:
+    return not model.static and any(joint.parent == WORLD for joint in model.joints)

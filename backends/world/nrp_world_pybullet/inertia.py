@@ -16,7 +16,7 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Inertial
 from nrp_world_pybullet.build import Place
-from nrp_world_pybullet.engine import bullet
+from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import moving
 
 _FREE = 6

@@ -11,7 +11,7 @@ from nrp_core.world.rigid.motion import JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector, rotation_vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_pybullet.build import BASE, Place
-from nrp_world_pybullet.engine import bullet
+from nrp_world_pybullet.library import bullet
 
 PlaceOf = Callable[[], tuple[Vector, Quaternion]]
 

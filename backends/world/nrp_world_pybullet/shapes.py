@@ -22,7 +22,7 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_world_pybullet.engine import bullet
+from nrp_world_pybullet.library import bullet
 
 MAX_SHAPES = 16
 """PyBullet's limit of shapes in one link; beyond it the process crashes."""

@@ -13,8 +13,8 @@ from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.experiment.running.run import Run
-from nrp_core.world.interface import World
 from nrp_core.world.topics import Stamped, Subscription, check_message
+from nrp_core.world.world import World
 from nrp_legacy.shims.tuples import as_in_ros1
 
 log = logging.getLogger("nrp_legacy")

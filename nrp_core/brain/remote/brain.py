@@ -90,7 +90,7 @@ class RemoteBrain(Brain):
     def _do_run_until(self, t_ns: int) -> None:
         inputs, self._inputs = self._inputs, Inputs()
         memory = self._process.columns
-        (n_spikes, *_) = self._process.step(self._now_ns, t_ns, *inputs.write(memory))
+        (n_spikes, *_) = self._process.step(self.now_ns, t_ns, *inputs.write(memory))
         if n_spikes:
             self._spikes.append(read_spikes(memory, n_spikes))
 

@@ -49,15 +49,15 @@ class BrainServer:
     def step(self, memory: SharedColumns, now_ns: int, t_ns: int, *counts: int) -> int:
         """Carry out what was asked for since the last step, run, and return the number of spikes."""
         brain = self._brain
-        brain._now_ns = now_ns
+        brain.now_ns = now_ns
         carry_out(brain, memory, counts)
         brain._do_run_until(t_ns)
-        brain._now_ns = t_ns
+        brain.now_ns = t_ns
         return write_spikes(memory, brain._do_take_spikes())
 
     def reset(self, seed: int) -> None:
         """Go back to time 0."""
-        self._brain._seed, self._brain._now_ns = seed, 0
+        self._brain._seed, self._brain.now_ns = seed, 0
         self._brain._do_reset(seed)
 
     def read_state(self, variable: str, neurons: IntArray) -> FloatArray:

@@ -80,7 +80,7 @@ class BodyTests(WorldKit):
         link = replace(box.links[0], inertial=inertial)
         world = self.open(replace(box, links=(link,)), gravity=(0.0, 0.0, 0.0))
         along: Vector = tuple(0.1 * (i == axis) for i in range(3))  # type: ignore[assignment]
-        world.set_wrench("box", "link", Wrench(force=along, torque=along))
+        world.engine.set_wrench("box", "link", Wrench(force=along, torque=along))
         self.run(world, 0.2)
         moment = (MOMENTS[1], MOMENTS[0], MOMENTS[2])[axis]
         motion, t_s = world.model_motion("box"), world.now_ns * 1e-9

@@ -29,7 +29,7 @@ class CapabilityTests(WorldKit):
             assert self.look(self.open(floor(), robot(), screen("screen", 0.0, RED))).any()
         else:
             with pytest.raises(CapabilityError):
-                self.open(floor(), robot()).render("robot", "eye", "camera")
+                self.open(floor(), robot()).engine.render("robot", "eye", "camera")
 
     def test_snapshots_are_refused_where_they_are_not_declared(self) -> None:
         world = self.open(floor(), robot())

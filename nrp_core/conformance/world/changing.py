@@ -9,7 +9,6 @@ import pytest
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit, states
 from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, thing
 from nrp_core.errors import CapabilityError
-from nrp_core.world.interface import World
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
@@ -18,6 +17,7 @@ from nrp_core.world.rigid.motion import Wrench as Push
 from nrp_core.world.rigid.pose import Pose as ScenePose
 from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
+from nrp_core.world.world import World
 
 ARM_KG, ARM_M = 2.0, 0.5
 HALF = sqrt(0.5)
@@ -79,7 +79,7 @@ class ChangingTests(WorldKit):
         world = self.open(thing("ball", Sphere(0.1), at(0, 0, 5), mass=2.0), gravity=(0.0, 0.0, 0.0))
         if not self.capabilities.joint_control:
             with pytest.raises(CapabilityError):
-                world.set_wrench("ball", "link", Push((1.0, 0.0, 0.0)))
+                world.engine.set_wrench("ball", "link", Push((1.0, 0.0, 0.0)))
             return
         asked = {"wrench": Wrench(Vector3(0.0, 3.0)), "duration": Duration(0, 400_000_000)}
         world.call("/gazebo/apply_body_wrench", "ball::link", **asked)

@@ -12,8 +12,8 @@ from nrp_core.conformance.world.kit import WorldKit, where
 from nrp_core.conformance.world.scenes import RED, floor, robot, screen
 from nrp_core.errors import BackendError
 from nrp_core.world.backends import worlds
-from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.world import World
 
 WAY_M, PIXELS = 1.5, 0.02
 """How far the robot goes, and the share of pixels in which renderers may differ: the edges of things."""

@@ -10,10 +10,10 @@ import pytest
 from nrp_core.conformance.world.kit import WorldKit, twist
 from nrp_core.conformance.world.scenes import DRIVE_TIMEOUT_S, WHEEL_RADIUS, at, floor, robot, thing
 from nrp_core.world.drives.planar_move import PlanarMove
-from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box
+from nrp_core.world.world import World
 
 SLIP = 0.05
 """The share of a commanded way that tyres and starting up may cost."""

@@ -10,9 +10,9 @@ import pytest
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
 from nrp_core.conformance.world.scenes import at
 from nrp_core.errors import CapabilityError
-from nrp_core.world.interface import World
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Inertial, Joint, Link, Mimic, Model
+from nrp_core.world.world import World
 
 MASS_KG, ARM_M, MOMENT = 2.0, 0.5, 0.02
 INERTIA = MOMENT + MASS_KG * ARM_M**2

@@ -11,12 +11,13 @@ from nrp_core.conformance.guard import undeclared
 from nrp_core.conformance.world.scenes import CAMERA_HZ
 from nrp_core.world.backends import worlds
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World, WorldBackend
+from nrp_core.world.interface import WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.model import Model, Rgba, Scene
+from nrp_core.world.world import World
 
 Picture = npt.NDArray[np.int64]
 GRAVITY = 9.8

@@ -124,7 +124,7 @@ class SeeingTests(WorldKit):
         assert heard.latest is not None
         assert heard.latest.t_ns == other.now_ns
         served = np.asarray(heard.latest.message.data, dtype=np.int64)
-        expected = np.asarray(other.render("robot", "eye", "camera"), dtype=np.int64)
+        expected = np.asarray(other.engine.render("robot", "eye", "camera"), dtype=np.int64)
         assert centre(where(served, 0)) == pytest.approx(centre(where(expected, 0)), abs=PIXEL / 2)
 
     def test_a_camera_sees_from_where_it_is_in_its_link(self) -> None:

@@ -12,7 +12,6 @@ import pytest
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
 from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, thing
 from nrp_core.errors import CapabilityError
-from nrp_core.world.interface import World
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
 from nrp_core.world.sensors.contact import ContactSensor
@@ -20,6 +19,7 @@ from nrp_core.world.sensors.force_torque import ForceTorque
 from nrp_core.world.sensors.imu import Imu
 from nrp_core.world.sensors.laser import Laser
 from nrp_core.world.sensors.sensor import Sensor
+from nrp_core.world.world import World
 
 MASS = 2.0
 LASER = Laser("laser", "/scan", 50.0, samples=91, angle_min=-pi / 4, angle_max=pi / 4, range_max=9.0)
@@ -87,7 +87,7 @@ class SensingTests(WorldKit):
         world = self.open(floor(), carrier(ContactSensor("bumper", "/bumper", 50.0), pose=at(0, 0, 0.1)))
         if not self.capabilities.contacts:
             with pytest.raises(CapabilityError):
-                world.touches()
+                world.engine.touches()
             return
         (state,) = self._sensed(world, "/bumper", 1.0).states
         names = state.collision1_name, state.collision2_name
@@ -118,7 +118,7 @@ class SensingTests(WorldKit):
         world = self.open(Model("scale", (arm, hand), joints, pose=at(0, 0, 2)))
         if not self.capabilities.joint_wrenches:
             with pytest.raises(CapabilityError):
-                world.joint_wrench("scale", "wrist")
+                world.engine.joint_wrench("scale", "wrist")
             return
         wrench = self._sensed(world, "/load", 1.0).wrench
         force, torque = wrench.force, wrench.torque
@@ -130,7 +130,7 @@ class SensingTests(WorldKit):
         wall = thing("wall", Box((0.2, 8.0, 6.0)), at(3.1, 0, 1))
         world = self.open(wall, robot())
         try:
-            depth = world.depth("robot", "eye", "camera")
+            depth = world.engine.depth("robot", "eye", "camera")
         except CapabilityError:
             return  # a renderer may draw colours alone
         assert depth[depth.shape[0] // 2] == pytest.approx(np.full(depth.shape[1], 3.0), abs=0.02)

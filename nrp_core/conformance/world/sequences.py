@@ -12,8 +12,8 @@ from nrp_core.conformance.sequences import SequenceMachine, check_sequences
 from nrp_core.conformance.world.kit import WorldKit, paint, states, twist
 from nrp_core.conformance.world.scenes import BLUE, RED
 from nrp_core.conformance.world.state import busy
-from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.world import World
 
 
 class SequenceTests(WorldKit):

@@ -10,8 +10,9 @@ import pytest
 from nrp_core.conformance.world.kit import WorldKit, paint, states, twist
 from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, robot, screen, thing
 from nrp_core.errors import LifecycleError, SnapshotError, TimestepError
-from nrp_core.world.interface import WORLD_INTERFACE_VERSION, World
+from nrp_core.world.interface import WORLD_INTERFACE_VERSION
 from nrp_core.world.scene.model import Box, Model, Sphere
+from nrp_core.world.world import World
 
 
 def busy() -> tuple[Model, ...]:

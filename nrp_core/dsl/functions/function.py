@@ -14,7 +14,7 @@ from nrp_core.dsl.parameters.binding import Adapter, Binding, Mapping
 from nrp_core.dsl.parameters.place import Place
 from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
 from nrp_core.errors import ExperimentError, LifecycleError, TopicError, did_you_mean
-from nrp_core.world.interface import World
+from nrp_core.world.world import World
 
 TIME = "t"
 

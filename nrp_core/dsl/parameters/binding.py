@@ -10,7 +10,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.dsl.parameters.place import Place
 from nrp_core.dsl.selection.selection import BrainRoot
 from nrp_core.errors import CapabilityError, ExperimentError
-from nrp_core.world.interface import World
+from nrp_core.world.world import World
 
 if TYPE_CHECKING:
     from nrp_core.dsl.parameters.topics import Topic

@@ -11,9 +11,9 @@ from nrp_core.dsl.parameters.brief import brief
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.dsl.parameters.place import Place
 from nrp_core.errors import TopicError, did_you_mean
-from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Publication, Stamped, TopicInfo
+from nrp_core.world.world import World
 
 
 def _unchanged(message: Any) -> Any:

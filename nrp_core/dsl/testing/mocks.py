@@ -14,9 +14,10 @@ from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World
+from nrp_core.world.engine import Engine
 from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Wrench
 from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.world import World
 
 _CELL = "MockCell"
 _EMPTY = Scene(())
@@ -88,38 +89,21 @@ class MockBrain(Brain):
     def _do_close(self) -> None: ...
 
 
-class MockWorld(World):
-    """Topics without anything behind them: they carry what is put on them.
+class MockEngine(Engine):
+    """Models that never move and do nothing; it has no cameras.
 
     Args:
-        topics: message class of each topic, by name.
-        scene: models that never move, with their own topics; empty by default.
+        scene: the models.
         step_ns: its physics step.
     """
 
-    def __init__(
-        self, topics: Mapping[str, type] | None = None, *, scene: Scene = _EMPTY, step_ns: int = NS_PER_MS
-    ) -> None:
+    def __init__(self, scene: Scene = _EMPTY, *, step_ns: int = NS_PER_MS) -> None:
         capabilities = WorldCapabilities(step_ns, ball_joints=True, coupled_joints=True)
-        super().__init__(scene, seed=0, capabilities=capabilities, identity="mock")
-        self._sent: list[tuple[str, Any]] = []
-        self.add_observer(lambda topic, stamped: self._sent.append((topic, stamped.message)))
-        for name, type_ in (topics or {}).items():
-            self.declare(name, type_)
-
-    def put(self, topic: str, message: Any) -> None:
-        """Send a message as the robot would."""
-        self.advertise(topic).publish(message)
-
-    def sent(self, topic: str) -> list[Any]:
-        """Return every message on a topic since reset, oldest first."""
-        name = self._info(topic).name
-        return [message for sent_on, message in self._sent if sent_on == name]
+        super().__init__(scene, capabilities, seed=0, identity="mock")
 
     def _do_advance(self, steps: int) -> None: ...
 
-    def _do_reset(self, seed: int) -> None:
-        self._sent.clear()
+    def _do_reset(self, seed: int) -> None: ...
 
     def _do_model_motion(self, model: str) -> ModelMotion:
         return ModelMotion(self.scene.model(model).pose)
@@ -138,4 +122,40 @@ class MockWorld(World):
 
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None: ...
 
-    def _do_close(self) -> None: ...
+
+class MockWorld(World):
+    """Topics without anything behind them: they carry what is put on them.
+
+    Args:
+        topics: message class of each topic, by name.
+        scene: models that never move, with their own topics; empty by default.
+        step_ns: its physics step.
+        engine: instead of one that does nothing; it has the scene and the step.
+    """
+
+    def __init__(
+        self,
+        topics: Mapping[str, type] | None = None,
+        *,
+        scene: Scene = _EMPTY,
+        step_ns: int = NS_PER_MS,
+        engine: Engine | None = None,
+    ) -> None:
+        super().__init__(engine or MockEngine(scene, step_ns=step_ns))
+        self._sent: list[tuple[str, Any]] = []
+        self.add_observer(lambda topic, stamped: self._sent.append((topic, stamped.message)))
+        for name, type_ in (topics or {}).items():
+            self.declare(name, type_)
+
+    def put(self, topic: str, message: Any) -> None:
+        """Send a message as the robot would."""
+        self.advertise(topic).publish(message)
+
+    def sent(self, topic: str) -> list[Any]:
+        """Return every message on a topic since reset, oldest first."""
+        name = self._board.info(topic).name
+        return [message for sent_on, message in self._sent if sent_on == name]
+
+    def _reset(self) -> None:
+        super()._reset()
+        self._sent.clear()

@@ -11,8 +11,8 @@ from typing import Any
 from nrp_core.errors import TopicError
 from nrp_core.experiment.events.ground_positions import Proximity, Whereabouts
 from nrp_core.experiment.model.event_schema import Event, TopicIs, When
-from nrp_core.world.interface import World
 from nrp_core.world.messages.base import type_name
+from nrp_core.world.world import World
 
 Times = Mapping[str, int]
 """When each event that has happened did, ns."""

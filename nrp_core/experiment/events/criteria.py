@@ -22,8 +22,8 @@ from nrp_core.experiment.model.event_schema import (
     TopicStays,
     WithinOf,
 )
-from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Scene
+from nrp_core.world.world import World
 
 
 @dataclass(frozen=True, slots=True)

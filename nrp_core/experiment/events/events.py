@@ -8,7 +8,7 @@ from functools import partial
 from nrp_core.experiment.events.conditions import Condition, Times
 from nrp_core.experiment.events.values import to_message
 from nrp_core.experiment.model.event_schema import Publish
-from nrp_core.world.interface import World
+from nrp_core.world.world import World
 
 Action = Callable[[], None]
 """What happens in an event."""

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.experiment.events.geometry import Footprint, GroundPoint
 from nrp_core.experiment.model.event_schema import Near
-from nrp_core.world.interface import World
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Link, Model, Scene
+from nrp_core.world.world import World
 
 
 class Whereabouts:

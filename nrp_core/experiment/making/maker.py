@@ -18,10 +18,10 @@ from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.experiment.making.networks import network_from
 from nrp_core.findings import Code, Level
 from nrp_core.registry import Registry
-from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.left_out import read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.world.world import World
 
 if TYPE_CHECKING:
     from nrp_core.experiment.making.collector import Collector

@@ -28,10 +28,11 @@ from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level, has_errors
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
-from nrp_core.world.interface import World, WorldBackend
+from nrp_core.world.interface import WorldBackend
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.imperfect import with_imperfection
+from nrp_core.world.world import World
 
 Say = Callable[[str], None]
 """Told what is being done, for people who wait."""

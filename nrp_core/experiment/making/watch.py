@@ -14,7 +14,7 @@ from nrp_core.experiment.events.ground_positions import Whereabouts
 from nrp_core.experiment.making.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Level, has_errors
-from nrp_core.world.interface import World
+from nrp_core.world.world import World
 
 
 def declare_own(experiment: Experiment, world: World, collector: Collector) -> bool:

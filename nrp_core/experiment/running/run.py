@@ -38,8 +38,8 @@ from nrp_core.experiment.making.watch import Watch, declare_own, furnish
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
 from nrp_core.experiment.running.run_totals import SpikeCounter, TrajectoryDigest
-from nrp_core.world.interface import World
 from nrp_core.world.scene.model import Scene
+from nrp_core.world.world import World
 
 Observer = Callable[["Run"], None]
 

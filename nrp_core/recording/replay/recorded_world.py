@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,13 +15,15 @@ from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.simulation import Determinism
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World, WorldBackend, WorldOptions
+from nrp_core.world.engine import Engine
+from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.part import Part
+from nrp_core.world.part import Part, PartInPlace
 from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, ModelMotion, Wrench
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.scene.model import Model, Rgba, Scene
+from nrp_core.world.topics import TopicInfo
 
 _COMPRESSED = "/compressed"
 
@@ -41,11 +43,11 @@ class RecordedWorldBackend(WorldBackend):
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         return self._capabilities
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
-        return RecordedWorld(self._recording, scene, seed, self._capabilities)
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
+        return RecordedEngine(self._recording, scene, seed, self._capabilities)
 
 
-class RecordedWorld(World):
+class RecordedEngine(Engine):
     """A scene in which everything happens as it did."""
 
     def __init__(
@@ -56,25 +58,28 @@ class RecordedWorld(World):
         self._recording, self._sensed = recording, dict[str, _Sensed]()
         self._playback = Playback(recording, {MODEL_STATES, *topics})
         self._playback.until(0)
-        super().__init__(scene, seed=seed, capabilities=capabilities, identity="recorded")
+        super().__init__(scene, capabilities, seed=seed, identity="recorded")
 
-    def _take_stock(self) -> None:
-        super()._take_stock()
-        for served in self._recorded_topics.keys() & self._parts.keys():
-            self._parts[served] = self._sensed.get(served) or self._sense(served)
+    def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
+        return [self._with_recorded(part) for part in usual]
 
-    def _sense(self, topic: str) -> _Sensed:
-        info, recorded_as = self._topics[topic], self._recorded_topics[topic]
+    def _with_recorded(self, part: Part) -> Part:
+        recorded = [topic for topic in part.topics if topic.name in self._recorded_topics]
+        sensed = {topic.name: self._sensed.get(topic.name) or self._sense(topic) for topic in recorded}
+        return _AsRecorded(part, sensed) if sensed else part
+
+    def _sense(self, info: TopicInfo) -> _Sensed:
+        recorded_as = self._recorded_topics[info.name]
         if info.delay:
             ahead = Playback(self._recording, {recorded_as})
             sensed: _Sensed = _SensedLate(ahead, recorded_as, info.type, delay_ns=from_seconds(info.delay))
         else:
             sensed = _Sensed(self._playback, recorded_as, recorded_at=info.rate_hz is not None)
-        self._sensed[topic] = sensed
+        self._sensed[info.name] = sensed
         return sensed
 
     def _do_advance(self, steps: int) -> None:
-        self._playback.until(self._at_ns + steps * self.capabilities.step_ns)
+        self._playback.until(self.now_ns + steps * self.capabilities.step_ns)
 
     def _do_reset(self, seed: int) -> None:
         self._playback.reset()
@@ -127,10 +132,25 @@ class RecordedWorld(World):
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         """Nor do pushes."""
 
-    def _do_close(self) -> None: ...
+
+class _AsRecorded(PartInPlace):
+    """A part whose topics are read from a recording.
+
+    Args:
+        inner: the part.
+        sensed: what reads each of the recorded topics.
+    """
+
+    def __init__(self, inner: Part, sensed: Mapping[str, _Sensed]) -> None:
+        super().__init__(inner)
+        self._sensed = sensed
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        sensed = self._sensed.get(topic)
+        return super().read(topic, now_ns) if sensed is None else sensed.read(topic, now_ns)
 
 
-class _Sensed(Part):
+class _Sensed:
     """Serves one topic as it was recorded.
 
     Args:
@@ -147,6 +167,9 @@ class _Sensed(Part):
         if recorded is None or (self._recorded_at and recorded.t_ns != now_ns):
             raise TopicError(f"the recording has nothing on {topic} at {now_ns * 1e-9:g} s")
         return _as_sensed(recorded.message)
+
+    def reset(self) -> None:
+        """Return to the start."""
 
 
 class _SensedLate(_Sensed):

@@ -15,7 +15,7 @@ from nrp_core.errors import CapabilityError
 from nrp_core.recording.layout import Role
 from nrp_core.recording.writing.packing import Packed
 from nrp_core.recording.writing.signals import Entry
-from nrp_core.world.interface import World
+from nrp_core.world.world import World
 
 BRAIN, WORLD, INPUTS, OUTPUTS = range(4)
 GROUPS = ("brain", "world", "inputs", "outputs")

@@ -26,7 +26,6 @@ from nrp_core.recording.writing.signals import (
     Signal,
     about_role,
 )
-from nrp_core.world.interface import World
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.cdr import Codec
@@ -34,6 +33,7 @@ from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
+from nrp_core.world.world import World
 
 _PUBLISHED = about_role(Role.PUBLISHED)
 _RUN = about_role(Role.RUN)

@@ -18,8 +18,8 @@ from nrp_core.recording.writing.observer import Observer, about_run
 from nrp_core.recording.writing.signals import Entry
 from nrp_core.recording.writing.ticker import Ticker
 from nrp_core.recording.writing.writer import McapFile
-from nrp_core.world.interface import World
 from nrp_core.world.messages import nrp_msgs
+from nrp_core.world.world import World
 
 LATE_S, LOOK_S = 0.07, 0.02
 """A step that lasts keeps those before it from being written when they are due; after this wall time that is

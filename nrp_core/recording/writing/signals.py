@@ -30,7 +30,6 @@ from nrp_core.recording.layout import (
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.encoding import Parts
 from nrp_core.recording.writing.scenery import markers
-from nrp_core.world.interface import World
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
@@ -39,6 +38,7 @@ from nrp_core.world.messages.visualization_msgs import MarkerArray
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.topics import Stamped, TopicInfo
+from nrp_core.world.world import World
 
 
 class Entry(NamedTuple):

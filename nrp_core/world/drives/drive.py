@@ -110,6 +110,9 @@ class DrivePart(Part):
     def read(self, topic: str, now_ns: int) -> Any:
         return self._odometry(now_ns) if topic == self._drive.odometry_topic else self._wheel_speeds()
 
+    def moved(self) -> None:
+        self._aim(self._velocity)
+
     def reset(self) -> None:
         self.deadline_ns = None
         self._aim(BodyVelocity())

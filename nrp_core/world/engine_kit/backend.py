@@ -10,24 +10,25 @@ from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.errors import BackendLoadError
 from nrp_core.simulation import Determinism
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine_kit.jointed import PhysicsWorld
+from nrp_core.world.engine import Engine
+from nrp_core.world.engine_kit.jointed import JointedEngine
 from nrp_core.world.engine_kit.options import PhysicsOptions
-from nrp_core.world.interface import World, WorldBackend, WorldOptions
+from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED
 from nrp_core.world.scene.model import Scene
 
 
 class PhysicsBackend(WorldBackend):
-    """The entry point of a physics engine that has all there is.
+    """The entry point of a physics engine with joints, contacts and cameras.
 
     Attributes:
-        engine: its name.
+        engine_name: for messages.
         remedy: a command that installs it.
         releases_gil: whether it steps while Python code runs in another thread.
     """
 
     options: ClassVar[type[PhysicsOptions]]
-    engine: ClassVar[str]
+    engine_name: ClassVar[str]
     remedy: ClassVar[str]
     releases_gil: ClassVar[bool] = False
 
@@ -54,19 +55,20 @@ class PhysicsBackend(WorldBackend):
         meaning = f"{RASTER} (flat colours), {REALISTIC} (light and shadows){own}"
         return [Diagnosis("renderers of cameras", True, meaning)]
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
         assert isinstance(options, self.options)
-        capabilities = self.capabilities(options)
         try:
-            world = self._world_class()
+            engine = self._engine_class()
         except ImportError as error:
-            raise BackendLoadError(f"{self.engine} does not import: {error}; try: {self.remedy}") from error
-        return world(scene, seed=seed, capabilities=capabilities, options=options)
+            raise BackendLoadError(
+                f"{self.engine_name} does not import: {error}; try: {self.remedy}"
+            ) from error
+        return engine(scene, seed=seed, capabilities=self.capabilities(options), options=options)
 
     @abstractmethod
     def _own_renderers(self) -> tuple[str, ...]:
         """Return the engine's own renderers that work on this machine."""
 
     @abstractmethod
-    def _world_class(self) -> Callable[..., PhysicsWorld]:
-        """Import the engine and return the class of its worlds."""
+    def _engine_class(self) -> Callable[..., JointedEngine]:
+        """Import the engine and return its class."""

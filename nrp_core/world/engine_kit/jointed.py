@@ -1,4 +1,4 @@
-"""What worlds do alike whose engine was given the bodies, joints and drives of a scene."""
+"""What engines do alike that have joints, servos, contacts and cameras."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine import Engine
 from nrp_core.world.engine_kit.options import PhysicsOptions
-from nrp_core.world.interface import World
 from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.rigid.motion import (
     BodyPath,
@@ -85,8 +85,8 @@ class Control(Protocol):
         """Return what a body did to its parent in the last step, at the body's origin."""
 
 
-class PhysicsWorld(World):
-    """A scene in a physics engine.
+class JointedEngine(Engine):
+    """A physics engine with joints, servos, contacts and cameras.
 
     A backend's ``_do_load`` builds the scene, sets the four attributes, and calls :meth:`_survey`. Its
     constructor ends with :meth:`_warm_up`.
@@ -96,7 +96,7 @@ class PhysicsWorld(World):
         seed: the experiment's seed for the world.
         capabilities: what the backend has.
         options: the backend's.
-        engine: name and version of the engine.
+        name: name and version of the engine.
     """
 
     _built: Built
@@ -111,16 +111,15 @@ class PhysicsWorld(World):
         seed: int,
         capabilities: WorldCapabilities,
         options: PhysicsOptions,
-        engine: str,
+        name: str,
     ) -> None:
-        identity = f"{engine} {options.model_dump_json()}"
-        super().__init__(scene, seed=seed, capabilities=capabilities, identity=identity)
+        super().__init__(scene, capabilities, seed=seed, identity=f"{name} {options.model_dump_json()}")
         self._options = options
         self.image_scale = options.image_scale
 
     @property
     def _draws(self) -> bool:
-        """Whether the engine draws the pictures itself, so that it must know what things look like."""
+        """Whether the engine draws the images itself, so that it must know what things look like."""
         return self.capabilities.renderers[0] not in SHARED
 
     def _survey(self, scene: Scene) -> None:
@@ -129,9 +128,9 @@ class PhysicsWorld(World):
         self._links: dict[tuple[str, str], MotionOf] = {}
 
     def _warm_up(self) -> None:
-        """Take a picture with each camera, because the first one is slow."""
+        """Take an image with each camera, because the first one is slow."""
         for path in self._optics:
-            self._pictures().picture(path)
+            self._opened_renderer().picture(path)
 
     def _motion_of(self, model: Model, link: Link | None) -> MotionOf:
         """Return what reads the motion of a link, or of the model's frame, which the base's body holds."""
@@ -199,9 +198,6 @@ class PhysicsWorld(World):
             elif given:
                 self._do_put_joint(places[joint.name], given[0])
         self._moved(model)
-
-    def _do_close(self) -> None:
-        self._close_cameras()
 
     def _continue(self, model: str | None = None) -> None:
         """Start from another state of a model, by default of all, than the one reached by steps."""

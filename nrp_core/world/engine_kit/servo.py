@@ -133,7 +133,8 @@ class PlanarServo:
 
     def spins(self, velocity: BodyVelocity) -> tuple[float, ...]:
         """Return the velocities of the wheel joints, rad/s."""
-        return tuple(wheel.speed(velocity) for wheel in self.wheels)
+        forward, turn = velocity.forward, velocity.turn
+        return tuple([wheel.per_forward * forward + wheel.per_turn * turn for wheel in self.wheels])
 
     def explicit_gain(self, step_s: float) -> float:
         """Return the gain with which a force held for a step does what an implicit integrator does."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from nrp_core.world.drives.ackermann import Ackermann
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.rigid.motion import BodyVelocity
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.mass import turned
 from nrp_core.world.scene.merged_bodies import Body
@@ -41,10 +40,6 @@ class ServoedWheel:
     def share_in(self, step_s: float) -> float:
         """Return the share of a wheel's error in speed that one physics step takes away."""
         return step_s / (step_s + self.time_constant_s)
-
-    def speed(self, velocity: BodyVelocity) -> float:
-        """Return the joint's velocity (rad/s) that goes with a velocity of the body."""
-        return self.per_forward * velocity.forward + self.per_turn * velocity.turn
 
 
 def servoed_wheel(drive: WheelDrive | Ackermann, wheel: Body, side: float, carried: float) -> ServoedWheel:

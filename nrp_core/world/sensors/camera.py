@@ -130,7 +130,7 @@ class CameraPart(SensorPart):
         return result
 
     def _info(self, now_ns: int) -> CameraInfo:
-        height, width = self._engine.picture_size(*self._path)
+        height, width = self._engine.image_size(*self._path)
         focal = width / 2 / tan(self._camera.horizontal_fov / 2)
         k = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
         p = np.column_stack([k, np.zeros(3)])

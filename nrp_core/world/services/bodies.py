@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.forces import Push
+from nrp_core.world.live import LiveScene
 from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.base import Time, ns_of
 from nrp_core.world.messages.gazebo_msgs import LinkState
@@ -17,9 +18,6 @@ from nrp_core.world.rigid.motion import ModelMotion, Wrench
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
 
-if TYPE_CHECKING:
-    from nrp_core.world.interface import World
-
 _WORLD = ("", "world", "map", "/world", "/map")
 
 
@@ -27,23 +25,23 @@ class BodyRequests:
     """Answers requests about bodies and joints.
 
     Args:
-        world: the world.
+        live: the scene of now.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, live: LiveScene) -> None:
+        self._live = live
 
     def model_state(self, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
         """Tell where a model is."""
-        model = self._world.scene.model(request.model_name)
+        model = self._live.scene.model(request.model_name)
         motion = self._seen(self._motion(model), request.relative_entity_name)
-        header = Header(Time.from_ns(self._world.now_ns), request.relative_entity_name)
+        header = Header(Time.from_ns(self._live.now_ns), request.relative_entity_name)
         return srv.GetModelStateResponse(header, *state_messages(motion))
 
     def set_model_state(self, request: srv.SetModelStateRequest) -> srv.SetModelStateResponse:
         """Put a model somewhere."""
         state = request.model_state
-        self._world.place(state.model_name, self._given(state))
+        self._live.place(state.model_name, self._given(state))
         return srv.SetModelStateResponse()
 
     def link_state(self, request: srv.GetLinkStateRequest) -> srv.GetLinkStateResponse:
@@ -61,16 +59,16 @@ class BodyRequests:
             raise SceneError(
                 f"of '{model.name}' only the base link '{base.name}' can be put somewhere, not '{link}'"
             )
-        self._world.place(model.name, self._given(state).at(base.pose.inverse()))
+        self._live.place(model.name, self._given(state).at(base.pose.inverse()))
         return srv.SetLinkStateResponse()
 
     def joint_properties(self, request: srv.GetJointPropertiesRequest) -> srv.GetJointPropertiesResponse:
         """Tell how a joint stands."""
         model, joint = self._joint(request.joint_name)
-        joints = self._world.joint_states(model)
+        joints = self._live.engine.joint_states(model)
         index = joints.names.index(joint)
         position, rate = float(joints.positions[index]), float(joints.velocities[index])
-        told = next(each for each in self._world.scene.model(model).joints if joint in each.coordinates)
+        told = next(each for each in self._live.scene.model(model).joints if joint in each.coordinates)
         kind = getattr(srv.GetJointPropertiesResponse, told.kind.upper())
         return srv.GetJointPropertiesResponse(kind, [told.damping], [position], [rate])
 
@@ -82,13 +80,13 @@ class BodyRequests:
         if len(names) != len(positions):
             raise SceneError(f"{len(names)} joints need as many positions, not {len(positions)}")
         joints = [self._joint(f"{request.model_name}::{name}")[1] for name in names]
-        self._world.set_joints(request.model_name, dict(zip(joints, map(float, positions), strict=True)))
+        self._live.set_joints(request.model_name, dict(zip(joints, map(float, positions), strict=True)))
         return srv.SetModelConfigurationResponse()
 
     def apply_wrench(self, request: srv.ApplyBodyWrenchRequest) -> srv.ApplyBodyWrenchResponse:
         """Push a link at a point of it; the push keeps its direction in the world."""
         model, link = self._link(request.body_name)
-        here = self._world.link_motion(model.name, link).pose
+        here = self._live.engine.link_motion(model.name, link).pose
         reference = request.reference_frame
         frame = ModelMotion(Pose()) if reference in _WORLD else self._reference(reference)
         force = frame.pose.rotate(vector_of(request.wrench.force))
@@ -106,7 +104,7 @@ class BodyRequests:
     def clear_wrenches(self, request: srv.BodyRequestRequest) -> srv.BodyRequestResponse:
         """End all pushes on a link."""
         model, link = self._link(request.body_name)
-        self._world.forces.clear(model.name, link, Wrench, self._world.now_ns)
+        self._live.forces.clear(model.name, link, Wrench, self._live.now_ns)
         return srv.BodyRequestResponse()
 
     def apply_effort(self, request: srv.ApplyJointEffortRequest) -> srv.ApplyJointEffortResponse:
@@ -116,7 +114,7 @@ class BodyRequests:
 
     def clear_efforts(self, request: srv.JointRequestRequest) -> srv.JointRequestResponse:
         """End all efforts on a joint."""
-        self._world.forces.clear(*self._joint(request.joint_name), float, self._world.now_ns)
+        self._live.forces.clear(*self._joint(request.joint_name), float, self._live.now_ns)
         return srv.JointRequestResponse()
 
     # -- names
@@ -125,11 +123,11 @@ class BodyRequests:
         """Return the model and link of ``model::link``; of a name alone, the one model that has it."""
         model_name, found, link = name.replace("/", "::").rpartition("::")
         if found:
-            model = self._world.scene.model(model_name)
+            model = self._live.scene.model(model_name)
             return model, model.link(link).name
-        owners = [model for model, each in self._world.scene.links() if each.name == name]
+        owners = [model for model, each in self._live.scene.links() if each.name == name]
         if len(owners) != 1:
-            known = [f"{model.name}::{each.name}" for model, each in self._world.scene.links()]
+            known = [f"{model.name}::{each.name}" for model, each in self._live.scene.links()]
             many = "more than one model has" if owners else "no model has"
             raise SceneError(f"{many} a link '{name}'; name it model::link{did_you_mean(name, known)}")
         return owners[0], name
@@ -137,7 +135,7 @@ class BodyRequests:
     def _joint(self, name: str) -> tuple[str, str]:
         """Return the model and joint of ``model::joint``; of a name alone, the one model that has it."""
         model_name, found, joint = name.replace("/", "::").rpartition("::")
-        models = [self._world.scene.model(model_name)] if found else list(self._world.scene.models)
+        models = [self._live.scene.model(model_name)] if found else list(self._live.scene.models)
         owners = [m.name for m in models if any(joint in j.coordinates for j in m.joints)]
         if len(owners) != 1:
             known = [name for m in models for j in m.joints for name in j.coordinates]
@@ -149,18 +147,18 @@ class BodyRequests:
     # -- motions
 
     def _motion(self, model: Model) -> ModelMotion:
-        return ModelMotion(model.pose) if model.static else self._world.model_motion(model.name)
+        return ModelMotion(model.pose) if model.static else self._live.engine.model_motion(model.name)
 
     def _named(self, link: str) -> ModelMotion:
         model, name = self._link(link)
         if model.static:
             return ModelMotion(model.pose @ model.link(name).pose)
-        return self._world.link_motion(model.name, name)
+        return self._live.engine.link_motion(model.name, name)
 
     def _reference(self, name: str) -> ModelMotion:
         """Return the motion of a frame of reference: a model, or a link of one."""
-        names = [model.name for model in self._world.scene.models]
-        return self._motion(self._world.scene.model(name)) if name in names else self._named(name)
+        names = [model.name for model in self._live.scene.models]
+        return self._motion(self._live.scene.model(name)) if name in names else self._named(name)
 
     def _seen(self, motion: ModelMotion, reference: str) -> ModelMotion:
         return motion if reference in _WORLD else seen_from(self._reference(reference), motion)
@@ -173,9 +171,9 @@ class BodyRequests:
         return motion if reference in _WORLD else seen_in_world(self._reference(reference), motion)
 
     def _push(self, model: str, name: str, load: Wrench | float, request: Any) -> None:
-        now_ns = self._world.now_ns
+        now_ns = self._live.now_ns
         start_ns = max(now_ns, ns_of(request.start_time))
         lasts_ns = ns_of(request.duration)
         end_ns = None if lasts_ns < 0 else start_ns + lasts_ns
         if end_ns is None or end_ns > start_ns:
-            self._world.forces.add(Push(model, name, load, start_ns, end_ns), now_ns)
+            self._live.forces.add(Push(model, name, load, start_ns, end_ns), now_ns)

@@ -1,6 +1,6 @@
 """The services of Gazebo, ``/gazebo/...``, in any world: each a topic that takes its request, and a call.
 
-:meth:`nrp_core.world.interface.World.call` returns the answer; published on the topic of the same name, a
+:meth:`nrp_core.world.world.World.call` returns the answer; published on the topic of the same name, a
 request is done all the same, so that events and recordings can ask, too.
 """
 
@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nrp_core.errors import NrpError, TopicError, did_you_mean
+from nrp_core.world.live import LiveScene
 from nrp_core.world.messages import base
 from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.base import type_name
@@ -21,9 +22,6 @@ from nrp_core.world.services.physics import PhysicsRequests
 from nrp_core.world.services.scenes import SceneRequests
 from nrp_core.world.topics import Direction, TopicInfo
 
-if TYPE_CHECKING:
-    from nrp_core.world.interface import World
-
 PREFIX = "/gazebo/"
 Answer = Callable[[Any], Any]
 
@@ -32,12 +30,12 @@ class Services(Part):
     """All services of a world.
 
     Args:
-        world: the world.
+        live: the scene of now.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
-        bodies, scenes, physics = BodyRequests(world), SceneRequests(world), PhysicsRequests(world)
+    def __init__(self, live: LiveScene) -> None:
+        self._live = live
+        bodies, scenes, physics = BodyRequests(live), SceneRequests(live), PhysicsRequests(live)
         table: Mapping[str, tuple[type, Answer]] = {
             "get_model_state": (srv.GetModelStateRequest, bodies.model_state),
             "set_model_state": (srv.SetModelStateRequest, bodies.set_model_state),
@@ -76,7 +74,7 @@ class Services(Part):
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         answer = self.answer(topic, message)
         if not getattr(answer, "success", True):
-            self._world.warnings.append(f"{topic}: {answer.status_message}")
+            self._live.warnings.append(f"{topic}: {answer.status_message}")
 
     def request(self, name: str, values: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
         """Return the request that values and fields make.

@@ -3,40 +3,37 @@
 from __future__ import annotations
 
 from math import isclose
-from typing import TYPE_CHECKING
 
 from nrp_core.clock import seconds
 from nrp_core.errors import TimestepError
+from nrp_core.world.live import LiveScene
 from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_core.world.pose_messages import vector_of
-
-if TYPE_CHECKING:
-    from nrp_core.world.interface import World
 
 
 class PhysicsRequests:
     """Answers requests about physics.
 
     Args:
-        world: the world.
+        live: the scene of now.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, live: LiveScene) -> None:
+        self._live = live
 
     def properties(self, _request: srv.GetPhysicsPropertiesRequest) -> srv.GetPhysicsPropertiesResponse:
         """Tell the physics step and gravity; for what is Gazebo's alone, the defaults there."""
-        step_s, gravity = seconds(self._world.step_ns), Vector3(*self._world.scene.gravity)
-        return srv.GetPhysicsPropertiesResponse(step_s, self._world.paused, 1.0 / step_s, gravity)
+        step_s, gravity = seconds(self._live.engine.step_ns), Vector3(*self._live.scene.gravity)
+        return srv.GetPhysicsPropertiesResponse(step_s, self._live.paused, 1.0 / step_s, gravity)
 
     def set_properties(self, request: srv.SetPhysicsPropertiesRequest) -> srv.SetPhysicsPropertiesResponse:
         """Set gravity."""
-        step_s, asked_s = seconds(self._world.step_ns), float(request.time_step)
+        step_s, asked_s = seconds(self._live.engine.step_ns), float(request.time_step)
         if asked_s and not isclose(asked_s, step_s):
             raise TimestepError(
                 f"the physics step is {step_s:g} s for the whole run and cannot become {asked_s:g} s: "
                 "nothing is changed; the experiment sets it, by the option timestep of its world"
             )
-        self._world.set_gravity(vector_of(request.gravity))
+        self._live.set_gravity(vector_of(request.gravity))
         return srv.SetPhysicsPropertiesResponse()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.live import LiveScene
 from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.messages.std_srvs import EmptyRequest, EmptyResponse
@@ -17,23 +17,20 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.model import Light, Model, Rgba
 
-if TYPE_CHECKING:
-    from nrp_core.world.interface import World
-
 
 class SceneRequests:
     """Answers requests about the scene.
 
     Args:
-        world: the world.
+        live: the scene of now.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, live: LiveScene) -> None:
+        self._live = live
 
     def model_properties(self, request: srv.GetModelPropertiesRequest) -> srv.GetModelPropertiesResponse:
         """Tell what a model is made of."""
-        model = self._world.scene.model(request.model_name)
+        model = self._live.scene.model(request.model_name)
         return srv.GetModelPropertiesResponse(
             canonical_body_name=model.links[0].name,
             body_names=[link.name for link in model.links],
@@ -44,42 +41,42 @@ class SceneRequests:
 
     def world_properties(self, _request: srv.GetWorldPropertiesRequest) -> srv.GetWorldPropertiesResponse:
         """Tell which models there are."""
-        names = [model.name for model in self._world.scene.models]
-        return srv.GetWorldPropertiesResponse(seconds(self._world.now_ns), names)
+        names = [model.name for model in self._live.scene.models]
+        return srv.GetWorldPropertiesResponse(seconds(self._live.now_ns), names)
 
     def spawn(self, request: srv.SpawnModelRequest) -> srv.SpawnModelResponse:
         """Add a model or a light, from the text of its file."""
         pose = pose_of(request.initial_pose)
         if request.reference_frame not in ("", "world"):
-            reference = self._world.scene.model(request.reference_frame)
-            pose = self._world.model_motion(reference.name).pose @ pose
+            reference = self._live.scene.model(request.reference_frame)
+            pose = self._live.engine.model_motion(reference.name).pose @ pose
         added = _read(request.model_name, request.model_xml, pose)
         if isinstance(added, Model):
-            self._world.spawn(added)
+            self._live.spawn(added)
             return srv.SpawnModelResponse()
-        lights = self._world.scene.lights
+        lights = self._live.scene.lights
         if any(light.name == added.name for light in lights):
             raise SceneError(f"the scene has a light '{added.name}' already")
-        self._world.set_lights((*lights, added))
+        self._live.set_lights((*lights, added))
         return srv.SpawnModelResponse()
 
     def delete(self, request: srv.DeleteModelRequest) -> srv.DeleteModelResponse:
         """Take a model out."""
-        self._world.delete(request.model_name)
+        self._live.delete(request.model_name)
         return srv.DeleteModelResponse()
 
     def set_visual(self, request: srv.SetVisualPropertiesRequest) -> srv.SetVisualPropertiesResponse:
         """Give a visual another colour."""
         path = f"{request.model_name}/{request.link_name}/{request.visual_name}"
-        known = self._world.scene.visuals
+        known = self._live.scene.visuals
         if path not in known:
             raise SceneError(f"no visual '{path}'{did_you_mean(path, known)}")
-        self._world.set_material(path, *_look(request.property_name, request.property_value))
+        self._live.set_material(path, *_look(request.property_name, request.property_value))
         return srv.SetVisualPropertiesResponse()
 
     def light_names(self, _request: srv.GetLightsNameRequest) -> srv.GetLightsNameResponse:
         """Tell which lights there are."""
-        return srv.GetLightsNameResponse([light.name for light in self._world.scene.lights])
+        return srv.GetLightsNameResponse([light.name for light in self._live.scene.lights])
 
     def light(self, request: srv.GetLightPropertiesRequest) -> srv.GetLightPropertiesResponse:
         """Tell the colour of a light, and how it fades."""
@@ -90,39 +87,39 @@ class SceneRequests:
         """Give a light another colour."""
         light, color = self._light(request.light_name), request.diffuse
         diffuse = float(color.r), float(color.g), float(color.b), float(color.a)
-        self._world.set_lights(
-            replace(each, diffuse=diffuse) if each is light else each for each in self._world.scene.lights
+        self._live.set_lights(
+            replace(each, diffuse=diffuse) if each is light else each for each in self._live.scene.lights
         )
         return srv.SetLightPropertiesResponse()
 
     def delete_light(self, request: srv.DeleteLightRequest) -> srv.DeleteLightResponse:
         """Take a light out."""
         light = self._light(request.light_name)
-        self._world.set_lights(each for each in self._world.scene.lights if each is not light)
+        self._live.set_lights(each for each in self._live.scene.lights if each is not light)
         return srv.DeleteLightResponse()
 
     def pause(self, _request: EmptyRequest) -> EmptyResponse:
         """Let nothing move."""
-        self._world.paused = True
+        self._live.paused = True
         return EmptyResponse()
 
     def unpause(self, _request: EmptyRequest) -> EmptyResponse:
         """Let things move again."""
-        self._world.paused = False
+        self._live.paused = False
         return EmptyResponse()
 
     def reset_world(self, _request: EmptyRequest) -> EmptyResponse:
         """Put everything where it was at first; time goes on."""
-        self._world.return_home()
+        self._live.return_home()
         return EmptyResponse()
 
     def reset_simulation(self, _request: EmptyRequest) -> EmptyResponse:
         """Let everything be as it was at first; time goes on, for it is the run's."""
-        self._world.start_over()
+        self._live.start_over()
         return EmptyResponse()
 
     def _light(self, name: str) -> Light:
-        lights = {light.name: light for light in self._world.scene.lights}
+        lights = {light.name: light for light in self._live.scene.lights}
         if name not in lights:
             raise SceneError(f"the scene has no light '{name}'{did_you_mean(name, lights)}")
         return lights[name]

@@ -2,23 +2,23 @@
 
 from dataclasses import replace
 
-from nrp_world_minimal.world import MinimalBackend, MinimalWorld
+from nrp_world_minimal.engine import MinimalBackend, MinimalEngine
 
 from nrp_core.conformance import WorldBackendTests
-from nrp_core.world.interface import World
+from nrp_core.world.engine import Engine
 
 
-class FewestWorld(MinimalWorld):
-    _do_save = World._do_save
-    _do_restore = World._do_restore
+class FewestEngine(MinimalEngine):
+    _do_save = Engine._do_save
+    _do_restore = Engine._do_restore
 
 
 class FewestBackend(MinimalBackend):
     def capabilities(self, options):
         return replace(super().capabilities(options), snapshot=False, links=False, renderers=())
 
-    def open(self, scene, *, seed, options):
-        return FewestWorld(scene, seed=seed, capabilities=self.capabilities(options))
+    def engine(self, scene, *, seed, options):
+        return FewestEngine(scene, self.capabilities(options), seed=seed)
 
 
 class TestFewest(WorldBackendTests):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_world_minimal.world import Footprint, MinimalBackend, way_out
+from nrp_world_minimal.engine import Footprint, MinimalBackend, way_out
 
 from nrp_core.conformance.world.kit import twist
 from nrp_core.conformance.world.scenes import at, floor, robot, thing

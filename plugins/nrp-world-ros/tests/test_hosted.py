@@ -18,7 +18,6 @@ from nrp_core.conformance.world.kit import states, twist
 from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, robot, screen, thing
 from nrp_core.errors import LifecycleError, SimulationError
 from nrp_core.world.backends import worlds
-from nrp_core.world.interface import World
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
@@ -27,6 +26,7 @@ from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.scene.model import Box, Scene, Sphere
 from nrp_core.world.topics import Stamped
+from nrp_core.world.world import World
 
 from conftest import Programs, needs_ros2
 from nrp_world_ros import RosBackend, RosOptions
@@ -60,7 +60,7 @@ def told(stamped: Stamped | None) -> tuple[int, bytes]:
 
 
 def process_of(world: World) -> int:
-    return int(world._host._process.pid)  # type: ignore[attr-defined]
+    return int(world.engine._host._process.pid)  # type: ignore[attr-defined]
 
 
 @pytest.fixture
@@ -140,7 +140,7 @@ def test_a_simulated_body_does_bit_for_bit_what_it_does_in_this_process(
             go(each, 8)
             heard = [told(stamped) for stamped in (*odometry.since(-1), pictures.latest)]
             joints = each.subscribe("/pendulum/joint_states").latest
-            picture = each.render("robot", "eye", "camera")
+            picture = each.engine.render("robot", "eye", "camera")
             seen.append((states(each), heard, told(joints), picture.tobytes(), each.topics, each.warnings))
         assert seen[0] == seen[1]
 
@@ -165,7 +165,7 @@ def test_options_of_the_simulator_are_its_own() -> None:
         world.run_until(STEP_NS)
         assert pictures.latest is not None
         assert pictures.latest.message.data.shape == (16, 24, 3)
-        assert world.picture_size("robot", "eye", "camera") == (16, 24)
+        assert world.engine.image_size("robot", "eye", "camera") == (16, 24)
         assert world.capabilities.step_ns == 4_000_000
 
 
@@ -181,7 +181,7 @@ def test_the_process_of_a_world_that_was_closed_serves_the_next() -> None:
 
 @needs_ros2
 def test_others_in_ros_can_watch_it(world: World) -> None:
-    there = world._node._namespace  # type: ignore[attr-defined]
+    there = world.engine._node._namespace  # type: ignore[attr-defined]
     with join(Ros.TWO, "watcher", domain=DOMAIN) as watcher:
         watcher.listen(f"{there}/robot/odom", Odometry)
         assert watcher.settle(10) == set()
@@ -193,7 +193,7 @@ def test_others_in_ros_can_watch_it(world: World) -> None:
 @needs_ros2
 def test_what_nobody_listens_to_any_more_is_not_sent(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     came: list[str] = []
-    inbox = world._node.inbox  # type: ignore[attr-defined]
+    inbox = world.engine._node.inbox  # type: ignore[attr-defined]
     take = inbox.take
 
     def taken() -> list[Letter]:

@@ -17,7 +17,7 @@ import pytest
 
 from nrp_core.world.backends import worlds
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.interface import World, WorldBackend
+from nrp_core.world.interface import WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
@@ -35,6 +35,7 @@ from nrp_core.world.scene.model import (
     Visual,
 )
 from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.world import World
 
 BACKENDS = ("mujoco", "pybullet")
 GREY: Rgba = (0.6, 0.6, 0.6, 1.0)

@@ -102,7 +102,7 @@ def test_mujoco_opens_whatever_its_variable_says(library):
     run_python(
         f"""
 import os
-from nrp_world_mujoco.engine import mujoco
+from nrp_world_mujoco.library import mujoco
 assert mujoco.MjSpec().compile().nq == 0
 assert os.environ["MUJOCO_GL"] == "{library}"
 """,

@@ -93,8 +93,8 @@ def test_every_level_of_a_colour_arrives_exactly(renderer, parts):
     options = backend.options(renderer=name)
     with backend.open(scene_of(screen, parts.husky(width=16, height=12)), seed=1, options=options) as world:
         for level in range(256):
-            world.set_color("screen/link/visual", (level / 255, 1 - level / 255, 0.2, 1.0))
-            picture = world.render("husky", "eye", "camera")
+            world.engine.set_color("screen/link/visual", (level / 255, 1 - level / 255, 0.2, 1.0))
+            picture = world.engine.render("husky", "eye", "camera")
             assert picture[3, 8].tolist() == [level, 255 - level, 51]
 
 
@@ -107,11 +107,11 @@ def test_a_new_colour_is_seen_in_the_next_picture(renderer, parts, advance):
         advance(world, 0.04)
         assert (pictures.latest.message.data[4] == (255, 0, 0)).all()
         world.advertise("/right/link/visual/color").publish(ColorRGBA(0, 0, 1, 1))
-        picture = world.render("husky", "eye", "camera")
+        picture = world.engine.render("husky", "eye", "camera")
         assert (picture[4, :32] == (255, 0, 0)).all()
         assert (picture[4, 32:] == (0, 0, 255)).all()
         world.reset()
-        assert (world.render("husky", "eye", "camera")[4] == (255, 0, 0)).all()
+        assert (world.engine.render("husky", "eye", "camera")[4] == (255, 0, 0)).all()
 
 
 def test_what_nothing_covers_is_sky(look, parts):
@@ -166,9 +166,9 @@ def test_a_smaller_image_scale_sees_the_same_with_fewer_pixels(look, parts):
 def test_pictures_are_fresh_and_read_only(renderer, parts):
     backend, name = renderer
     with backend.open(scene_of(parts.husky()), seed=1, options=backend.options(renderer=name)) as world:
-        first = world.render("husky", "eye", "camera")
-        world.set_color("husky/base_link/chassis", RED)
-        assert not (first == world.render("husky", "eye", "camera")).all()
+        first = world.engine.render("husky", "eye", "camera")
+        world.engine.set_color("husky/base_link/chassis", RED)
+        assert not (first == world.engine.render("husky", "eye", "camera")).all()
         with pytest.raises(ValueError, match="read-only"):
             first[0, 0] = 0
 
@@ -183,9 +183,9 @@ def test_a_camera_on_a_moving_joint_looks_where_the_joint_stands(renderer, parts
     target = parts.thing("target", Sphere(0.3), Pose((1.0, 2.6, 1.0)), rgba=RED)  # at about 1.2 rad
     scene = replace(scene_of(head, target), gravity=(9.8, 0.0, 0.0))  # turns the head left, up to its limit
     with backend.open(scene, seed=1, options=backend.options(renderer=name)) as world:
-        assert not where(world.render("head", "head", "camera"), (255, 0, 0))[0].size
+        assert not where(world.engine.render("head", "head", "camera"), (255, 0, 0))[0].size
         advance(world, 3.0)
-        _, columns = where(world.render("head", "head", "camera"), (255, 0, 0))
+        _, columns = where(world.engine.render("head", "head", "camera"), (255, 0, 0))
         assert columns.mean() == pytest.approx(tan(1.2 - atan(2.6)) / tan(0.6), abs=0.05)
 
 
@@ -242,7 +242,7 @@ def test_pictures_of_two_worlds_opened_at_once_do_not_mix(renderer, parts):
         backend.open(scenes[1], seed=1, options=options) as two,
     ):
         for world, color in ((one, (255, 0, 0)), (two, (0, 0, 255)), (one, (255, 0, 0))):
-            assert (world.render("husky", "eye", "camera")[4] == color).all()
+            assert (world.engine.render("husky", "eye", "camera")[4] == color).all()
 
 
 def test_without_graphics_libraries_cameras_are_cast_by_rays():
@@ -251,7 +251,7 @@ from nrp_core.world.backends import worlds
 backend = worlds().load("mujoco")
 assert backend.capabilities(backend.options()).renderers == ("raster", "realistic", "rays")
 assert not backend.diagnose()[0].present
-import nrp_world_mujoco.world
+import nrp_world_mujoco.engine
 import sys
 assert "OpenGL" not in sys.modules
 """

@@ -57,7 +57,7 @@ def test_a_load_cell_feels_what_friction_holds(open_world, parts, advance):
     bob = replace(model.links[0], sensors=(ForceTorque("cell", "/cell", 50.0, "joint"),))
     world = open_world(replace(model, links=(bob,), joints=joints))
     advance(world, 0.5)
-    load = world.joint_wrench("hanging", "joint")
+    load = world.engine.joint_wrench("hanging", "joint")
     assert load.force == pytest.approx((0.0, 0.0, -MASS * 9.8), abs=0.02)
     assert load.torque == pytest.approx((0.0, MASS * 9.8 * 0.5, 0.0), abs=0.02)
 

@@ -105,8 +105,8 @@ def test_renderers_see_the_same_in_the_shipped_room(engines, place):
             if renderer == REALISTIC:
                 continue  # it is not flat
             with backend.open(scene, seed=1, options=backend.options(renderer=renderer)) as world:
-                world.set_color("left_vr_screen/body/screen_glass", (1.0, 0.0, 0.0, 1.0))
-                picture = world.render("husky", "eye_vision_camera", "camera")
+                world.engine.set_color("left_vr_screen/body/screen_glass", (1.0, 0.0, 0.0, 1.0))
+                picture = world.engine.render("husky", "eye_vision_camera", "camera")
                 height, width, _ = picture.shape
                 shares = detect_red(Image(height=height, width=width, encoding="rgb8", data=picture))
                 name = f"{type(backend).__name__} {renderer}"

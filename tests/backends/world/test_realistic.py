@@ -36,7 +36,7 @@ def looking(open_world, parts):
 
 
 def picture(world):
-    return world.render("eye", "eye", "camera")
+    return world.engine.render("eye", "eye", "camera")
 
 
 def grey(light: float) -> list[int]:
@@ -82,7 +82,7 @@ def test_a_snapshot_keeps_the_lights_of_its_time(looking):
 
 def test_a_colour_that_is_set_is_lit_as_well(looking):
     world = looking(SUN)
-    world.set_color("floor/link/visual", (0.0, 1.0, 0.0, 1.0))
+    world.engine.set_color("floor/link/visual", (0.0, 1.0, 0.0, 1.0))
     assert picture(world)[LIT].tolist() == [0, *grey(AMBIENT + 0.5)[:1], 0]
 
 
@@ -96,7 +96,7 @@ def test_what_glows_has_its_colour_in_the_shadow_too_and_in_another_colour(open_
     )
     world = open_world(Scene((floor, *models), (SUN,)), renderer="realistic")
     assert picture(world)[12, 16].tolist() == [255, 0, 0]
-    world.set_color("lamp/link/screen", (0.0, 0.5, 0.0, 1.0))
+    world.engine.set_color("lamp/link/screen", (0.0, 0.5, 0.0, 1.0))
     assert picture(world)[12, 16].tolist() == [0, 128, 0]
 
 
@@ -144,7 +144,7 @@ def test_a_shadow_goes_with_what_throws_it(open_world, parts, advance):
     assert picture(world)[SHADED].tolist() == grey(AMBIENT)
     advance(world, 2.0)  # by 8 m to the left
     assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
-    world.set_color("plate/link/visual", (0.0, 0.0, 0.0, 0.0))
+    world.engine.set_color("plate/link/visual", (0.0, 0.0, 0.0, 0.0))
     world.reset()
     assert picture(world)[SHADED].tolist() == grey(AMBIENT)
 
@@ -160,14 +160,14 @@ def test_what_is_shown_later_throws_its_shadow_from_then_on(open_world, parts):
     )
     world = open_world(Scene((ground, stone, plate, eye), (SUN,)), renderer="realistic")
     assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
-    world.set_color("plate/link/visual", (1.0, 0.0, 0.0, 1.0))
+    world.engine.set_color("plate/link/visual", (1.0, 0.0, 0.0, 1.0))
     assert picture(world)[SHADED].tolist() == grey(AMBIENT)
 
 
 def test_what_is_not_seen_throws_no_shadow(looking):
     world = looking(SUN)
     assert picture(world)[SHADED].tolist() == grey(AMBIENT)
-    world.set_color("plate/link/visual", (1.0, 0.0, 0.0, 0.0))
+    world.engine.set_color("plate/link/visual", (1.0, 0.0, 0.0, 0.0))
     assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
 
 
@@ -177,7 +177,7 @@ def test_both_engines_make_the_same_realistic_picture(engines, parts):
     pictures = []
     for backend in engines:
         with backend.open(scene, seed=1, options=backend.options(renderer="realistic")) as world:
-            pictures.append(world.render("husky", "eye", "camera"))
+            pictures.append(world.engine.render("husky", "eye", "camera"))
     assert (pictures[0] == pictures[1]).all(axis=2).mean() > 0.99
 
 
@@ -208,7 +208,7 @@ def test_both_engines_show_what_shines_alike_and_not_as_matt(engines, parts, fin
 def test_metal_shines_in_the_colour_that_it_is_given(open_world, parts):
     world = open_world(shining(parts, Finish(0.4, 1.0)), renderer="realistic")
     red = picture(world)
-    world.set_color("ball/link/v", (0.0, 0.0, 1.0, 1.0))
+    world.engine.set_color("ball/link/v", (0.0, 0.0, 1.0, 1.0))
     blue = picture(world)
     changed = (blue != red).any(axis=2)
     assert changed.mean() > 0.05
@@ -228,7 +228,7 @@ def test_depth_is_the_same_with_every_renderer(looking, backend):
     depths = {}
     for renderer in backend.capabilities(backend.options()).renderers:
         world = looking(SUN, renderer=renderer)
-        world.set_color("plate/link/visual", (0.0, 0.0, 0.0, 0.0))  # as before the depth is asked for
+        world.engine.set_color("plate/link/visual", (0.0, 0.0, 0.0, 0.0))  # as before the depth is asked for
         heard = world.subscribe("/depth")
         world.run_until(20_000_000)
         depths[renderer] = heard.latest.message.data

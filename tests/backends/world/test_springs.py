@@ -81,7 +81,7 @@ def test_a_load_cell_feels_what_a_spring_carries(open_world, read, advance):
     world = open_world(read(link("bob", com=(0.2, 0.0, 0.0)) + hinge))
     advance(world, 4.0)
     sag = told(world)[0]["j"]
-    load = world.joint_wrench("robot", "j")
+    load = world.engine.joint_wrench("robot", "j")
     assert load.force == pytest.approx((0.0, 0.0, -MASS * GRAVITY), abs=0.05)
     assert load.torque == pytest.approx((0.0, 50.0 * sag, 0.0), abs=0.02)
     assert 50.0 * sag == pytest.approx(MASS * GRAVITY * 0.2 * cos(sag), rel=1e-3)

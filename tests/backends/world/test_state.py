@@ -68,7 +68,7 @@ class Watched:
         motions = [world.model_motion(name) for name in self.MODELS]
         joints = [world.joint_states(name) for name in ("husky", "other", "hanging")]
         arrays = [(j.positions.tobytes(), j.velocities.tobytes(), j.efforts.tobytes()) for j in joints]
-        return pickle.dumps((motions, arrays, world.render("husky", "eye", "camera").tobytes()))
+        return pickle.dumps((motions, arrays, world.engine.render("husky", "eye", "camera").tobytes()))
 
 
 @pytest.fixture
@@ -169,7 +169,7 @@ def test_a_snapshot_is_good_in_another_process_and_nothing_is_printed(backend, o
     world.run_until(60_000_000)
     snapshot = world.snapshot()
     world.run_until(260_000_000)
-    name = type(world).__module__.split(".")[0].removeprefix("nrp_world_")
+    name = type(world.engine).__module__.split(".")[0].removeprefix("nrp_world_")
     done = subprocess.run(
         [sys.executable, "-c", FRESH_PROCESS],
         input=pickle.dumps((scene, snapshot, name)),

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 from nrp_world_mujoco.backend import MujocoBackend
-from nrp_world_mujoco.world import MujocoWorld
+from nrp_world_mujoco.engine import MujocoEngine
 from registry import Found, register
 
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World, WorldOptions
+from nrp_core.world.engine import Engine
+from nrp_core.world.interface import WorldOptions
 from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose
@@ -20,9 +21,9 @@ from nrp_core.world.sensors.camera import Camera
 
 
 class _Opens(MujocoBackend):
-    world: type[MujocoWorld] = MujocoWorld
+    world: type[MujocoEngine] = MujocoEngine
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
         return self.world(scene, seed=seed, capabilities=self.capabilities(options), options=options)  # type: ignore[arg-type]
 
 
@@ -33,8 +34,8 @@ found_by = register(FOUND_BY, _Opens, "world")
 class _Changes(_Opens):
     """Loads another scene than it was given."""
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
-        return super().open(self.changed(scene), seed=seed, options=options)
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
+        return super().engine(self.changed(scene), seed=seed, options=options)
 
     def changed(self, scene: Scene) -> Scene:
         raise NotImplementedError
@@ -47,7 +48,7 @@ class _Changes(_Opens):
     "left_is_left",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
-class SwapsLeftAndRight(MujocoWorld):
+class SwapsLeftAndRight(MujocoEngine):
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         return super()._do_render(model, link, camera)[:, ::-1].copy()
 
@@ -57,7 +58,7 @@ class SwapsLeftAndRight(MujocoWorld):
     "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
     "up_is_up",
 )
-class IsUpsideDown(MujocoWorld):
+class IsUpsideDown(MujocoEngine):
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         return super()._do_render(model, link, camera)[::-1].copy()
 
@@ -79,7 +80,7 @@ class IsUpsideDown(MujocoWorld):
     "up_is_up",
     "what_is_nearer_hides_what_is_behind_it",
 )
-class GivesBlueFirst(MujocoWorld):
+class GivesBlueFirst(MujocoEngine):
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         return super()._do_render(model, link, camera)[:, :, ::-1].copy()
 
@@ -87,7 +88,7 @@ class GivesBlueFirst(MujocoWorld):
 @found_by(
     "an_old_picture_does_not_change_when_a_new_one_is_taken",
 )
-class UsesOneBufferForAllPictures(MujocoWorld):
+class UsesOneBufferForAllPictures(MujocoEngine):
     buffer: ImageArray | None = None
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
@@ -105,7 +106,7 @@ class UsesOneBufferForAllPictures(MujocoWorld):
     "coming_nearer_makes_things_larger",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
-class ShowsThePictureBefore(MujocoWorld):
+class ShowsThePictureBefore(MujocoEngine):
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         before = getattr(self, "_before", {})
         picture = super()._do_render(model, link, camera)
@@ -117,7 +118,7 @@ class ShowsThePictureBefore(MujocoWorld):
 @found_by(
     "each_robot_sees_with_its_own_camera",
 )
-class SeesWithTheFirstCamera(MujocoWorld):
+class SeesWithTheFirstCamera(MujocoEngine):
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         first = next(m.name for m, part in self.scene.links() if part.sensors)
         return super()._do_render(first, link, camera)
@@ -158,7 +159,7 @@ class SeesThroughThings(_Changes):
     "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
     "a_new_colour_is_seen_within_one_period",
 )
-class IgnoresColours(MujocoWorld):
+class IgnoresColours(MujocoEngine):
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
         pass
 
@@ -167,7 +168,7 @@ class IgnoresColours(MujocoWorld):
     "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
     "a_reset_brings_back_the_first_colours",
 )
-class ColoursEverything(MujocoWorld):
+class ColoursEverything(MujocoEngine):
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
         for each in self.scene.visuals:
             super()._do_set_color(each, rgba)
@@ -176,13 +177,13 @@ class ColoursEverything(MujocoWorld):
 @found_by(
     "a_reset_brings_back_the_first_colours",
 )
-class KeepsColoursOverAReset(MujocoWorld):
+class KeepsColoursOverAReset(MujocoEngine):
     def _do_reset(self, seed: int) -> None:
         super()._do_reset(seed)
         self.resetting = True
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        if not getattr(self, "resetting", False) or self._started:
+        if not getattr(self, "resetting", False) or self.now_ns:
             super()._do_set_color(visual, rgba)
 
 
@@ -199,7 +200,7 @@ class KeepsColoursOverAReset(MujocoWorld):
     "several_robots_each_do_what_they_are_told",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
-class TellsQuaternionsWithWFirst(MujocoWorld):
+class TellsQuaternionsWithWFirst(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
         motion = super()._do_model_motion(model)
         x, y, z, w = motion.pose.orientation
@@ -211,7 +212,7 @@ class TellsQuaternionsWithWFirst(MujocoWorld):
     "a_velocity_is_the_change_of_the_position",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
 )
-class TellsVelocitiesInTheBodysFrame(MujocoWorld):
+class TellsVelocitiesInTheBodysFrame(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
         motion = super()._do_model_motion(model)
         to_body = motion.pose.inverse()
@@ -227,7 +228,7 @@ class TellsVelocitiesInTheBodysFrame(MujocoWorld):
     "several_robots_each_do_what_they_are_told",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
-class TellsTurnsInDegrees(MujocoWorld):
+class TellsTurnsInDegrees(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
         motion = super()._do_model_motion(model)
         x, y, z = np.degrees(motion.angular).tolist()
@@ -325,7 +326,7 @@ class LetsNothingTouch(_Changes):
     "turning_left_moves_what_is_ahead_to_the_right",
     "wheels_turn_by_the_way_they_roll",
 )
-class TurnsTheWrongWay(MujocoWorld):
+class TurnsTheWrongWay(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         super()._do_set_drive(model, drive, replace(velocity, turn=-velocity.turn))
 
@@ -339,7 +340,7 @@ class TurnsTheWrongWay(MujocoWorld):
     "the_commanded_speed_is_reached",
     "wheels_turn_by_the_way_they_roll",
 )
-class DrivesATenthTooFast(MujocoWorld):
+class DrivesATenthTooFast(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         super()._do_set_drive(model, drive, replace(velocity, forward=1.1 * velocity.forward))
 
@@ -348,7 +349,7 @@ class DrivesATenthTooFast(MujocoWorld):
     "a_snapshot_keeps_everything_that_moves",
     "several_robots_each_do_what_they_are_told",
 )
-class DrivesOneRobotForAll(MujocoWorld):
+class DrivesOneRobotForAll(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         first = next(m.name for m in self.scene.models if m.drives)
         super()._do_set_drive(first, drive, velocity)
@@ -358,9 +359,9 @@ class DrivesOneRobotForAll(MujocoWorld):
     "a_command_holds_until_the_time_out_and_then_the_robot_stops",
     "a_command_of_zero_stops",
 )
-class NeverStopsADrive(MujocoWorld):
+class NeverStopsADrive(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        if velocity != BodyVelocity() or not self._started:
+        if velocity != BodyVelocity() or not self.now_ns:
             super()._do_set_drive(model, drive, velocity)
 
 
@@ -383,7 +384,7 @@ class NeverStopsADrive(MujocoWorld):
     "wheels_turn_by_the_way_they_roll",
     "where_links_are_is_told_or_refused",
 )
-class TellsJointsBackwards(MujocoWorld):
+class TellsJointsBackwards(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:
         found = super()._do_joint_states(model)
         return replace(found, positions=-found.positions, velocities=-found.velocities)
@@ -392,7 +393,7 @@ class TellsJointsBackwards(MujocoWorld):
 @found_by(
     "joints_are_told_in_the_order_of_the_file",
 )
-class SortsJoints(MujocoWorld):
+class SortsJoints(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:
         found = super()._do_joint_states(model)
         order = np.argsort(found.names)[::-1]
@@ -411,7 +412,7 @@ class SortsJoints(MujocoWorld):
     "forward_is_along_the_robots_own_x",
     "splitting_a_run_is_invisible",
 )
-class TakesOneStepTooMany(MujocoWorld):
+class TakesOneStepTooMany(MujocoEngine):
     def _do_advance(self, steps: int) -> None:
         super()._do_advance(steps + 1)
 
@@ -419,7 +420,7 @@ class TakesOneStepTooMany(MujocoWorld):
 @found_by(
     "splitting_a_run_is_invisible",
 )
-class JoltsWithEveryCall(MujocoWorld):
+class JoltsWithEveryCall(MujocoEngine):
     calls = 0
 
     def _do_advance(self, steps: int) -> None:
@@ -433,7 +434,7 @@ class JoltsWithEveryCall(MujocoWorld):
     "a_snapshot_keeps_what_joints_are_told",
     "a_snapshot_keeps_what_was_spawned",
 )
-class ForgetsVelocitiesInASnapshot(MujocoWorld):
+class ForgetsVelocitiesInASnapshot(MujocoEngine):
     def _do_restore(self, saved: Any) -> None:
         super()._do_restore(saved)
         self._data.qvel[:] = 0.0
@@ -444,7 +445,7 @@ class ForgetsVelocitiesInASnapshot(MujocoWorld):
     "a_reset_world_equals_a_fresh_one",
     "a_reset_world_that_nobody_commands_equals_a_fresh_one",
 )
-class KeepsVelocitiesOverAReset(MujocoWorld):
+class KeepsVelocitiesOverAReset(MujocoEngine):
     def _do_reset(self, seed: int) -> None:
         velocities = self._data.qvel.copy()
         super()._do_reset(seed)
@@ -454,7 +455,7 @@ class KeepsVelocitiesOverAReset(MujocoWorld):
 @found_by(
     "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
 )
-class HidesThatItDiverged(MujocoWorld):
+class HidesThatItDiverged(MujocoEngine):
     def _report_warnings(self) -> None:
         self._mute_warnings()
 
@@ -471,8 +472,8 @@ class HidesItsCameras(_Opens):
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         return replace(super().capabilities(options), renderers=())
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
-        return MujocoBackend().open(scene, seed=seed, options=options)
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
+        return MujocoBackend().engine(scene, seed=seed, options=options)
 
 
 def _with_links(scene: Scene, change: Any) -> Scene:

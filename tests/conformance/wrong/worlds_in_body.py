@@ -8,7 +8,7 @@ from math import inf
 from typing import Any
 
 import numpy as np
-from nrp_world_mujoco.world import MujocoWorld
+from nrp_world_mujoco.engine import MujocoEngine
 from registry import Found, register
 from worlds import _Changes, _Opens, _with_links, _with_sensors
 
@@ -154,7 +154,7 @@ class DoesNotTurnVisuals(_Changes):
     "a_reset_brings_back_the_first_scene",
     "a_spawned_robot_drives_and_sees",
 )
-class SpawnsWithWFirst(MujocoWorld):
+class SpawnsWithWFirst(MujocoEngine):
     known: frozenset[str] = frozenset()
 
     def _do_load(self, scene: Scene, built: Any = None) -> None:
@@ -170,7 +170,7 @@ class SpawnsWithWFirst(MujocoWorld):
     "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
     "where_links_are_is_told_or_refused",
 )
-class TellsLinksWithWFirst(MujocoWorld):
+class TellsLinksWithWFirst(MujocoEngine):
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
         motion = super()._do_link_motion(model, link)
         return replace(motion, pose=_w_first(motion.pose))
@@ -179,7 +179,7 @@ class TellsLinksWithWFirst(MujocoWorld):
 @found_by(
     "a_link_turns_about_axes_of_the_world",
 )
-class TellsTurnsOfLinksAlongTheirOwnAxes(MujocoWorld):
+class TellsTurnsOfLinksAlongTheirOwnAxes(MujocoEngine):
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
         motion = super()._do_link_motion(model, link)
         return replace(motion, angular=motion.pose.inverse().rotate(motion.angular))
@@ -188,7 +188,7 @@ class TellsTurnsOfLinksAlongTheirOwnAxes(MujocoWorld):
 @found_by(
     "models_are_put_where_they_are_wanted_or_that_is_refused",
 )
-class PlacesWithoutTurning(MujocoWorld):
+class PlacesWithoutTurning(MujocoEngine):
     def _do_place(self, model: str, motion: ModelMotion) -> None:
         orientation = self._do_model_motion(model).pose.orientation
         super()._do_place(model, replace(motion, pose=Pose(motion.pose.position, orientation)))
@@ -197,7 +197,7 @@ class PlacesWithoutTurning(MujocoWorld):
 @found_by(
     "several_robots_each_do_what_they_are_told",
 )
-class TellsTheJointsOfTheFirstRobot(MujocoWorld):
+class TellsTheJointsOfTheFirstRobot(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:
         mine = self._built.joints[model].keys()
         alike = (m.name for m in self.scene.models if self._built.joints.get(m.name, {}).keys() == mine)
@@ -207,7 +207,7 @@ class TellsTheJointsOfTheFirstRobot(MujocoWorld):
 @found_by(
     "an_effort_accelerates_a_joint",
 )
-class TellsNoEfforts(MujocoWorld):
+class TellsNoEfforts(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:
         states = super()._do_joint_states(model)
         return replace(states, efforts=np.zeros_like(states.efforts))
@@ -216,7 +216,7 @@ class TellsNoEfforts(MujocoWorld):
 @found_by(
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
 )
-class PushesWithoutTurning(MujocoWorld):
+class PushesWithoutTurning(MujocoEngine):
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         super()._do_set_wrench(body, Wrench(wrench.force))
 
@@ -224,7 +224,7 @@ class PushesWithoutTurning(MujocoWorld):
 @found_by(
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
 )
-class PushesAlongTheAxesOfTheBody(MujocoWorld):
+class PushesAlongTheAxesOfTheBody(MujocoEngine):
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         pose = self._do_model_motion(body[0]).pose
         super()._do_set_wrench(body, Wrench(pose.rotate(wrench.force), pose.rotate(wrench.torque)))
@@ -233,7 +233,7 @@ class PushesAlongTheAxesOfTheBody(MujocoWorld):
 @found_by(
     "a_planar_drive_goes_sideways_as_well",
 )
-class SlidesToTheWrongSide(MujocoWorld):
+class SlidesToTheWrongSide(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         super()._do_set_drive(model, drive, replace(velocity, left=-velocity.left))
 
@@ -241,7 +241,7 @@ class SlidesToTheWrongSide(MujocoWorld):
 @found_by(
     "contacts_carry_the_weight_or_are_refused",
 )
-class TouchesAtTheOrigin(MujocoWorld):
+class TouchesAtTheOrigin(MujocoEngine):
     def _do_touches(self) -> Sequence[Touch]:
         return [replace(touch, position=(0.0, 0.0, 0.0)) for touch in super()._do_touches()]
 
@@ -272,7 +272,7 @@ class TakesBallJointsForFixedOnes(_Changes):
 @found_by(
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
-class TellsTheTurnRateOfBallJointsAlongTheParent(MujocoWorld):
+class TellsTheTurnRateOfBallJointsAlongTheParent(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:
         states = super()._do_joint_states(model)
         if any(name.endswith("_x") for name in states.names):

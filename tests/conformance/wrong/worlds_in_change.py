@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from nrp_world_mujoco.world import MujocoWorld
+from nrp_world_mujoco.engine import MujocoEngine
 from registry import Found, register
 from worlds import _Opens
 
@@ -23,7 +23,7 @@ found_by = register(FOUND_BY, _Opens, "world")
     "a_laser_measures_the_distance_to_a_wall",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
-class TurnsWhatSeesBackwards(MujocoWorld):
+class TurnsWhatSeesBackwards(MujocoEngine):
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
         read = super()._do_frames(paths)
 
@@ -39,7 +39,7 @@ class TurnsWhatSeesBackwards(MujocoWorld):
     "coming_nearer_makes_things_larger",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
-class ShowsThePast(MujocoWorld):
+class ShowsThePast(MujocoEngine):
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
         read = super()._do_frames(paths)
         kept: list[Any] = []
@@ -56,7 +56,7 @@ class ShowsThePast(MujocoWorld):
 @found_by(
     "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
 )
-class TellsVelocitiesOfLinksWithoutTheTurn(MujocoWorld):
+class TellsVelocitiesOfLinksWithoutTheTurn(MujocoEngine):
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
         return replace(super()._do_link_motion(model, link), linear=(0.0, 0.0, 0.0))
 
@@ -64,7 +64,7 @@ class TellsVelocitiesOfLinksWithoutTheTurn(MujocoWorld):
 @found_by(
     "contacts_carry_the_weight_or_are_refused",
 )
-class FeelsTheOtherSideOfAContact(MujocoWorld):
+class FeelsTheOtherSideOfAContact(MujocoEngine):
     def _do_touches(self) -> Sequence[Touch]:
         return [replace(touch, bodies=touch.bodies[::-1]) for touch in super()._do_touches()]
 
@@ -73,7 +73,7 @@ class FeelsTheOtherSideOfAContact(MujocoWorld):
     "contacts_carry_the_weight_or_are_refused",
     "what_hangs_free_touches_nothing",
 )
-class TouchesWhatIsNear(MujocoWorld):
+class TouchesWhatIsNear(MujocoEngine):
     def _do_touches(self) -> Sequence[Touch]:
         touch = Touch((("carrier", 0), ("floor", 0)), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, (0.0, 0.0, 0.0))
         return [*super()._do_touches(), touch]
@@ -82,7 +82,7 @@ class TouchesWhatIsNear(MujocoWorld):
 @found_by(
     "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
 )
-class TellsLoadsFromTheOtherSide(MujocoWorld):
+class TellsLoadsFromTheOtherSide(MujocoEngine):
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
         wrench = super()._do_joint_wrench(model, joint)
         return Wrench(*(tuple(-x for x in part) for part in (wrench.force, wrench.torque)))  # type: ignore[arg-type]
@@ -92,7 +92,7 @@ class TellsLoadsFromTheOtherSide(MujocoWorld):
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
 )
-class PullsInsteadOfPushing(MujocoWorld):
+class PullsInsteadOfPushing(MujocoEngine):
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         super()._do_set_wrench(body, Wrench(tuple(-x for x in wrench.force)))  # type: ignore[arg-type]
 
@@ -103,7 +103,7 @@ class PullsInsteadOfPushing(MujocoWorld):
     "a_joint_takes_no_more_effort_than_its_limit",
     "an_effort_accelerates_a_joint",
 )
-class TurnsJointsBackwards(MujocoWorld):
+class TurnsJointsBackwards(MujocoEngine):
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
         super()._do_set_joint_aim(model, joint, replace(aim, position=-aim.position, effort=-aim.effort))
 
@@ -116,7 +116,7 @@ class IgnoresJointsSilently(_Opens):
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         return replace(super().capabilities(options), joint_control=False)
 
-    class world(MujocoWorld):  # noqa: N801 - what a wrong backend opens
+    class world(MujocoEngine):  # noqa: N801 - what a wrong backend opens
         def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
             pass
 
@@ -127,7 +127,7 @@ class IgnoresJointsSilently(_Opens):
 @found_by(
     "models_come_and_go_and_leave_the_others_as_they_are_or_that_is_refused",
 )
-class StartsAllOverWhenSomethingComes(MujocoWorld):
+class StartsAllOverWhenSomethingComes(MujocoEngine):
     def _do_configure(self, model: str, configuration: Any) -> None:
         pass
 
@@ -135,6 +135,6 @@ class StartsAllOverWhenSomethingComes(MujocoWorld):
 @found_by(
     "models_are_put_where_they_are_wanted_or_that_is_refused",
 )
-class PlacesModelsAtRest(MujocoWorld):
+class PlacesModelsAtRest(MujocoEngine):
     def _do_place(self, model: str, motion: ModelMotion) -> None:
         super()._do_place(model, ModelMotion(motion.pose))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,12 @@ import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import SimulationError, TransferFunctionRaisedError
 from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.part import Part
+from nrp_core.world.scene.model import Model
+from nrp_core.world.topics import Direction, TopicInfo
 
 PERIOD = 20 * NS_PER_MS
 
@@ -137,15 +141,21 @@ def test_a_wrong_return_value_is_reported_at_the_function_with_topic_and_type() 
 
 @pytest.mark.parametrize("on_error", ["stop", "quarantine"])
 def test_an_engine_that_fails_under_a_function_is_not_blamed_on_the_function(on_error: Any) -> None:
-    class BrokenWorld(MockWorld):
-        def _deliver(self, name: str, message: Any) -> None:
+    class Broken(Part):
+        topics = (TopicInfo("/out", Float64, Direction.IN),)
+
+        def write(self, topic: str, message: Any, now_ns: int) -> None:
             raise SimulationError("the engine broke")
+
+    class BrokenEngine(MockEngine):
+        def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
+            return [*usual, Broken()]
 
     @nrp.Neuron2Robot(nrp.Topic("/out", Float64))
     def drive(t: float) -> Float64:
         return Float64(t)
 
-    world = BrokenWorld({"/out": Float64})
+    world = MockWorld(engine=BrokenEngine())
     loop = ClosedLoop(MockBrain({}), world, [drive], period_ns=PERIOD, on_error=on_error)
     with pytest.raises(SimulationError, match="the engine broke") as caught:
         loop.step()

@@ -13,7 +13,7 @@ import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop
 from nrp_core.cle.interrupts import DeferredInterrupt
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
 
 PERIOD = 20 * NS_PER_MS
 
@@ -22,7 +22,7 @@ def press_ctrl_c() -> None:
     os.kill(os.getpid(), signal.SIGINT)
 
 
-class InterruptedWorld(MockWorld):
+class InterruptedEngine(MockEngine):
     """Somebody presses Ctrl-C in the middle of its third step."""
 
     def _do_advance(self, steps: int) -> None:
@@ -38,7 +38,7 @@ def test_the_step_is_finished_and_the_run_can_go_on(concurrent: bool) -> None:
     def f(t: float) -> None:
         told.append(t)
 
-    brain, world = MockBrain({"cells": 1}), InterruptedWorld(step_ns=PERIOD)
+    brain, world = MockBrain({"cells": 1}), MockWorld(engine=InterruptedEngine(step_ns=PERIOD))
     with ClosedLoop(brain, world, [f], period_ns=PERIOD, concurrent=concurrent) as loop:
         with pytest.raises(KeyboardInterrupt):
             loop.run_until(10 * PERIOD)

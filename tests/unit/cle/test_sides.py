@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import SimulationError
 
 PERIOD = 20 * NS_PER_MS
@@ -29,7 +29,7 @@ class ActingBrain(MockBrain):
         self._act()
 
 
-class ActingWorld(MockWorld):
+class ActingEngine(MockEngine):
     def __init__(self, act: Callable[[], None]) -> None:
         super().__init__(step_ns=PERIOD)
         self._act = act
@@ -38,13 +38,17 @@ class ActingWorld(MockWorld):
         self._act()
 
 
+def acting_world(act: Callable[[], None]) -> MockWorld:
+    return MockWorld(engine=ActingEngine(act))
+
+
 def threads_used(concurrent: bool | None, *, releases_gil: bool = True) -> list[tuple[str, bool]]:
     used: list[tuple[str, bool]] = []
 
     def note(side: str) -> Callable[[], None]:
         return lambda: used.append((side, threading.current_thread() is threading.main_thread()))
 
-    brain, world = ActingBrain(note("brain"), releases_gil=releases_gil), ActingWorld(note("world"))
+    brain, world = ActingBrain(note("brain"), releases_gil=releases_gil), acting_world(note("world"))
     with ClosedLoop(brain, world, period_ns=PERIOD, concurrent=concurrent) as loop:
         loop.run_until(2 * PERIOD)
     return sorted(used)
@@ -57,7 +61,7 @@ def test_both_sides_are_at_work_at_the_same_time() -> None:
     def meet() -> None:
         barrier.wait(timeout=10)
 
-    with ClosedLoop(ActingBrain(meet), ActingWorld(meet), period_ns=PERIOD, concurrent=True) as loop:
+    with ClosedLoop(ActingBrain(meet), acting_world(meet), period_ns=PERIOD, concurrent=True) as loop:
         loop.run_until(3 * PERIOD)
         assert loop.now_ns == loop.brain.now_ns == 3 * PERIOD
 
@@ -92,7 +96,7 @@ def fail(message: str) -> Callable[[], None]:
 
 @pytest.mark.parametrize("concurrent", [True, False])
 def test_what_the_brain_raises_reaches_the_caller(concurrent: bool) -> None:
-    brain, world = ActingBrain(fail("no more spikes")), ActingWorld(nothing)
+    brain, world = ActingBrain(fail("no more spikes")), acting_world(nothing)
     loop = ClosedLoop(brain, world, period_ns=PERIOD, concurrent=concurrent)
     with pytest.raises(SimulationError, match="no more spikes"):
         loop.step()
@@ -101,7 +105,7 @@ def test_what_the_brain_raises_reaches_the_caller(concurrent: bool) -> None:
 
 @pytest.mark.parametrize("concurrent", [True, False])
 def test_what_the_world_raises_reaches_the_caller_when_the_brain_has_arrived(concurrent: bool) -> None:
-    brain, world = ActingBrain(nothing), ActingWorld(fail("it fell"))
+    brain, world = ActingBrain(nothing), acting_world(fail("it fell"))
     loop = ClosedLoop(brain, world, period_ns=PERIOD, concurrent=concurrent)
     with pytest.raises(SimulationError, match="it fell"):
         loop.step()
@@ -111,7 +115,7 @@ def test_what_the_world_raises_reaches_the_caller_when_the_brain_has_arrived(con
 
 def test_when_both_fail_both_are_told() -> None:
     loop = ClosedLoop(
-        ActingBrain(fail("no more spikes")), ActingWorld(fail("it fell")), period_ns=PERIOD, concurrent=True
+        ActingBrain(fail("no more spikes")), acting_world(fail("it fell")), period_ns=PERIOD, concurrent=True
     )
     with pytest.raises(SimulationError, match="it fell") as caught:
         loop.step()
@@ -126,7 +130,7 @@ def test_a_failed_run_can_be_reset() -> None:
         if remaining:
             raise RuntimeError(remaining.pop())
 
-    with ClosedLoop(ActingBrain(nothing), ActingWorld(act), period_ns=PERIOD) as loop:
+    with ClosedLoop(ActingBrain(nothing), acting_world(act), period_ns=PERIOD) as loop:
         with pytest.raises(SimulationError, match="it fell"):
             loop.step()
         loop.reset()
@@ -135,7 +139,7 @@ def test_a_failed_run_can_be_reset() -> None:
 
 
 def test_the_shares_of_the_work_add_up() -> None:
-    with ClosedLoop(ActingBrain(nothing), ActingWorld(nothing), period_ns=PERIOD) as loop:
+    with ClosedLoop(ActingBrain(nothing), acting_world(nothing), period_ns=PERIOD) as loop:
         assert set(loop.account.shares().values()) == {0.0}
         loop.run_until(5 * PERIOD)
         shares = loop.account.shares()

@@ -13,18 +13,18 @@ from nrp_core._support.fingerprint import fingerprint
 FAST = """
 from dataclasses import replace
 
-from experiment_fakes import DiscBackend, DiscWorld
+from experiment_fakes import DiscBackend, DiscEngine
 from nrp_core.comparison.metrics.base import ScalarMetric
 
 
-class FastWorld(DiscWorld):
+class FastEngine(DiscEngine):
     def _do_set_drive(self, model, drive, velocity):
         super()._do_set_drive(model, drive, replace(velocity, forward=1.5 * velocity.forward))
 
 
 class FastBackend(DiscBackend):
-    def open(self, scene, *, seed, options):
-        return FastWorld(scene, seed=seed, capabilities=self.capabilities(options), identity="fast")
+    def engine(self, scene, *, seed, options):
+        return FastEngine(scene, self.capabilities(options), seed=seed, identity="fast")
 
 
 class TwinBackend(DiscBackend):

@@ -10,11 +10,11 @@ from nrp_core.experiment.events.conditions import Times
 from nrp_core.experiment.events.criteria import Judge, Outcome, all_passed, judge_of
 from nrp_core.experiment.events.ground_positions import Proximity, Whereabouts
 from nrp_core.experiment.model.event_schema import Criterion, Near
-from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
+from nrp_core.world.world import World
 
 MS = 1_000_000
 TO_GLASS = {"model": "husky", "visual": "wall/body/glass", "within": "1 m"}

@@ -10,9 +10,9 @@ from nrp_core.experiment.events.conditions import trigger
 from nrp_core.experiment.events.events import Events, action_of
 from nrp_core.experiment.events.ground_positions import Whereabouts
 from nrp_core.experiment.model.event_schema import Event
-from nrp_core.world.interface import World
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Bool, Float64, Float64MultiArray, String
+from nrp_core.world.world import World
 
 GLASS = "/wall/body/glass/color"
 MS = 1_000_000

@@ -71,7 +71,7 @@ def test_the_whole_story_runs_and_passes(open_run: Open) -> None:
     assert result.final_pose["husky"]["x"] == pytest.approx(2.02)
     assert result.spikes == {"sensors": 600, "actors": 0, "circuit": 600}
     assert sum(result.time_share.values()) == pytest.approx(1.0)
-    assert run.world.colors["wall/body/glass"] == (0.0, 0.0, 1.0, 1.0)  # type: ignore[attr-defined]
+    assert run.world.engine.colors["wall/body/glass"] == (0.0, 0.0, 1.0, 1.0)  # type: ignore[attr-defined]
 
 
 def test_a_result_is_plain_data(open_run: Open) -> None:
@@ -159,7 +159,7 @@ def test_a_screen_can_be_turned_red_while_it_runs(open_run: Open, value: Any) ->
     run.run_until(0.2)
     run.publish("/glass", value)
     run.step()
-    assert run.world.colors["wall/body/glass"] == (1.0, 0.0, 0.0, 1.0)  # type: ignore[attr-defined]
+    assert run.world.engine.colors["wall/body/glass"] == (1.0, 0.0, 0.0, 1.0)  # type: ignore[attr-defined]
 
 
 def test_another_thread_may_publish(open_run: Open) -> None:
@@ -224,8 +224,8 @@ def test_an_engine_that_fails_is_reported_and_what_was_reached_is_kept(
     def fail(steps: int) -> None:
         raise ZeroDivisionError("deep inside")
 
-    monkeypatch.setattr(run.world, "_do_advance", fail)
-    with pytest.raises(SimulationError, match=r"DiscWorld failed to advance at 0\.6 s: ZeroDiv"):
+    monkeypatch.setattr(run.world.engine, "_do_advance", fail)
+    with pytest.raises(SimulationError, match=r"DiscEngine failed to advance at 0\.6 s: ZeroDiv"):
         run.run()
     assert run.result().passed is False
     assert run.result().events["red"] == 0.5
@@ -238,7 +238,7 @@ def test_a_robot_that_flies_apart_ends_the_run_where_it_was_last_seen(
     run = open_run()
     run.run_until(0.6)
     nowhere = ModelMotion(Pose((math.nan, 0.0, 0.0)))
-    monkeypatch.setattr(run.world, "_do_model_motion", lambda model: nowhere)
+    monkeypatch.setattr(run.world.engine, "_do_model_motion", lambda model: nowhere)
     with pytest.raises(DivergedError, match="model 'husky' is nowhere"):
         run.run()
     json.dumps(run.result().to_dict(), allow_nan=False)

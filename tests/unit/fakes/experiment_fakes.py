@@ -12,7 +12,8 @@ from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds
 from nrp_core.quantities import DurationNs
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World, WorldBackend, WorldOptions
+from nrp_core.world.engine import Engine
+from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Scene
@@ -67,11 +68,11 @@ class DiscOptions(WorldOptions):
     renderer: str = Field("none", pattern="none|all")
 
 
-class DiscWorld(World):
+class DiscEngine(Engine):
     """Every model that is not static moves exactly as its drive is told; cameras see one colour."""
 
-    def __init__(self, scene: Scene, **settings: Any) -> None:
-        super().__init__(scene, **settings)
+    def __init__(self, scene: Scene, capabilities: WorldCapabilities, **settings: Any) -> None:
+        super().__init__(scene, capabilities, **settings)
         self._do_reset(0)
 
     def _do_reset(self, seed: int) -> None:
@@ -111,10 +112,11 @@ def _moved(pose: Pose, velocity: BodyVelocity, dt: float) -> Pose:
 
 
 class DiscBackend(WorldBackend):
+    interface_version = 2
     options = DiscOptions
 
     def capabilities(self, options: Any) -> WorldCapabilities:
         return WorldCapabilities(step_ns=options.timestep)
 
-    def open(self, scene: Scene, *, seed: int, options: Any) -> World:
-        return DiscWorld(scene, seed=seed, capabilities=self.capabilities(options), identity="disc")
+    def engine(self, scene: Scene, *, seed: int, options: Any) -> Engine:
+        return DiscEngine(scene, self.capabilities(options), seed=seed, identity="disc")

@@ -174,7 +174,7 @@ def test_what_was_reached_before_an_engine_failed_is_on_disk(rig: Any) -> None:
     def explode(steps: int) -> None:
         raise ZeroDivisionError
 
-    rig.world._do_advance = explode
+    rig.world.engine._do_advance = explode
     with pytest.raises(SimulationError):
         rig.world.run_until(40_000_000)
     rig.recorder.close()

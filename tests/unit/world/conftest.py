@@ -12,11 +12,12 @@ import pytest
 
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.interface import World
+from nrp_core.world.engine import Engine
 from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Joint, Light, Link, Model, Rgba, Scene, Sphere, Visual
 from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.world import World
 
 STEP_NS = 2_000_000
 
@@ -58,12 +59,12 @@ SCREEN = Model(
 )
 
 
-class PointWorld(World):
+class PointEngine(Engine):
     """Knows what was asked of it: ``renders``, ``colors``, ``steps``."""
 
     def __init__(self, scene: Scene, *, snapshot: bool = True) -> None:
         capabilities = WorldCapabilities(STEP_NS, snapshot=snapshot)
-        super().__init__(scene, seed=1, capabilities=capabilities, identity="point")
+        super().__init__(scene, capabilities, seed=1, identity="point")
         self.colors: dict[str, Rgba] = {}
         self.renders = 0
         self.fails = False
@@ -119,24 +120,24 @@ class PointWorld(World):
         pass
 
 
-Opener = Callable[..., PointWorld]
+Opener = Callable[..., World]
 
 
 @pytest.fixture
 def open_world() -> Opener:
     """Open a world with the robot and a screen, and with another camera rate or drive time-out."""
 
-    def open_it(*, rate_hz: float = 30.0, timeout: float = 0.1, snapshot: bool = True) -> PointWorld:
+    def open_it(*, rate_hz: float = 30.0, timeout: float = 0.1, snapshot: bool = True) -> World:
         base, *wheels = ROBOT.links
         camera = replace(base.sensors[0], rate_hz=rate_hz)
         drive = replace(ROBOT.drives[0], timeout=timeout)
         robot = replace(ROBOT, links=(replace(base, sensors=(camera,)), *wheels), drives=(drive,))
-        return PointWorld(Scene((robot, SCREEN), (Light("sun"),)), snapshot=snapshot)
+        return World(PointEngine(Scene((robot, SCREEN), (Light("sun"),)), snapshot=snapshot))
 
     return open_it
 
 
 @pytest.fixture
-def room(open_world: Opener) -> PointWorld:
+def room(open_world: Opener) -> World:
     """A world with everything at its default."""
     return open_world()

@@ -26,11 +26,11 @@ def pair(joint: Joint, *, static: bool = False) -> Scene:
 
 @pytest.mark.parametrize(("joint", "lacking"), [(BALL, "ball joints"), (FOLLOWS, "coupled joints")])
 def test_a_joint_that_the_world_does_not_have_is_refused(room: Any, joint: Joint, lacking: str) -> None:
-    world = type(room)
-    with pytest.raises(CapabilityError, match=f"PointWorld has no {lacking}, as 'pair/second' is one"):
-        world(pair(joint))
-    assert world(pair(joint, static=True)).scene.models  # nothing of it moves
-    assert world(pair(BACK)).scene.models
+    engine = type(room.engine)
+    with pytest.raises(CapabilityError, match=f"PointEngine has no {lacking}, as 'pair/second' is one"):
+        engine(pair(joint))
+    assert engine(pair(joint, static=True)).scene.models  # nothing of it moves
+    assert engine(pair(BACK)).scene.models
 
 
 @pytest.mark.parametrize(

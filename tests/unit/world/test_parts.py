@@ -21,7 +21,7 @@ GLASS = "/screen/body/glass/color"
 
 def distance(world: Any) -> float:
     """Return how far the robot came along its first heading."""
-    return float((world.x - 1) * cos(0.5) + world.y * sin(0.5))
+    return float((world.engine.x - 1) * cos(0.5) + world.engine.y * sin(0.5))
 
 
 # -- drives
@@ -29,7 +29,11 @@ def distance(world: Any) -> float:
 
 def test_a_command_moves_the_body_and_turns_it(room: Any) -> None:
     room.advertise("/husky/cmd_vel").publish(Twist(Vector3(x=0.5), Vector3(z=-2)))
-    assert (room.velocity.forward, room.velocity.left, room.velocity.turn) == (0.5, 0, -2)
+    assert (room.engine.velocity.forward, room.engine.velocity.left, room.engine.velocity.turn) == (
+        0.5,
+        0,
+        -2,
+    )
 
 
 @pytest.mark.parametrize("until_ms", [100, 102, 1000])
@@ -40,15 +44,15 @@ def test_a_command_ends_after_exactly_its_time_out_however_long_one_advance_is(
     room.advertise("/husky/cmd_vel").publish(FORWARD)
     room.run_until((20 + until_ms) * MS)
     assert distance(room) == pytest.approx(0.1)
-    assert room.velocity.forward == 0
+    assert room.engine.velocity.forward == 0
 
 
 def test_until_then_it_holds(room: Any) -> None:
     room.advertise("/husky/cmd_vel").publish(FORWARD)
     room.run_until(98 * MS)
-    assert room.velocity.forward == 1
+    assert room.engine.velocity.forward == 1
     room.run_until(100 * MS)
-    assert room.velocity.forward == 0
+    assert room.engine.velocity.forward == 0
 
 
 def test_a_time_out_between_two_steps_is_kept_at_the_next_one(open_world: Any) -> None:
@@ -85,7 +89,11 @@ def test_how_a_run_is_split_changes_nothing_in_where_it_ends(
         for k in [*stops, 100]:
             world.run_until(k * 2 * MS)
     whole, parts = worlds
-    assert (whole.x, whole.y, whole.heading) == (parts.x, parts.y, parts.heading)
+    assert (whole.engine.x, whole.engine.y, whole.engine.heading) == (
+        parts.engine.x,
+        parts.engine.y,
+        parts.engine.heading,
+    )
 
 
 def test_odometry_starts_at_0_and_moves_in_the_frame_of_the_body(room: Any) -> None:
@@ -140,7 +148,7 @@ def test_a_colour_is_set_and_read_at_once(room: Any) -> None:
     assert color.latest.message == ColorRGBA(0, 0, 1, 1)
     room.advertise(GLASS).publish(ColorRGBA(1, 0, 0, 1))
     assert color.latest.message == ColorRGBA(1, 0, 0, 1)
-    assert room.colors == {"screen/body/glass": (1, 0, 0, 1)}
+    assert room.engine.colors == {"screen/body/glass": (1, 0, 0, 1)}
 
 
 def test_every_visual_has_a_colour(room: Any) -> None:

@@ -66,7 +66,7 @@ def test_how_a_run_is_split_changes_no_sample(open_world: Any, rate_hz: float, c
     for t_ns in [*cuts, 400 * MS]:
         parts.run_until(t_ns)
     assert list(map(stamps, together)) == list(map(stamps, apart))
-    assert whole.steps == parts.steps == 200
+    assert whole.engine.steps == parts.engine.steps == 200
 
 
 def test_nothing_is_sampled_before_the_first_step(room: Any) -> None:
@@ -88,13 +88,13 @@ def test_who_comes_late_gets_the_next_sample(room: Any) -> None:
 def test_a_camera_that_nobody_reads_is_never_rendered(room: Any) -> None:
     room.subscribe("/husky/odom")
     room.run_until(1000 * MS)
-    assert room.renders == 0
+    assert room.engine.renders == 0
 
 
 def test_two_readers_share_one_picture(room: Any) -> None:
     first, second = (room.subscribe("/husky/camera") for _ in range(2))
     room.run_until(20 * MS)
-    assert room.renders == 1
+    assert room.engine.renders == 1
     assert first.latest.message is second.latest.message
 
 
@@ -103,10 +103,10 @@ def test_an_ended_subscription_costs_nothing_and_ends_once(room: Any) -> None:
     room.unsubscribe(first)
     room.unsubscribe(first)
     room.run_until(20 * MS)
-    assert (room.renders, first.latest, second.latest.t_ns) == (1, None, 0)
+    assert (room.engine.renders, first.latest, second.latest.t_ns) == (1, None, 0)
     room.unsubscribe(second)
     room.run_until(1000 * MS)
-    assert room.renders == 1
+    assert room.engine.renders == 1
     assert room.subscribed == frozenset()
 
 

@@ -22,6 +22,7 @@ from nrp_core.simulation import State
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA, Float64
 from nrp_core.world.topics import Direction
+from nrp_core.world.world import World
 
 MS = 1_000_000
 FORWARD = Twist(Vector3(x=1.0), Vector3(z=0.3))
@@ -72,7 +73,7 @@ def test_a_wrong_message_is_refused_under_the_name_that_was_asked_for_and_breaks
     with pytest.raises(TopicError, match=r"/go: in geometry_msgs/msg/Twist, angular\.z is nan"):
         go.publish(Twist(angular=Vector3(z=nan)))
     go.publish(FORWARD)
-    assert room.velocity.forward == 1
+    assert room.engine.velocity.forward == 1
 
 
 def test_two_parts_must_not_serve_one_topic(room: Any) -> None:
@@ -81,7 +82,7 @@ def test_two_parts_must_not_serve_one_topic(room: Any) -> None:
     with pytest.raises(
         TopicError, match=r"two parts of the scene serve the topic '/husky/camera': .+ and .+"
     ):
-        type(room)(replace(room.scene, models=(husky, other, screen)))
+        World(type(room.engine)(replace(room.scene, models=(husky, other, screen))))
 
 
 # -- aliases
@@ -165,13 +166,13 @@ def test_after_a_reset_everything_is_as_at_the_beginning(room: Any) -> None:
         room.advertise(GLASS).publish(ColorRGBA(1, 0, 0, 1))
         room.advertise("/mine").publish(Float64(1))
         room.run_until(300 * MS)
-        return room.x, room.y, room.heading, [s.t_ns for s in images.kept()]
+        return room.engine.x, room.engine.y, room.engine.heading, [s.t_ns for s in images.kept()]
 
     first = run()
     room.reset()
-    assert (room.now_ns, images.latest, mine.latest, room.steps) == (0, None, None, 0)
-    assert room.colors["screen/body/glass"] == (0, 0, 1, 1)
-    assert room.velocity.forward == 0
+    assert (room.now_ns, images.latest, mine.latest, room.engine.steps) == (0, None, None, 0)
+    assert room.engine.colors["screen/body/glass"] == (0, 0, 1, 1)
+    assert room.engine.velocity.forward == 0
     assert run() == first
 
 
@@ -181,7 +182,7 @@ def test_a_command_of_before_the_reset_does_not_stop_one_of_after_it(room: Any) 
     room.run_until(60 * MS)
     room.advertise("/husky/cmd_vel").publish(FORWARD)
     room.run_until(140 * MS)
-    assert room.velocity.forward == 1
+    assert room.engine.velocity.forward == 1
 
 
 # -- snapshots
@@ -205,7 +206,15 @@ def test_running_on_from_a_snapshot_equals_never_having_left(
     def run_on() -> tuple[object, ...]:
         world.run_until((saved_at + ends_at) * 2 * MS)
         held = [(s.t_ns, s.message.data.tolist()) for s in images.kept()]
-        return world.x, world.y, world.heading, world.velocity, held, mine.kept(), world.colors
+        return (
+            world.engine.x,
+            world.engine.y,
+            world.engine.heading,
+            world.engine.velocity,
+            held,
+            mine.kept(),
+            world.engine.colors,
+        )
 
     left = run_on()
     world.advertise("/mine").publish(Float64(-1))
@@ -224,7 +233,7 @@ def test_a_fresh_world_of_the_same_scene_takes_the_snapshot(open_world: Any) -> 
     new.restore(old.snapshot())
     for world in (old, new):
         world.run_until(200 * MS)
-    assert (old.x, old.y) == (new.x, new.y)
+    assert (old.engine.x, old.engine.y) == (new.engine.x, new.engine.y)
 
 
 def test_a_world_of_another_scene_does_not(open_world: Any) -> None:
@@ -234,7 +243,7 @@ def test_a_world_of_another_scene_does_not(open_world: Any) -> None:
 
 def test_an_engine_without_snapshots_says_so_and_goes_on(open_world: Any) -> None:
     world = open_world(snapshot=False)
-    with pytest.raises(CapabilityError, match="PointWorld cannot save and restore its state"):
+    with pytest.raises(CapabilityError, match="PointEngine cannot save and restore its state"):
         world.snapshot()
     world.run_until(2 * MS)
 
@@ -251,7 +260,7 @@ def test_a_time_between_two_steps_is_refused_and_breaks_nothing(room: Any) -> No
 
 def test_an_engine_that_loses_a_model_is_stopped_with_its_name(room: Any) -> None:
     room.run_until(2 * MS)
-    room.x = nan
+    room.engine.x = nan
     with pytest.raises(DivergedError, match="model 'husky' is nowhere") as failure:
         room.run_until(4 * MS)
     assert failure.value.t_ns == 4 * MS
@@ -262,9 +271,9 @@ def test_an_engine_that_loses_a_model_is_stopped_with_its_name(room: Any) -> Non
 
 def test_an_engine_that_raises_is_one_error_with_its_time(room: Any) -> None:
     room.run_until(2 * MS)
-    room.fails = True
+    room.engine.fails = True
     with pytest.raises(
-        SimulationError, match=r"PointWorld failed to advance at 0\.002 s: ZeroDivisionError: in the engine"
+        SimulationError, match=r"PointEngine failed to advance at 0\.002 s: ZeroDivisionError: in the engine"
     ):
         room.run_until(4 * MS)
     with pytest.raises(LifecycleError, match="has failed"):
@@ -281,13 +290,13 @@ def test_a_closed_world_has_no_topics(room: Any) -> None:
         lambda: command.publish(FORWARD),
         lambda: room.run_until(2 * MS),
     ):
-        with pytest.raises(LifecycleError, match="PointWorld is closed"):
+        with pytest.raises(LifecycleError, match="PointEngine is closed"):
             use()
 
 
 def test_the_warnings_of_the_scene_are_the_worlds(room: Any) -> None:
     warned = replace(room.scene, warnings=("room.sdf:3: careful",))
-    assert type(room)(warned).warnings == ["room.sdf:3: careful"]
+    assert World(type(room.engine)(warned)).warnings == ["room.sdf:3: careful"]
 
 
 def test_a_world_that_cannot_change_gets_its_lights_back_by_a_reset_or_a_snapshot(room: Any) -> None:

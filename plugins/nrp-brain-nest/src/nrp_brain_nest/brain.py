@@ -93,7 +93,7 @@ class NestBrain(Brain):
         self._source_cells.fire(neurons, times_ms)
 
     def _do_inject(self, events: SynapticEvents) -> None:
-        self._device_input.send(events, self._grid.number_of(self._now_ns))
+        self._device_input.send(events, self._grid.number_of(self.now_ns))
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
         self._cells.set_currents(currents_na)

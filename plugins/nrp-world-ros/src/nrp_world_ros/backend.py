@@ -13,7 +13,8 @@ from nrp_core.errors import BackendError, BackendLoadError
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World, WorldBackend, WorldOptions
+from nrp_core.world.engine import Engine
+from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.scene.model import Scene
 from pydantic import Field, model_validator
 
@@ -101,6 +102,7 @@ class RosOptions(WorldOptions):
 class RosBackend(WorldBackend):
     """The body is whatever listens to the topics: a robot, Gazebo, another process of this platform."""
 
+    interface_version = 2
     options: ClassVar[type[WorldOptions]] = RosOptions
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
@@ -113,6 +115,7 @@ class RosBackend(WorldBackend):
             releases_gil=True,
             ball_joints=True,
             coupled_joints=True,
+            own_scene=True,
             real_time=options.time is not TimeSource.LOCKSTEP,
         )
 
@@ -124,16 +127,16 @@ class RosBackend(WorldBackend):
         none = not any(each.present for each in found)  # one of the two is enough
         return [replace(each, needed=none) for each in found]
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
-        from nrp_world_ros.world import RosWorld
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
+        from nrp_world_ros.engine import RosEngine
 
         assert isinstance(options, RosOptions)
         capabilities = self.capabilities(options)
         if options.body is not None:
-            from nrp_world_ros.hosted.world import HostedWorld
+            from nrp_world_ros.hosted.engine import HostedEngine
 
-            return HostedWorld(scene, seed, capabilities, options)
-        return RosWorld(scene, seed, capabilities, options)
+            return HostedEngine(scene, seed, capabilities, options)
+        return RosEngine(scene, seed, capabilities, options)
 
 
 def _simulator(name: str, options: Mapping[str, Any]) -> Simulator:

@@ -6,7 +6,7 @@ from nrp_core.experiment.making.collector import Collector
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.making.watch import declare_own
 from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.world.interface import World
+from nrp_core.world.world import World
 
 
 def open_world(experiment: Experiment) -> World:

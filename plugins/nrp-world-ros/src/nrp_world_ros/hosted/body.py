@@ -7,9 +7,9 @@ from typing import Any
 
 from nrp_core.errors import SimulationError
 from nrp_core.simulation import Snapshot
-from nrp_core.world.interface import World
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.scene.model import Scene
+from nrp_core.world.world import World
 
 from nrp_world_ros.body import Body
 from nrp_world_ros.hosted.notes import Answer, Notes, Question, portable
@@ -36,9 +36,9 @@ class HostedBody(Body):
         self._n_warned = len(world.warnings)
         self._does: Mapping[str, Callable[..., Any]] = {
             "close": self._close,
-            "depth": world.depth,
+            "depth": world.engine.depth,
             "joint_states": world.joint_states,
-            "joint_wrench": world.joint_wrench,
+            "joint_wrench": world.engine.joint_wrench,
             "leave": self._leave,
             "link_motion": world.link_motion,
             "load": self._load,
@@ -46,17 +46,17 @@ class HostedBody(Body):
             "nothing": lambda: None,
             "pause": self._pause,
             "place": world.place,
-            "push": world._do_set_wrench,
-            "render": world.render,
+            "push": world.engine._do_set_wrench,
+            "render": world.engine.render,
             "reset": self._reset,
             "restore": self._restore,
             "save": world.snapshot,
-            "set_glow": world.set_glow,
-            "set_joint_effort": world.set_joint_effort,
+            "set_glow": world.engine.set_glow,
+            "set_joint_effort": world.engine.set_joint_effort,
             "set_joints": world.set_joints,
             "set_lights": world.set_lights,
             "start_over": world.start_over,
-            "touches": world._do_touches,
+            "touches": world.engine._do_touches,
         }
 
     def serve(self, turns: Turns) -> None:
@@ -99,7 +99,7 @@ class HostedBody(Body):
     def _follow(self) -> None:
         """Carry the topics that there are now; one that ROS cannot carry is no error until it is used."""
         self.bridge.follow()
-        self._world.warnings += self.bridge.warnings
+        self._world.warnings.extend(self.bridge.warnings)
         self.bridge.warnings.clear()
 
     def _close(self) -> None:
@@ -112,7 +112,7 @@ class HostedBody(Body):
         return {model.name: self._world.model_motion(model.name) for model in self._world.scene.models}
 
     def _load(self, scene: Scene) -> None:
-        self._world._change_scene(scene)
+        self._world.live.change_to(scene)
         self._follow()
 
     def _pause(self, paused: bool) -> None:

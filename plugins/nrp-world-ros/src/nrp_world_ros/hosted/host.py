@@ -65,7 +65,7 @@ def _simulate(order: Order, place: Place, node: Ros2Node, tell: Callable[[Answer
         turns = Turns(node, DONE, GO)
         body = HostedBody(world, node, Notes(place.key))
         await_other(node)
-        tell(Answer(Opened(tuple(world.warnings), world.image_scale)))
+        tell(Answer(Opened(tuple(world.warnings), world.engine.image_scale)))
         body.serve(turns)
         await_other(node, there=False)  # who has the last answer
     node.move("")

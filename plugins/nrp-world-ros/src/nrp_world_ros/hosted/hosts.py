@@ -56,7 +56,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """What a world says when it was opened; see :class:`~nrp_core.world.interface.World`."""
+    """What a world says when it was opened; see :class:`~nrp_core.world.world.World`."""
 
     warnings: tuple[str, ...]
     image_scale: float

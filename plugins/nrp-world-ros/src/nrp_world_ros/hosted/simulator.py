@@ -9,8 +9,9 @@ from typing import Any
 from nrp_core.errors import ExperimentError
 from nrp_core.world.backends import worlds
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World, WorldBackend, WorldOptions
+from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.scene.model import Scene
+from nrp_core.world.world import World
 from pydantic import ValidationError
 
 

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from nrp_core.clock import NS_PER_MS, milliseconds, seconds
 from nrp_core.errors import CapabilityError, SimulationError
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World
+from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.part import Part
 from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, ModelMotion, Wrench
-from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
 
 from nrp_world_ros.backend import RosOptions, TimeSource
 from nrp_world_ros.inbox import DEPTH
 from nrp_world_ros.lockstep import GO, Sent
 from nrp_world_ros.node import Node, join
+from nrp_world_ros.parts import RemotePart
 from nrp_world_ros.pictures import shaped
 from nrp_world_ros.times import Timekeeper, timekeeper
 from nrp_world_ros.whereabouts import Whereabouts
@@ -30,10 +32,10 @@ _HANDED_OVER_S = 0.1
 """How long ROS may take to hand the last messages to the network."""
 
 
-class RosWorld(World):
-    """See :class:`~nrp_core.world.interface.World`.
+class RosEngine(Engine):
+    """A body behind ROS. Where its models are comes from ``/gazebo/model_states``, or from odometry.
 
-    Where models are is told by ``/gazebo/model_states``, or else by the odometry of their drives.
+    It is also what carries messages for its parts, see :class:`~nrp_world_ros.parts.Post`.
 
     Raises:
         BackendLoadError: this ROS is not there, or no master is.
@@ -41,13 +43,16 @@ class RosWorld(World):
 
     def __init__(self, scene: Scene, seed: int, capabilities: WorldCapabilities, options: RosOptions) -> None:
         identity = f"ros:{options.body}:{options.body_options}"
-        super().__init__(scene, seed=seed, capabilities=capabilities, identity=identity)
+        super().__init__(scene, capabilities, seed=seed, identity=identity)
         self._options = options
         self._where = self._whereabouts(scene)
         self._sent: Sent = {}
         self._told: set[str] = set()
-        self._attended: frozenset[str] | None = None
+        self._remote: dict[str, TopicInfo] = {}
+        self._subscribed: frozenset[str] = frozenset()
+        self._must_attend = True
         self._attended_topics: set[str] = set()
+        self._arrived: dict[str, list[Stamped]] = {}
         self._begun = False
         self._was_late = False
         self._node, self._time = self._join()
@@ -62,36 +67,46 @@ class RosWorld(World):
     def _whereabouts(self, scene: Scene) -> Whereabouts:
         return Whereabouts(scene)
 
-    # -- what comes from ROS, and what is known here
+    # -- the parts whose messages are in ROS
 
-    def _is_ours(self, topic: TopicInfo) -> bool:
-        """Whether a topic is served by this side: what follows from poses, colours, and all services."""
-        return topic.direction is Direction.BOTH or self._parts[topic.name] in self._world_parts
+    def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
+        """All parts of models; what belongs to no model follows from poses, or is a service, and is here."""
+        return usual if model is None else [RemotePart(part, self) for part in usual]
 
-    def _is_heard(self, topic: TopicInfo) -> bool:
-        """Whether what comes on a topic is handed on as it comes, whatever its rate."""
-        return Direction.OUT in topic.direction and not self._is_ours(topic)
+    def is_heard(self, topic: TopicInfo) -> bool:
+        return True
 
-    def _serve(self, part: Part) -> None:
-        super()._serve(part)
-        for topic in filter(self._is_heard, part.topics):
-            self._rated.pop(topic.name, None)
-            self._bus[topic.name] = [each for each in self._subscriptions if each.topic.name == topic.name]
+    def attend(self, topics: Iterable[TopicInfo], subscribed: frozenset[str]) -> None:
+        if not self._must_attend:  # the first part of those that report now
+            self._must_attend, self._remote = True, {}
+        self._remote.update({topic.name: topic for topic in topics})
+        self._subscribed = subscribed
 
-    def _withdraw(self, part: Part) -> None:
-        super()._withdraw(part)
-        for topic in part.topics:
-            self._bus.pop(topic.name, None)
+    def arrived(self, topic: str) -> list[Stamped]:
+        return self._arrived.pop(topic, [])
+
+    def last(self, topic: str) -> Any:
+        return None
+
+    def tell(self, part: Part, topic: TopicInfo, message: Any) -> None:
+        publisher = self._node.publisher(topic.name, topic.type)
+        if topic.name not in self._told:
+            self._told.add(topic.name)
+            self._introduce(topic.name)
+        if publisher.peers():
+            publisher.publish(message)
+            self._sent.setdefault(topic.name, []).append(self.now_ns)
 
     # -- one step
 
     def _do_advance(self, steps: int) -> None:
-        if self.subscribed is not self._attended:
+        if self._must_attend:
             self._attend()
+            self._must_attend = False
         if not self._begun:
             self._time.start(self._sent)
             self._begun = True
-        t_ns = self._at_ns + steps * self.capabilities.step_ns
+        t_ns = self.now_ns + steps * self.step_ns
         taken = self._time.reach(t_ns, self._sent, self._attended_topics)
         self._note_lateness()
         times = {topic: iter(times_ns) for topic, times_ns in taken.items()}
@@ -103,14 +118,14 @@ class RosWorld(World):
     def _take(self, topic: str, heard: Stamped) -> None:
         if topic in self._where.topics:
             self._where.take(topic, heard.message)
-        for subscription in self._bus.get(topic, ()):
-            subscription.push(heard)
+        if topic in self._remote:
+            self._arrived.setdefault(topic, []).append(heard)
 
     def _note_lateness(self) -> None:
         if self._time.late_ns > _MUCH_NS and not self._was_late:
             self._was_late = True
             self.warnings.append(
-                f"the loop does not keep up with the body: at {seconds(self._at_ns):g} s it was "
+                f"the loop does not keep up with the body: at {seconds(self.now_ns):g} s it was "
                 f"{milliseconds(self._time.late_ns):.0f} ms late"
             )
 
@@ -130,17 +145,15 @@ class RosWorld(World):
                     self._where.take(letter.topic, letter.message)
 
     def _attend(self) -> None:
-        """Listen to all that somebody here listens to, and wait for those who publish it."""
-        self._attended = self.subscribed
-        served = {name for name in self._attended if name in self._parts}
-        wanted = {name for name in served if not self._is_ours(self._topics[name])}
+        """Listen to all that is subscribed to here, and wait for those who publish it."""
+        wanted = set(self._subscribed & self._remote.keys())
         self._attended_topics = wanted | self._where.topics.keys()
         for name in wanted:
-            self._node.listen(name, self._topics[name].type)
+            self._node.listen(name, self._remote[name].type)
         if self._options.time is TimeSource.LOCKSTEP:
             wanted.add(GO)
-        for name, info in self._topics.items():
-            if info.direction is Direction.IN and name in self._parts and not self._is_ours(info):
+        for name, info in self._remote.items():
+            if info.direction is Direction.IN:
                 self._node.publisher(name, info.type)  # so that no command comes before its connection
         self._meet(wanted)
 
@@ -159,24 +172,6 @@ class RosWorld(World):
         if self._where.topics.keys() <= alone:
             told = " and ".join(sorted(self._where.topics))
             self.warnings.append(f"where the models are is not known: nobody publishes {told}")
-
-    # -- what the body is told
-
-    def _write(self, part: Part, topic: str, message: Any) -> None:
-        if self._is_ours(self._topics[topic]):
-            super()._write(part, topic, message)
-        if part not in self._world_parts:
-            with self._guarded(f"publish on {topic}"):
-                self._tell(topic, message)
-
-    def _tell(self, topic: str, message: Any) -> None:
-        publisher = self._node.publisher(topic, self._topics[topic].type)
-        if topic not in self._told:
-            self._told.add(topic)
-            self._introduce(topic)
-        if publisher.peers():
-            publisher.publish(message)
-            self._sent.setdefault(topic, []).append(self._at_ns)
 
     def _introduce(self, topic: str) -> None:
         """Wait for those who listen to a topic that is new here."""

@@ -15,29 +15,32 @@ from nrp_core.clock import seconds
 from nrp_core.errors import NrpError, SimulationError
 from nrp_core.world.controllers.joint import ControllerPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
+from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.part import Part
 from nrp_core.world.render.cameras import DepthArray, ImageArray
 from nrp_core.world.rigid.motion import BodyPath, JointStates, ModelMotion, Touch, Wrench
-from nrp_core.world.scene.model import Light, Scene
-from nrp_core.world.topics import Direction, Stamped, TopicInfo
+from nrp_core.world.scene.model import Light, Model, Scene
+from nrp_core.world.services.gazebo import Services
+from nrp_core.world.topics import Stamped, TopicInfo
 
+from nrp_world_ros.engine import RosEngine
 from nrp_world_ros.hosted.dialogue import Dialogue
 from nrp_world_ros.hosted.hosts import POLL_S, Order, borrow, give_back
 from nrp_world_ros.hosted.notes import Question
 from nrp_world_ros.inbox import DEPTH
 from nrp_world_ros.node import Node
+from nrp_world_ros.parts import RemotePart
 from nrp_world_ros.times import Timekeeper
 from nrp_world_ros.whereabouts import Whereabouts
-from nrp_world_ros.world import RosWorld
 
 _AT_ONCE = DEPTH // 2
 """How many steps the body takes in a turn: what comes of them, one message a step and topic, has to wait."""
 
 
-class HostedWorld(RosWorld):
-    """See :class:`~nrp_world_ros.world.RosWorld`; here the body does all that its simulator can.
+class HostedEngine(RosEngine):
+    """See :class:`~nrp_world_ros.engine.RosEngine`; here the body does all that its simulator can.
 
     Raises:
         BackendError: Cyclone DDS or the simulator is not there, or does not open.
@@ -86,29 +89,26 @@ class HostedWorld(RosWorld):
 
     # -- topics
 
-    def _is_ours(self, topic: TopicInfo) -> bool:
-        part = self._parts[topic.name]
-        return topic.direction is Direction.BOTH or part is self._services or part is self.forces
+    def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
+        """Services, and the forces that they set, are here; everything else is told by the body."""
+        return [part if isinstance(part, Services | ForcesPart) else RemotePart(part, self) for part in usual]
 
-    def _is_heard(self, topic: TopicInfo) -> bool:
+    def is_heard(self, topic: TopicInfo) -> bool:
         """Topics without a rate tell of now, also when nothing has come since; the others as it comes."""
-        return super()._is_heard(topic) and topic.rate_hz is not None
+        return topic.rate_hz is not None
 
-    def _read_now(self, name: str) -> Stamped | None:
-        self._require_open()
-        if name in self._latest:
-            return Stamped(self.now_ns, self._latest[name])
-        return super()._read_now(name)
+    def last(self, topic: str) -> Any:
+        return self._latest.get(topic)
 
     def _take(self, topic: str, heard: Stamped) -> None:
         super()._take(topic, heard)
         self._latest[topic] = heard.message
 
-    def _write(self, part: Part, topic: str, message: Any) -> None:
+    def tell(self, part: Part, topic: TopicInfo, message: Any) -> None:
         if isinstance(part, ControllerPart | TrajectoryPart) and not self.capabilities.joint_control:
-            raise self._lacks("does not control joints")
+            raise self.lacks("does not control joints")
         self._forget()  # it takes effect now, not with the next step
-        super()._write(part, topic, message)
+        super().tell(part, topic, message)
 
     def _meet(self, wanted: set[str]) -> None:
         patience_s = seconds(self._options.patience)
@@ -136,14 +136,21 @@ class HostedWorld(RosWorld):
 
     # -- time
 
-    def _step_engine(self, steps: int) -> None:
-        """Let the body pause itself: what senses goes on."""
-        if self.paused is not self._told_pause:
-            self._order("pause", self.paused)
-            self._told_pause = self.paused
-        self._do_advance(steps)
-
     def _do_advance(self, steps: int) -> None:
+        self._pause(paused=False)
+        self._go_on(steps)
+
+    def _do_wait(self, steps: int) -> None:
+        """The body pauses itself: its sensors go on."""
+        self._pause(paused=True)
+        self._go_on(steps)
+
+    def _pause(self, *, paused: bool) -> None:
+        if paused is not self._told_pause:
+            self._order("pause", paused)
+            self._told_pause = paused
+
+    def _go_on(self, steps: int) -> None:
         self._forget()
         for some in range(_AT_ONCE, steps, _AT_ONCE):
             super()._do_advance(some)
@@ -153,17 +160,17 @@ class HostedWorld(RosWorld):
     def _do_reset(self, seed: int) -> None:
         """Begin anew; where time goes on, only the body does."""
         self._told_pause = False
-        if self._started:
+        if self.now_ns:
             self._order("start_over")
         else:
             self._order("reset", seed)
 
     def _do_save(self) -> object:
-        return self._ask("save")
+        return self._told_pause, self._ask("save")
 
-    def _do_restore(self, saved: object) -> None:
-        self._told_pause = self.paused
-        self._order("restore", saved)
+    def _do_restore(self, saved: Any) -> None:
+        self._told_pause, snapshot = saved
+        self._order("restore", snapshot)
 
     def _do_close(self) -> None:
         if not self._dialogue.broken:

@@ -17,7 +17,8 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import World, WorldBackend, WorldOptions
+from nrp_core.world.engine import Engine
+from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.render.optics import drawn
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
@@ -139,11 +140,11 @@ class Robot:
         return x, y, self.yaw + angle
 
 
-class MinimalWorld(World):
+class MinimalEngine(Engine):
     """Moves one robot after the other."""
 
-    def __init__(self, scene: Scene, *, seed: int, capabilities: WorldCapabilities) -> None:
-        super().__init__(scene, seed=seed, capabilities=capabilities, identity="minimal")
+    def __init__(self, scene: Scene, capabilities: WorldCapabilities, *, seed: int) -> None:
+        super().__init__(scene, capabilities, seed=seed, identity="minimal")
         self._static = [footprint for model in scene.models if model.static for footprint in still(model)]
         self._footprints = {model.name: carried(model) for model in scene.models if not model.static}
         self._do_reset(seed)
@@ -204,14 +205,14 @@ class MinimalWorld(World):
 
 
 class MinimalBackend(WorldBackend):
-    """Opens :class:`MinimalWorld`."""
+    """Builds a :class:`MinimalEngine`."""
 
-    interface_version = 1
+    interface_version = 2
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         return WorldCapabilities(
             step_ns=STEP_NS, renderers=("raster",), snapshot=True, dynamics=False, links=True
         )
 
-    def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
-        return MinimalWorld(scene, seed=seed, capabilities=self.capabilities(options))
+    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
+        return MinimalEngine(scene, self.capabilities(options), seed=seed)

@@ -1,0 +1,235 @@
+"""The scene as it is now: what is in the engine, which parts belong to it, and what changes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.changes import Changeable, change
+from nrp_core.world.engine import Engine
+from nrp_core.world.forces import ForcesPart
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.parts import Parts, parts_of
+from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.scene.model import Light, Model, Rgba, Scene
+from nrp_core.world.switchboard import Switchboard
+from nrp_core.world.visuals import ColorPart
+
+
+class LiveScene(Changeable):
+    """A scene in an engine, with its parts and their topics. Services change it, and so does the world.
+
+    Args:
+        engine: with its first scene.
+        board: the topics.
+
+    Attributes:
+        engine: what simulates it.
+        parts: what serves its topics.
+        forces: that users put on bodies and joints.
+        paused: while this is true, time goes on but nothing moves.
+    """
+
+    def __init__(self, engine: Engine, board: Switchboard) -> None:
+        super().__init__()
+        self.engine = engine
+        self.paused = False
+        self.forces = ForcesPart(engine)
+        self.parts = Parts(engine, board)
+        self._opened = engine.scene
+        self._board = board
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of now."""
+        return self.engine.scene
+
+    @property
+    def now_ns(self) -> int:
+        """The time reached."""
+        return self.engine.now_ns
+
+    @property
+    def warnings(self) -> list[str]:
+        """For the user."""
+        return self.engine.warnings
+
+    # -- what comes and goes
+
+    @change
+    def spawn(self, model: Model) -> None:
+        """Add a model, whose topics are there from now on.
+
+        Raises:
+            SceneError: there is a model of that name, or it contradicts itself.
+            CapabilityError: the engine cannot do that.
+        """
+        scene = self.scene.with_model(model)
+        for part in parts_of(model, self.engine):
+            for topic in part.topics:
+                self._board.require_free(topic.name)
+        self.change_to(scene)
+        for part in self.parts.of(model.name) if self._board.started else ():
+            part.begin()
+
+    @change
+    def delete(self, model: str) -> None:
+        """Remove a model; subscribers of its topics get nothing more.
+
+        Raises:
+            SceneError: there is no such model.
+            CapabilityError: the engine cannot do that.
+        """
+        gone = self.scene.model(model)
+        self.forces.forget(gone.name)
+        self.change_to(self.scene.without(gone.name))
+
+    @change
+    def place(self, model: str, motion: ModelMotion) -> None:
+        """Put a model somewhere; one that does not float is held there and does not move.
+
+        Raises:
+            SceneError: there is no such model, or a number is not finite.
+            CapabilityError: the engine cannot do that.
+        """
+        numbers = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
+        if not all(map(isfinite, numbers)):
+            raise SceneError(f"'{model}' cannot be put where numbers are not finite: {motion}")
+        if self.engine.floats(model):
+            self.engine.place(model, motion)
+            self._moved(model)
+        elif self.scene.model(model).pose != motion.pose:
+            self.change_to(self.scene.with_pose(model, motion.pose))
+
+    @change
+    def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        """Put joints of a model at positions (rad, m), at rest.
+
+        Raises:
+            SceneError: there are no such joints, or a position is not finite.
+            CapabilityError: the engine cannot do that.
+        """
+        known = [name for joint in self.scene.model(model).joints for name in joint.coordinates]
+        for name, position in positions.items():
+            if name not in known:
+                raise SceneError(f"'{model}' has no joint '{name}' that moves{did_you_mean(name, known)}")
+            if not isfinite(position):
+                raise SceneError(f"the joint '{name}' of '{model}' cannot be put at {position}")
+        self.engine.set_joints(model, positions)
+        self._moved(model)
+
+    # -- how it looks and falls
+
+    @change
+    def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
+        """Colour a visual, and say whether it has its colour in any light.
+
+        Args:
+            visual: its path, ``model/link/visual``.
+            rgba: the colour, 0..1.
+            glows: as realistic images show it; None: as before.
+        """
+        topic = f"/{visual}/color"
+        self._board.advertise(topic).publish(ColorRGBA(*rgba))
+        part = self._board.part(topic)
+        if glows is not None and part is not None and isinstance(part.unwrapped, ColorPart):
+            part.unwrapped.set_glow(glows)
+
+    @change
+    def set_lights(self, lights: Iterable[Light]) -> None:
+        """Set the lights of the scene; realistic images show them, flat ones do not."""
+        self.engine.set_lights(tuple(lights))
+
+    @change
+    def set_gravity(self, gravity: Vector) -> None:
+        """Set gravity, m/s^2.
+
+        Raises:
+            SceneError: it is not finite.
+            CapabilityError: the engine cannot do that.
+        """
+        if not all(map(isfinite, gravity)):
+            raise SceneError(f"gravity is three finite numbers, not {gravity}")
+        if gravity != self.scene.gravity:
+            self.change_to(replace(self.scene, gravity=gravity))
+
+    # -- back to the start
+
+    @change
+    def return_home(self) -> None:
+        """Put every model and its joints where they were at first, at rest; time and commands stay."""
+        homes = {model.name: model.pose for model in self._opened.models}
+        for model in self.scene.models:
+            pose = homes.get(model.name, model.pose)
+            if not model.static:
+                self.place(model.name, ModelMotion(pose))
+                names = self.engine.joint_states(model.name).names
+                self.engine.set_joints(model.name, dict.fromkeys(names, 0.0))
+            elif model.pose != pose:
+                self.place(model.name, ModelMotion(pose))
+
+    @change
+    def start_over(self) -> None:
+        """Return everything to the state of the opening, commands and colours too; only time goes on.
+
+        Raises:
+            CapabilityError: the engine cannot do that.
+        """
+        if not self.engine.capabilities.changes:
+            raise self.engine.lacks("cannot start over while time goes on")
+        self.reset(self.engine.seed)
+        if self._board.started:
+            self.parts.begin()
+
+    def reset(self, seed: int) -> None:
+        """Return the scene, the engine and the parts to the state of the opening."""
+        if self.scene is not self._opened:
+            self._load(self._opened)
+        self.engine.reset(seed)
+        self.parts.reset()
+
+    def save(self) -> Any:
+        """Return the scene, if it is not the first one, and the state of parts and engine."""
+        changed = None if self.scene is self._opened else self.scene
+        return changed, self.paused, self.parts.save(), self.engine.save()
+
+    def restore(self, saved: Any) -> None:
+        """Return to what :meth:`save` gave."""
+        changed, self.paused, parts, state = saved
+        scene = self._opened if changed is None else changed
+        if scene != self.scene:
+            self._load(scene)
+        self.engine.restore(state)
+        self.parts.restore(parts)
+
+    def change_to(self, scene: Scene) -> None:
+        """Load another scene and put the models that are in both back to where they are.
+
+        Raises:
+            CapabilityError: the engine cannot do that.
+        """
+        engine = self.engine
+        if not engine.capabilities.changes:
+            raise engine.lacks("cannot change its scene")
+        stay = {model.name for model in scene.models}
+        moving = [m.name for m in self.scene.models if not m.static and m.name in stay]
+        kept = {name: engine.configuration(name) for name in moving}
+        commands = [(part, part.save()) for part in self.parts.all]
+        self._load(scene)
+        for name, configuration in kept.items():
+            engine.configure(name, configuration)
+        for part, saved in commands:
+            if part in self.parts.all:
+                part.restore(saved)
+
+    def _load(self, scene: Scene) -> None:
+        self.engine.load(scene)
+        self.parts.update()
+
+    def _moved(self, model: str) -> None:
+        for part in self.parts.of(model):
+            part.moved()

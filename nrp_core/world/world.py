@@ -1,0 +1,253 @@
+"""The world side of an experiment: topics, parts and services around an engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from nrp_core.clock import milliseconds
+from nrp_core.errors import TimestepError
+from nrp_core.simulation import Simulation, guarded
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.changes import Watcher
+from nrp_core.world.engine import Engine
+from nrp_core.world.live import LiveScene
+from nrp_core.world.model_states import StatesPart
+from nrp_core.world.part import Part
+from nrp_core.world.rigid.motion import JointStates, ModelMotion
+from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.scene.model import Light, Model, Rgba, Scene
+from nrp_core.world.services.gazebo import Services
+from nrp_core.world.switchboard import Switchboard
+from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
+
+
+class World(Simulation):
+    """A scene in an engine, at a time; it is the same for every backend, which writes an engine.
+
+    In a step data goes one way: the engine steps, the parts sample it, their messages go to those who
+    subscribed.
+
+    Args:
+        engine: with its first scene.
+
+    Attributes:
+        engine: what simulates the scene. Reading it changes nothing; changes go through the world.
+        live: what changes the scene, for services.
+    """
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+        identity = f"{engine.identity},scene {engine.scene.digest}"
+        super().__init__(seed=engine.seed, identity=identity, name=type(engine).__name__)
+        self._board = Switchboard(engine.step_ns, self)
+        self.live = LiveScene(engine, self._board)
+        self._services = Services(self.live)
+        states = [StatesPart(engine)] if engine.capabilities.poses else []
+        self.live.parts.open([*states, self._services, self.live.forces])
+
+    # -- the scene and the engine, as they are now
+
+    @property
+    def scene(self) -> Scene:
+        """What is simulated now; models may have come, gone or moved since the opening."""
+        return self.engine.scene
+
+    @property
+    def capabilities(self) -> WorldCapabilities:
+        """What the backend has."""
+        return self.engine.capabilities
+
+    @property
+    def warnings(self) -> list[str]:
+        """What was noticed, for the user."""
+        return self.engine.warnings
+
+    @property
+    def paused(self) -> bool:
+        """While this is true, time goes on but nothing moves."""
+        return self.live.paused
+
+    @paused.setter
+    def paused(self, paused: bool) -> None:
+        self.live.paused = paused
+
+    def model_motion(self, model: str) -> ModelMotion:
+        """Return where a model's frame is and how it moves."""
+        return self.engine.model_motion(model)
+
+    def link_motion(self, model: str, link: str) -> ModelMotion:
+        """Return where a link is and how it moves."""
+        return self.engine.link_motion(model, link)
+
+    def joint_states(self, model: str) -> JointStates:
+        """Return the state of the movable joints of a model."""
+        return self.engine.joint_states(model)
+
+    # -- topics; see Switchboard
+
+    @property
+    def topics(self) -> Mapping[str, TopicInfo]:
+        """Every topic by its name, aliases included."""
+        return self._board.topics
+
+    @property
+    def subscribed(self) -> frozenset[str]:
+        """The topics that are subscribed to, never by an alias; the same object until that changes."""
+        return self._board.subscribed
+
+    def add_alias(self, alias: str, topic: str) -> None:
+        """Give a topic one more name; see :meth:`.Switchboard.add_alias`."""
+        self._board.add_alias(alias, topic)
+
+    def declare(self, name: str, type_: type) -> None:
+        """Add a topic of the user's own; see :meth:`.Switchboard.declare`."""
+        self._board.declare(name, type_)
+
+    def subscribe(self, topic: str, *, depth: int = 1) -> Subscription:
+        """Listen to a topic from now on; see :meth:`.Switchboard.subscribe`."""
+        return self._board.subscribe(topic, depth=depth)
+
+    def unsubscribe(self, subscription: Subscription) -> None:
+        """End a subscription; a topic without subscribers costs nothing."""
+        self._board.unsubscribe(subscription)
+
+    def advertise(self, topic: str) -> Publication:
+        """Return the right to publish on a topic; see :meth:`.Switchboard.advertise`."""
+        return self._board.advertise(topic)
+
+    def add_observer(self, observer: Callable[[str, Stamped], None]) -> None:
+        """Show an observer every message that is published, with its topic (never an alias)."""
+        self._board.observers.append(observer)
+
+    def remove_observer(self, observer: Callable[[str, Stamped], None]) -> None:
+        """Show an observer nothing more."""
+        self._board.observers.remove(observer)
+
+    # -- changes from Python, which a recording repeats; see LiveScene
+
+    def add_watcher(self, watcher: Watcher) -> None:
+        """Call a watcher with every change; of one that makes others, with that one alone."""
+        self.live.watchers.append(watcher)
+
+    def remove_watcher(self, watcher: Watcher) -> None:
+        """Call a watcher no more."""
+        self.live.watchers.remove(watcher)
+
+    def call(self, service: str, /, *values: Any, **fields: Any) -> Any:
+        """Call a service, such as ``/gazebo/set_model_state``, and return its answer.
+
+        Args:
+            service: its name.
+            values: the fields of its request in their order, or the request itself.
+            fields: the fields by name.
+
+        Raises:
+            TopicError: there is no such service, or the request does not fit.
+        """
+        self.require_ready()
+        topic = self._board.info(service)
+        request = self._services.request(topic.name, values, fields)
+        check_message(topic, request)
+        with self.live.changing("call", (service, *values), fields), guarded(self, f"answer {topic.name}"):
+            answer = self._services.answer(topic.name, request)
+        self._board.show(topic.name, request)
+        return answer
+
+    def spawn(self, model: Model) -> None:
+        """Add a model; see :meth:`.LiveScene.spawn`."""
+        self.live.spawn(model)
+
+    def delete(self, model: str) -> None:
+        """Remove a model; see :meth:`.LiveScene.delete`."""
+        self.live.delete(model)
+
+    def place(self, model: str, motion: ModelMotion) -> None:
+        """Put a model somewhere; see :meth:`.LiveScene.place`."""
+        self.live.place(model, motion)
+
+    def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
+        """Put joints of a model at positions (rad, m), at rest; see :meth:`.LiveScene.set_joints`."""
+        self.live.set_joints(model, positions)
+
+    def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
+        """Colour a visual; see :meth:`.LiveScene.set_material`."""
+        self.live.set_material(visual, rgba, glows)
+
+    def set_lights(self, lights: Iterable[Light]) -> None:
+        """Set the lights; see :meth:`.LiveScene.set_lights`."""
+        self.live.set_lights(lights)
+
+    def set_gravity(self, gravity: Vector) -> None:
+        """Set gravity, m/s^2; see :meth:`.LiveScene.set_gravity`."""
+        self.live.set_gravity(gravity)
+
+    def return_home(self) -> None:
+        """Put every model and its joints where they were at first; see :meth:`.LiveScene.return_home`."""
+        self.live.return_home()
+
+    def start_over(self) -> None:
+        """Return all but the time to the state of the opening; see :meth:`.LiveScene.start_over`."""
+        self.live.start_over()
+
+    # -- the order of an advance
+
+    def _advance(self, t_ns: int) -> None:
+        engine, board, live = self.engine, self._board, self.live
+        step_ns = engine.capabilities.step_ns
+        if t_ns % step_ns:
+            raise TimestepError(
+                f"{milliseconds(t_ns):g} ms is no multiple of the world's step, {milliseconds(step_ns):g} ms"
+            )
+        if not board.started:
+            board.started = True
+            live.parts.begin()
+            board.sample()
+        while board.at_ns < t_ns:
+            timed = () if live.paused else live.parts.timed
+            stop_ns = _next_stop(board, timed, t_ns, step_ns)
+            if live.parts.carriers:
+                live.parts.attend(board.subscribed)
+            engine.advance((stop_ns - board.at_ns) // step_ns, paused=live.paused)
+            board.at_ns = stop_ns
+            if live.parts.carriers:
+                live.parts.deliver()
+            for part in timed:
+                deadline_ns = part.deadline_ns
+                if deadline_ns is not None and deadline_ns <= stop_ns:
+                    part.at_deadline(stop_ns)
+            board.sample()
+        engine.check_finite(t_ns)
+
+    # -- reset and snapshots
+
+    def _reset(self) -> None:
+        self.live.paused = False
+        self.engine.now_ns = 0
+        self._board.restart()
+        self.live.reset(self._seed)
+
+    def _save(self) -> object:
+        return self._seed, self._board.save(), self.live.save()
+
+    def _load(self, saved: Any) -> None:
+        self._seed, board, live = saved
+        self._board.restore_time(board)
+        self.engine.seed, self.engine.now_ns = self._seed, self._board.at_ns
+        self.live.restore(live)
+        self._board.restore_messages(board)
+
+    def _do_close(self) -> None:
+        self.engine.close()
+
+
+def _next_stop(board: Switchboard, timed: Sequence[Part], t_ns: int, step_ns: int) -> int:
+    """Return when a sample, a deadline of a part or the end comes next, on the grid of steps."""
+    due_ns = board.next_due()
+    stop_ns = t_ns if due_ns is None else min(t_ns, due_ns)
+    for part in timed:
+        deadline_ns = part.deadline_ns
+        if deadline_ns is not None and deadline_ns < stop_ns:
+            on_grid_ns = -(-deadline_ns // step_ns) * step_ns
+            stop_ns = min(stop_ns, max(on_grid_ns, board.at_ns + step_ns))
+    return stop_ns

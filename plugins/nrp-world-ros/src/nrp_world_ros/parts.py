@@ -1,0 +1,64 @@
+"""Parts whose body is behind ROS: what they sense comes from there, what they are told goes there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+from nrp_core.world.part import Part, PartInPlace
+from nrp_core.world.topics import Direction, Stamped, TopicInfo
+
+
+class Post(Protocol):
+    """Carries messages between parts and ROS."""
+
+    def is_heard(self, topic: TopicInfo) -> bool:
+        """Whether the messages of an outgoing topic are handed on as they come."""
+
+    def attend(self, topics: Iterable[TopicInfo], subscribed: frozenset[str]) -> None:
+        """Listen to those of the topics that are subscribed to."""
+
+    def arrived(self, topic: str) -> list[Stamped]:
+        """Return what came on a topic in the last step."""
+
+    def last(self, topic: str) -> Any:
+        """Return the message that still holds on a topic; None: there is none."""
+
+    def tell(self, part: Part, topic: TopicInfo, message: Any) -> None:
+        """Publish a message."""
+
+
+class RemotePart(PartInPlace):
+    """A part whose topics are in ROS. A topic that goes both ways is known here, and told as well.
+
+    Args:
+        inner: what the core would use.
+        post: carries messages.
+    """
+
+    def __init__(self, inner: Part, post: Post) -> None:
+        super().__init__(inner)
+        self._post = post
+        self._infos = {topic.name: topic for topic in inner.topics}
+        self._remote = [topic for topic in inner.topics if topic.direction is not Direction.BOTH]
+        outgoing = [topic for topic in self._remote if Direction.OUT in topic.direction]
+        self.carried = frozenset(topic.name for topic in outgoing if post.is_heard(topic))
+
+    def attend(self, subscribed: frozenset[str]) -> None:
+        self._post.attend(self._remote, subscribed)
+
+    def arrived(self) -> Iterable[tuple[str, Stamped]]:
+        for topic in self._infos:
+            if topic in self.carried:
+                for stamped in self._post.arrived(topic):
+                    yield topic, stamped
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        message = self._post.last(topic)
+        return super().read(topic, now_ns) if message is None else message
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        info = self._infos[topic]
+        if info.direction is Direction.BOTH:
+            super().write(topic, message, now_ns)
+        self._post.tell(self.unwrapped, info, message)
