@@ -1,6 +1,6 @@
 """A PyNN simulator: ``import nrp_core.pynn as sim``.
 
-It has all that PyNN asks of a simulator and runs the network in any installed brain backend::
+It implements PyNN's simulator interface and runs the network in any installed brain backend::
 
     import nrp_core.pynn as sim
 
@@ -11,7 +11,7 @@ It has all that PyNN asks of a simulator and runs the network in any installed b
     spiketrains = cells.get_data().segments[0].spiketrains
 
 Beyond PyNN, ``setup`` takes ``backend`` (its name), ``options`` (of the backend) and ``seed``, and
-``network()`` returns what was built as a :class:`~nrp_core.brain.network.data.Network`. In a brain script
+``network()`` returns the network as a :class:`~nrp_core.brain.network.data.Network`. In a brain script
 of an experiment the same import gives a simulator that only builds: there the experiment runs the network.
 """
 
@@ -40,5 +40,5 @@ globals().update({name: value for name, value in vars(_api).items() if not name.
 
 
 def __getattr__(name: str) -> Any:
-    """Say what a name that there is not may have meant."""
+    """Suggest the name that was probably meant."""
     return getattr(_api, name)

@@ -1,6 +1,6 @@
 """``python -m nrp_core.pynn SCRIPT [ARGUMENTS]`` runs a script that asks for its simulator by name.
 
-To the script there is a simulator ``pyNN.nrp``; that is how PyNN's own examples are run here.
+The script finds a simulator ``pyNN.nrp``; PyNN's own examples run this way.
 """
 
 from __future__ import annotations

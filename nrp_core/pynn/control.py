@@ -13,7 +13,7 @@ from nrp_core.pynn.running import DEFAULT_BACKEND, RunningState
 
 
 def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
-    """Return ``setup`` and ``end``, which do more than those of a simulator that only builds."""
+    """Return ``setup`` and ``end`` of a simulator that runs its network."""
     begin = api.setup
 
     def setup(
@@ -25,22 +25,22 @@ def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
         seed: int = 0,
         **extra: Any,
     ) -> int:
-        """Forget what was built and start anew.
+        """Discard the network and start again.
 
         Args:
             timestep: ms; the interval at which state is sampled, and the smallest delay.
             min_delay: ms, or ``auto``: the time step.
             backend: name of an installed brain backend.
-            options: of the backend.
-            seed: all random numbers that the script does not seed itself follow from it.
-            extra: ``max_delay``; arguments of other simulators are ignored, as PyNN wants it.
+            options: options of the backend.
+            seed: seed of all random numbers that the script does not seed itself.
+            extra: ``max_delay``; arguments of other simulators are ignored, as PyNN requires.
         """
         rank: int = begin(timestep, min_delay, **extra)
         state.use(backend, options or {}, seed)
         return rank
 
     def end(**_: Any) -> None:
-        """Write the data that were to be written, and let go of the brain."""
+        """Write the requested data, and release the brain."""
         for population, variables, filename in state.write_on_end:
             population.write_data(get_io(filename), variables)
         state.write_on_end = []

@@ -19,7 +19,7 @@ class Waveform:
     Args:
         source: one of PyNN's current sources.
         noise: random numbers for a noisy one.
-        dt_ms: how often a sinusoidal current is set anew, and noise at most.
+        dt_ms: interval at which a sinusoidal current is updated, and the shortest for noise.
     """
 
     def __init__(self, source: Any, noise: np.random.RandomState, dt_ms: float) -> None:
@@ -35,7 +35,7 @@ class Waveform:
             times = np.array([self._source.start, self._source.stop])
         else:
             times = self._grid_ms(milliseconds(since_ns), milliseconds(until_ns))
-        times = times[times < milliseconds(until_ns) + 1.0]  # sources may end at times beyond all integers
+        times = times[times < milliseconds(until_ns) + 1.0]  # sources may end at infinity
         changes = np.array([from_milliseconds(time) for time in times.tolist()], dtype=np.int64)
         return np.unique(changes[(changes > since_ns) & (changes <= until_ns)])
 
@@ -59,7 +59,7 @@ class Waveform:
     def _grid_ms(self, since_ms: float, until_ms: float) -> FloatArray:
         interval, start, stop = self._interval_ms, self._source.start, self._source.stop
         first = max(0, int((since_ms - start) / interval))
-        last = int((min(until_ms, stop) - start) / interval) + 2  # a quotient may be a hair too small
+        last = int((min(until_ms, stop) - start) / interval) + 2  # the quotient may be slightly too small
         return np.append(np.minimum(start + interval * np.arange(first, max(first, last)), stop), stop)
 
     def _sinusoidal(self, t_ms: float) -> float:
@@ -78,9 +78,9 @@ class Current:
 
     Args:
         source: one of PyNN's current sources.
-        waveform: how it changes.
+        waveform: its waveform.
         cells: global ids.
-        name: of its device.
+        name: name of its device.
     """
 
     def __init__(self, source: Any, waveform: Waveform, cells: IntArray, name: str) -> None:
@@ -88,23 +88,23 @@ class Current:
         self._cells, self._name = cells, name
 
     def start(self, brain: Brain) -> None:
-        """Act on the cells of a brain that has just been opened."""
+        """Connect to the cells of a brain that was just opened."""
         self._port: Any = brain.add_source(DCSource(), self._cells, name=self._name)
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew at time 0."""
+        """Start again at time 0."""
         self._changes: list[tuple[int, float]] = []
 
     def update(self, now_ns: int) -> None:
-        """Let the current be what it is from now on."""
+        """Set the current for the time from now on."""
         amplitude = self.waveform.amplitude_na(now_ns)
         if not self._changes or amplitude != self._changes[-1][1]:
             self._port.amplitude = amplitude
             self._changes.append((now_ns, amplitude))
 
     def sampled_na(self, times_ms: FloatArray) -> FloatArray:
-        """Return what the current was at ascending times."""
+        """Return the current at ascending times."""
         changed_ms = [milliseconds(t_ns) for t_ns, _ in self._changes]
         amplitudes = np.array([0.0, *(amplitude for _, amplitude in self._changes)])
         return amplitudes[np.searchsorted(changed_ms, times_ms, side="right")]

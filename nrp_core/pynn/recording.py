@@ -1,4 +1,4 @@
-"""What populations record while the network runs."""
+"""The data that populations record while the network runs."""
 
 # mypy: disable-error-code="misc"
 
@@ -38,23 +38,23 @@ class Recorder(recording.Recorder):
 
     @property
     def rhythm_ns(self) -> tuple[int, int] | None:
-        """When the first sample is due and how often one is; None where nothing is sampled."""
+        """Time of the first sample and sampling interval; None if nothing is sampled."""
         sampled = self.recorded.keys() - {SPIKES}
         return (self._begin_ns, from_milliseconds(self.sampling_interval)) if sampled else None
 
     def start(self, brain: Brain) -> None:
-        """Listen to a brain that has just been opened."""
+        """Connect to a brain that was just opened."""
         self._ports = []
         self._listen(self.recorded.get(SPIKES, ()))
 
     def sample(self, brain: Brain) -> None:
-        """Take the state variables as they are now."""
+        """Sample the state variables now."""
         for variable in self.recorded.keys() - {SPIKES}:
             ids = np.array(sorted(self.recorded[variable]), dtype=np.int64)
             self._rows.setdefault(variable.name, []).append((ids, brain.read_state(variable.name, ids)))
 
     def restart(self) -> None:
-        """Forget what was recorded: the simulation is back at time 0."""
+        """Discard the recorded data: the simulation is back at time 0."""
         self._rows, self._begin_ns = {}, 0
         if self._simulator.state.brain is None:
             self._ports = []
@@ -63,7 +63,7 @@ class Recorder(recording.Recorder):
         """Return the recorded data as a block of Neo.
 
         Raises:
-            NetworkError: there are none before a run.
+            NetworkError: there are no data before a run.
         """
         if not self._simulator.state.running and not list(self.cache):
             raise NetworkError(f"population '{self.population.label}' has no data yet; run first")
@@ -127,7 +127,7 @@ class Recorder(recording.Recorder):
         self._listen(self.recorded.get(SPIKES, ()))
         state = self._simulator.state
         self._rows, self._begin_ns = {}, from_milliseconds(state.t)
-        if state.running and state.brain is not None:  # PyNN lets what follows begin now
+        if state.running and state.brain is not None:  # in PyNN the next recording starts now
             self.sample(state.brain)
 
     def _reset(self) -> None:

@@ -28,13 +28,13 @@ _logger = logging.getLogger(__name__)
 
 
 class RunningState(State):
-    """What a script has built, and the brain in which it runs.
+    """The network of a script, and the brain in which it runs.
 
-    The brain is opened when the network first runs. Until it has run, and after a reset, the network may
-    change; while it runs, its parameters, spike times and weights may, as far as the backend can.
+    The brain is opened when the network first runs. Before that, and after a reset, the network may change;
+    while it runs, parameters, spike times and weights may change if the backend supports it.
 
     Attributes:
-        brain: the network at work, or None while it is not.
+        brain: the running brain, or None.
     """
 
     brain: Brain | None = None
@@ -51,7 +51,7 @@ class RunningState(State):
         Args:
             backend: name of an installed brain backend.
             options: its options.
-            seed: all random numbers that the script does not seed itself follow from it.
+            seed: seed of all random numbers that the script does not seed itself.
         """
         self._backend, self._options, self._seed = backend, dict(options), seed
         self._told: set[str] = set()
@@ -64,7 +64,7 @@ class RunningState(State):
         super().clear()
 
     def close(self) -> None:
-        """Let go of the brain."""
+        """Release the brain."""
         if self.brain is not None:
             self.brain.close()
         self.brain = None
@@ -113,7 +113,7 @@ class RunningState(State):
         return weights
 
     def _changing(self) -> Brain | None:
-        """Return the brain in which something is about to change, or None where it will be opened anew."""
+        """Return the brain in which something is about to change, or None if it will be opened again."""
         if self.t == 0:
             self.close()
         self._changed = self.brain is not None
@@ -136,7 +136,7 @@ class RunningState(State):
     def reset(self) -> None:
         super().reset()
         if self.brain is not None:
-            if self._changed:  # the brain would go back to what it was opened with, PyNN does not
+            if self._changed:  # a reset brain would have its initial parameters; PyNN keeps the changed ones
                 self.close()
             else:
                 self.brain.reset()
@@ -144,11 +144,11 @@ class RunningState(State):
                 device.restart()
 
     def run_until(self, t_ms: float) -> None:
-        """Run the network to ``t_ms``, sampling what is recorded and setting currents on the way."""
+        """Run the network to ``t_ms``; sample the recorded variables and set currents on the way."""
         if not isfinite(t_ms):
             raise NetworkError(f"run: the time must be finite, not {t_ms:g} ms")
         if self.brain is None and self.t > 0:
-            raise LifecycleError("run: end() has let go of the network; setup() begins anew")
+            raise LifecycleError("run: end() has released the network; call setup() to start again")
         brain = self.brain or self._open()
         until_ns = from_milliseconds(t_ms)
         self._arrive(brain, sampling=not self.running)
@@ -177,7 +177,7 @@ class RunningState(State):
         return self.brain
 
     def _stops(self, since_ns: int, until_ns: int) -> IntArray:
-        """Return the times at which there is something to do, the last of them ``until_ns``."""
+        """Return the times of samples and current changes, the last of them ``until_ns``."""
         stops = [current.waveform.changes_ns(since_ns, until_ns) for current in self._currents]
         for begin_ns, interval_ns in {recorder.rhythm_ns for recorder in self.recorders} - {None}:
             first_ns = since_ns + interval_ns - (since_ns - begin_ns) % interval_ns

@@ -1,4 +1,4 @@
-"""Where the synapses of a script's projections are in the network that runs."""
+"""The synapses of a script's projections in the network that runs."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Shares = Mapping[Any, list[tuple[str, IntArray]]]
 
 
 def shares_of(state: State, network: Network) -> Shares:
-    """Return for each projection of a script those of its network that it became.
+    """Return the projections of the network that each projection of a script became.
 
-    A projection between assemblies becomes one between each pair of populations.
+    A projection between assemblies becomes one for each pair of populations.
 
     Returns:
-        Label of each in the network, and the indices of its synapses in the script's.
+        The label of each in the network, and the indices of its synapses in the script's projection.
     """
     parts = iter(network.projections)
     shares = {}

@@ -1,4 +1,4 @@
-"""Devices that users make, from those of the brain."""
+"""Custom devices, made from devices of the brain."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nrp_core.dsl.selection.selection import Selection
 
 
 class CustomDevice(Adapter):
-    """A device of the user's own; the mapping gets an object of it, the function a copy at work.
+    """Base of custom devices; the mapping takes an instance, the function sees a working copy.
 
     ::
 
@@ -34,16 +34,16 @@ class CustomDevice(Adapter):
 
     @abstractmethod
     def apply(self, neurons: Selection | list[Selection], brain: Brain, **settings: Any) -> None:
-        """Begin to work on neurons; what is added to the brain here is taken away with the device.
+        """Start to work on neurons; devices added to the brain here are removed with this device.
 
         Args:
-            neurons: what the selector chose; a list where it gives one.
-            brain: its ``add_source`` and ``add_sink`` make devices, of neurons by their ``ids``.
-            settings: the further arguments of the mapping.
+            neurons: the selected neurons; a list if the selector gives one.
+            brain: its ``add_source`` and ``add_sink`` make devices for neurons, given by their ``ids``.
+            settings: the other arguments of the mapping.
         """
 
     def bound(self, neurons: Selection | list[Selection], brain: Brain, settings: dict[str, Any]) -> Self:
-        """Return a copy at work on neurons."""
+        """Return a copy that works on neurons."""
         device = copy(self)
         known = set(map(id, brain.devices))
         device._brain = brain
@@ -57,7 +57,7 @@ class CustomDevice(Adapter):
         return device
 
     def _take(self, known: set[int]) -> None:
-        """Take charge of the ports of the brain that were not known before."""
+        """Take over the ports of the brain that are new."""
         self._ports = [port for port in self._brain.devices if id(port) not in known]
 
     def set_active(self, active: bool) -> None:

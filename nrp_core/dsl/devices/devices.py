@@ -48,7 +48,7 @@ class Setting(Reading):
 
 
 def meant(name: str, valid: Iterable[str]) -> str:
-    """Return a hint at the attribute that is meant, or, as they are few, at all that there are."""
+    """Return a hint: the attribute that was probably meant, or all valid ones."""
     names = sorted(valid)
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.75)
     return f"; did you mean '{close[0]}'?" if close else f"; valid: {', '.join(names)}"
@@ -60,14 +60,14 @@ class Device(Adapter):
     Args:
         parameter: the parameter that it is bound to, for messages.
         port: the device in the brain.
-        selection: the neurons that it works on.
-        release: gives the port back.
+        selection: its neurons.
+        release: releases the port.
     """
 
     __slots__ = ("_release", "parameter", "port", "selection")
 
     options: ClassVar[tuple[str, ...]] = ()
-    """Keyword arguments of a mapping that are for this class and not for the port."""
+    """Keyword arguments of a mapping for this class, not for the port."""
 
     def __init__(self, parameter: str, port: Port, selection: Selection, release: Callable[[], None]) -> None:
         self.parameter = parameter
@@ -77,12 +77,12 @@ class Device(Adapter):
 
     @classmethod
     def attributes(cls) -> list[str]:
-        """Return the names of what a function can read or set."""
+        """Return the names of the attributes that a function can read or set."""
         return [name for name in dir(cls) if isinstance(getattr(cls, name), (Reading, property))]
 
     @property
     def active(self) -> bool:
-        """Whether the device works; it keeps its settings while it does not."""
+        """Whether the device is active; an inactive device keeps its settings."""
         return bool(self.port.active)
 
     @active.setter
@@ -114,7 +114,7 @@ class SpikeGenerator(Device):
     """A Poisson generator or a source of equidistant spikes."""
 
     __slots__ = ()
-    rate = Setting("Spikes a second and neuron: one number, or one for each neuron.")
+    rate = Setting("Spikes per second and neuron: one number, or one for each neuron.")
 
 
 class CurrentGenerator(Device):
@@ -169,7 +169,7 @@ class SpikeInjectorDevice(Device):
     def inject_spikes(
         self, neuron_ids: npt.ArrayLike | None = None, times_ms: npt.ArrayLike | None = None
     ) -> None:
-        """Send a spike to neurons, by their places among those of the device; by default to all and now."""
+        """Send a spike to neurons, given by their indices in the device; by default to all of them, now."""
         try:
             self.port.inject_spikes(neuron_ids, times_ms)
         except (ValueError, TypeError, NeuronSelectionError) as error:
@@ -177,7 +177,7 @@ class SpikeInjectorDevice(Device):
 
 
 class RecorderDevice(Device):
-    """What was recorded since the function last ran; of a longer time, that of the last ``keep_ms``."""
+    """The data recorded since the function last ran, at most those of the last ``keep_ms``."""
 
     __slots__ = ("_seen", "_until_ms")
 
@@ -203,7 +203,7 @@ class RecorderDevice(Device):
         self._until_ms, self._seen = saved
 
     def _recorded(self, since_ms: float, until_ms: float) -> Any:
-        """Return what was recorded with ``since_ms < t <= until_ms``."""
+        """Return the data recorded with ``since_ms < t <= until_ms``."""
         raise NotImplementedError
 
 
@@ -257,7 +257,7 @@ class SpikeRecorderDevice(RecorderDevice):
     def times(self) -> npt.NDArray[np.float64]:
         """Neuron and time in ms of each spike, ascending in time, shape ``(n, 2)``.
 
-        Neurons are global ids, or with ``use_ids=False`` places within what was selected.
+        Neurons are global ids, or with ``use_ids=False`` indices in the selection.
         """
         ids = self._seen.neurons
         if not self._use_ids:
@@ -272,12 +272,12 @@ class SpikeRecorderDevice(RecorderDevice):
 
     @property
     def neurons(self) -> IntArray:
-        """Global ids of the neurons that are listened to."""
+        """Global ids of the recorded neurons."""
         return self.selection.ids
 
     @property
     def neurons_count(self) -> int:
-        """How many neurons are listened to."""
+        """Number of recorded neurons."""
         return self.selection.size
 
     @property

@@ -1,4 +1,4 @@
-"""Device groups: one device for each of many selections, handled as one."""
+"""Device groups: one device for each of several selections, used as one."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class DeviceGroup(Adapter):
 
     @property
     def active(self) -> bool:
-        """Whether all devices work."""
+        """Whether all devices are active."""
         return all(device.active for device in self._devices)
 
     @active.setter

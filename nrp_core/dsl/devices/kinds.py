@@ -32,10 +32,10 @@ class DeviceKind:
     """A kind of device.
 
     Args:
-        name: what users write.
+        name: its name in transfer functions.
         spec: the device of the brain interface; its fields are the keyword arguments.
-        device: what the function sees.
-        defaults: where they differ from those of ``spec``.
+        device: the class that the function sees.
+        defaults: defaults that differ from those of ``spec``.
     """
 
     name: str
@@ -45,7 +45,7 @@ class DeviceKind:
 
     @property
     def drives(self) -> bool:
-        """Whether it acts on neurons (else it listens to them)."""
+        """Whether it drives neurons (otherwise it reads them)."""
         return issubclass(self.spec, SourceSpec)
 
     @property
@@ -58,7 +58,7 @@ class DeviceKind:
     def open(
         self, binding: Binding, selection: Selection, options: Mapping[str, Any], *, parameter: str, name: str
     ) -> Device:
-        """Put a device to work.
+        """Create a device.
 
         Args:
             binding: the brain.
@@ -68,7 +68,7 @@ class DeviceKind:
             name: names its random stream.
 
         Raises:
-            ValueError: an option has a value that cannot be.
+            ValueError: an option has an invalid value.
         """
         brain = binding.brain
         given, ids = self._connected({**self.defaults, **options}, selection.ids, brain.seed, name)

@@ -1,4 +1,4 @@
-"""Where transfer functions register: with whoever loads them, never process-wide."""
+"""The registration of transfer functions: with their loader, never process-wide."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _collected: ContextVar[list[TransferFunction] | None] = ContextVar("collected", 
 
 @contextmanager
 def collecting() -> Iterator[list[TransferFunction]]:
-    """Collect the transfer functions that are declared in this context, in their order.
+    """Collect the transfer functions declared in this context, in order.
 
-    A context is a thread's or task's own, so two experiments that load at once do not meet.
+    Each thread or task has a context of its own, so two experiments that load at once stay apart.
     """
     functions: list[TransferFunction] = []
     token = _collected.set(functions)
@@ -31,7 +31,7 @@ def register(function: TransferFunction) -> None:
     """Add a function to the current collection, if there is one.
 
     Raises:
-        TransferFunctionError: it has one of that name already.
+        TransferFunctionError: the name is taken.
     """
     functions = _collected.get()
     if functions is not None:
@@ -40,7 +40,7 @@ def register(function: TransferFunction) -> None:
 
 
 def require_new_name(function: TransferFunction, others: Iterable[TransferFunction]) -> None:
-    """Refuse a function whose name another one has.
+    """Refuse a function whose name is taken.
 
     Raises:
         TransferFunctionError: it is taken.

@@ -19,9 +19,9 @@ class CSVRecorder(Adapter):
     """The rows of one parameter.
 
     Args:
-        filename: of the file that they go to.
-        headers: of its columns.
-        erase_on_reset: whether a reset forgets the rows; else the next one is marked ``RESET``.
+        filename: name of the file.
+        headers: headers of its columns.
+        erase_on_reset: whether a reset erases the rows; otherwise the next row is marked ``RESET``.
 
     Attributes:
         rows: the cells of each row, as text.
@@ -36,7 +36,7 @@ class CSVRecorder(Adapter):
         self._is_first_after_reset = False
 
     def record_entry(self, *values: object) -> None:
-        """Add a row; its cells are what ``str`` makes of the values."""
+        """Add a row; its cells are the values as ``str`` shows them."""
         mark = [RESET] if self._is_first_after_reset else []
         self.rows.append([*map(str, values), *mark])
         self._is_first_after_reset = False

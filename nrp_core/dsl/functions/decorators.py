@@ -13,7 +13,7 @@ from nrp_core.dsl.parameters.topics import Topic
 
 
 class _FunctionDecorator:
-    """What the decorators share; :class:`Robot2Neuron` documents the arguments."""
+    """Base of the decorators; :class:`Robot2Neuron` documents the arguments."""
 
     flow: ClassVar[Flow]
     topic: Topic | None = None
@@ -41,7 +41,7 @@ class _FunctionDecorator:
         if isinstance(function, TransferFunction):
             raise self.place.error(
                 f"'{function.name}' is a transfer function already; "
-                f"@{self.flow.value} stands last, right above the function"
+                f"@{self.flow.value} must be the last decorator, right above the function"
             )
         if not hasattr(function, "__code__"):
             raise self.place.error(f"@{self.flow.value} decorates a function, not {function!r}")
@@ -60,8 +60,8 @@ class Neuron2Robot(_FunctionDecorator):
     """Marks a function from the brain to the robot.
 
     Args:
-        robot_topic: where the return value is sent, unless it is None; without a topic it is not used.
-        triggers, throttling_rate, priority: as of :class:`Robot2Neuron`.
+        robot_topic: the topic of the return value, unless that is None; without a topic it is ignored.
+        triggers, throttling_rate, priority: see :class:`Robot2Neuron`.
     """
 
     flow = Flow.NEURON_TO_ROBOT
@@ -79,16 +79,16 @@ class Neuron2Robot(_FunctionDecorator):
 
 
 class Robot2Neuron(_FunctionDecorator):
-    """Marks a function from the robot to the brain; its return value is not used.
+    """Marks a function from the robot to the brain; its return value is ignored.
 
     Args:
         triggers: names of subscribed parameters whose messages make the function run; by
             default it runs every step.
-        throttling_rate: runs a second at most.
-        priority: functions with a higher one run first within a step.
+        throttling_rate: the largest number of runs per second.
+        priority: functions with a higher priority run first within a step.
 
     Raises:
-        TransferFunctionError: an argument cannot be.
+        TransferFunctionError: an argument is invalid.
     """
 
     flow = Flow.ROBOT_TO_NEURON

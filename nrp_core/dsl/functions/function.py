@@ -1,4 +1,4 @@
-"""The transfer function: a function, what its parameters are bound to, and when it runs."""
+"""The transfer function: a function, the bindings of its parameters, and when it runs."""
 
 from __future__ import annotations
 
@@ -20,24 +20,25 @@ TIME = "t"
 
 
 class Flow(Enum):
-    """Which way a transfer function mainly carries information."""
+    """The direction in which a transfer function mainly carries information."""
 
     NEURON_TO_ROBOT = "Neuron2Robot"
     ROBOT_TO_NEURON = "Robot2Neuron"
 
 
 class TransferFunction:
-    """A decorated function. Calling it calls the plain function, with whatever arguments.
+    """A decorated function. Calling it calls the plain function with the given arguments.
 
-    Once bound, what a parameter stands for is an attribute: ``linear_twist.left_wheel_neuron``.
+    Once bound, each parameter's device, topic or variable is an attribute:
+    ``linear_twist.left_wheel_neuron``.
 
     Args:
-        function: first parameter ``t``, the simulation time in seconds; a mapping binds each other.
-        flow: which way it goes.
-        topic: where its return value is sent; None: the value is not used.
-        triggers: names of parameters whose news make it run; ``t``: every step.
-        throttling_rate: runs a second at most.
-        priority: higher ones run first within a step.
+        function: its first parameter is ``t``, the simulated time in seconds; mappings bind the others.
+        flow: its direction.
+        topic: the topic of its return value; None: the value is ignored.
+        triggers: names of parameters whose new messages make it run; ``t``: every step.
+        throttling_rate: the largest number of runs per second.
+        priority: functions with a higher priority run first within a step.
 
     Raises:
         TransferFunctionError: the function does not have this form.
@@ -70,7 +71,7 @@ class TransferFunction:
 
     def _parameters_of(self, function: Callable[..., Any]) -> tuple[str, ...]:
         if not _runs_when_called(function):
-            raise self._error("must be a plain function, no generator and not async")
+            raise self._error("must be a plain function, not a generator and not async")
         given = inspect.signature(function).parameters.values()
         if any(p.kind is not inspect.Parameter.POSITIONAL_OR_KEYWORD for p in given):
             raise self._error("takes plain parameters only: no *, ** or /")
@@ -84,14 +85,16 @@ class TransferFunction:
         for name in names:
             if name not in (TIME, *self.parameters):
                 hint = did_you_mean(name, self.parameters)
-                raise self._error(f"cannot be triggered by '{name}', which is no parameter of it{hint}")
+                raise self._error(
+                    f"cannot be triggered by '{name}', which is not one of its parameters{hint}"
+                )
         return names
 
     def add(self, mapping: Mapping) -> None:
-        """Say what a parameter is bound to.
+        """Bind a parameter.
 
         Raises:
-            TransferFunctionError: there is no such parameter, or it is bound to something already.
+            TransferFunctionError: the parameter does not exist, or is bound already.
         """
         name = mapping.parameter
         if name == TIME:
@@ -111,7 +114,7 @@ class TransferFunction:
 
     @property
     def published(self) -> list[Topic]:
-        """The topics that it publishes on, that of its return value included."""
+        """The topics that it publishes, including the topic of its return value."""
         written = [mapping.writes for mapping in self.mappings.values() if mapping.writes is not None]
         return written if self.topic is None else [*written, self.topic]
 
@@ -119,31 +122,31 @@ class TransferFunction:
 
     @property
     def is_bound(self) -> bool:
-        """Whether the parameters stand for something in a brain and a world."""
+        """Whether the parameters are bound to a brain and a world."""
         return self._arguments is not None
 
     @property
     def adapters(self) -> dict[str, Adapter]:
-        """What each parameter stands for, once bound."""
+        """The device, topic or variable of each parameter, once bound."""
         return self._adapters
 
     def bind(self, brain: Brain, world: World, *, variables: dict[str, Any] | None = None) -> Self:
-        """Let every parameter stand for its device, topic or variable.
+        """Bind every parameter to its device, topic or variable.
 
         Args:
-            brain: the side of the neurons.
-            world: the side of the robot.
-            variables: the variables that functions share; by default it shares none.
+            brain: the brain.
+            world: the world.
+            variables: the variables that functions share; by default none.
 
         Raises:
-            ExperimentError: a parameter is not mapped, or names what does not exist.
+            ExperimentError: a parameter is not mapped, or names something that does not exist.
             LifecycleError: the function is bound already.
         """
         if self.is_bound:
             raise LifecycleError(f"transfer function '{self.name}' is bound already; unbind() it first")
         for parameter in self.parameters:
             if parameter not in self.mappings:
-                raise self._error(f"maps nothing to its parameter '{parameter}', e.g. with MapSpikeSink")
+                raise self._error(f"has no mapping for its parameter '{parameter}', e.g. with MapSpikeSink")
         binding = Binding(self.name, brain, world, {} if variables is None else variables)
         try:
             self._connect(binding)
@@ -176,7 +179,7 @@ class TransferFunction:
             raise self.place.located(error, context) from None
 
     def unbind(self) -> None:
-        """Give everything back to brain and world."""
+        """Release everything in brain and world."""
         for adapter in self._adapters.values():
             adapter.release()
         self._adapters = {}
@@ -203,15 +206,15 @@ class TransferFunction:
         return TIME in self.triggers or any(topic.pending for topic in self._triggering)
 
     def run(self, now_ns: int, t: float | None = None) -> Any:
-        """Run it with what its parameters stand for, and send what it returns to its topic.
+        """Run it on its bound parameters, and send its return value to its topic.
 
         Args:
             now_ns: the time that brain and world have reached.
-            t: the time in seconds that the function is told; by default the same.
+            t: the time in seconds that the function gets; by default the same.
 
         Raises:
             LifecycleError: it is not bound.
-            TopicError: its topic cannot carry what it returned.
+            TopicError: its topic cannot carry the return value.
         """
         if self._arguments is None:
             raise LifecycleError(f"transfer function '{self.name}' is not bound; bind(brain, world) it first")
@@ -232,14 +235,14 @@ class TransferFunction:
             adapter.reset()
 
     def save(self) -> Any:
-        """Return what changes while running, besides what brain and world save."""
+        """Return its own state; brain and world save theirs."""
         adapters = {name: (type(adapter), adapter.save()) for name, adapter in self._adapters.items()}
         return self._active, self.throttle.save(), adapters
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave, for this function or one of the same name.
+        """Restore a state from :meth:`save`, of this function or one of the same name.
 
-        Parameters that are new, or bound to something of another kind, stay as they are.
+        Parameters that are new, or of another kind, stay as they are.
         """
         self._active, throttle, adapters = saved
         self.throttle.restore(throttle)
@@ -248,7 +251,7 @@ class TransferFunction:
                 self._adapters[name].restore(state)
 
     def inputs(self) -> dict[str, str]:
-        """Return what the function sees in its parameters, as text, for reports."""
+        """Return the values of its parameters as text, for reports."""
         shown = {name: adapter.shown() for name, adapter in self._adapters.items()}
         return {name: text for name, text in shown.items() if text}
 

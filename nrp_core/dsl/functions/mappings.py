@@ -37,7 +37,7 @@ class _MappingDecorator(Mapping):
 
 
 class _DeviceMapping(_MappingDecorator):
-    """Binds a parameter to a device, or to a device group where the selector gives a list.
+    """Binds a parameter to a device, or to a device group if the selector gives a list.
 
     Args:
         key: name of the parameter.
@@ -46,7 +46,7 @@ class _DeviceMapping(_MappingDecorator):
         kwargs: settings of the device; in a group, a list gives each device its own.
 
     Raises:
-        TransferFunctionError: the kind does not fit or has no such setting.
+        TransferFunctionError: the kind does not fit, or lacks a setting.
     """
 
     drives: ClassVar[bool]
@@ -96,7 +96,7 @@ class _DeviceMapping(_MappingDecorator):
 
 
 class MapSpikeSink(_DeviceMapping):
-    """Binds a parameter to a device that listens to neurons."""
+    """Binds a parameter to a device that reads neurons."""
 
     drives = False
     flow = Flow.NEURON_TO_ROBOT
@@ -110,13 +110,13 @@ class MapSpikeSource(_DeviceMapping):
 
 
 class MapRobotSubscriber(_MappingDecorator):
-    """Binds a parameter to what comes on a topic.
+    """Binds a parameter to the messages of a topic.
 
     Args:
         key: name of the parameter.
         value: the topic.
-        initial_value: what the function sees before the first message.
-        queue_size, buff_size: taken for users of ROS; in lockstep nothing queues.
+        initial_value: the value before the first message.
+        queue_size, buff_size: accepted for users of ROS; in lockstep nothing is queued.
     """
 
     flow = Flow.ROBOT_TO_NEURON
@@ -147,7 +147,7 @@ class MapRobotPublisher(_MappingDecorator):
     Args:
         key: name of the parameter.
         value: the topic.
-        queue_size: taken for users of ROS; in lockstep nothing queues.
+        queue_size: accepted for users of ROS; in lockstep nothing is queued.
     """
 
     flow = Flow.NEURON_TO_ROBOT
@@ -168,14 +168,14 @@ class MapVariable(_MappingDecorator):
 
     Args:
         parameter_name: name of the parameter.
-        global_key: what functions call it that share it; by default the name of the parameter.
-        initial_value: its value at time 0; it may depend on the brain. The first function that
-            gives a shared variable one decides.
+        global_key: name of a shared variable; by default the name of the parameter.
+        initial_value: its value at time 0; it may depend on the brain. For a shared variable, the first
+            function that gives one decides.
         scope: ``nrp.GLOBAL`` (shared by all functions of an experiment) or
             ``nrp.TRANSFER_FUNCTION_LOCAL``.
 
     Raises:
-        TransferFunctionError: there is no such scope.
+        TransferFunctionError: the scope does not exist.
     """
 
     flow = Flow.ROBOT_TO_NEURON
@@ -210,9 +210,9 @@ class MapCSVRecorder(_MappingDecorator):
 
     Args:
         parameter_name: name of the parameter.
-        filename: of the file; recorders of one experiment that name one file write it in turn.
-        headers: of the columns.
-        erase_on_reset: whether a reset forgets the rows; else the next one is marked ``RESET``.
+        filename: name of the file; recorders of an experiment that share a file write it in turn.
+        headers: headers of the columns.
+        erase_on_reset: whether a reset erases the rows; otherwise the next row is marked ``RESET``.
     """
 
     flow = Flow.NEURON_TO_ROBOT
@@ -222,7 +222,9 @@ class MapCSVRecorder(_MappingDecorator):
     ) -> None:
         super().__init__(parameter_name)
         if not isinstance(filename, str) or not filename.strip():
-            raise self.place.error(f"parameter '{parameter_name}': a file has a name, not {filename!r}")
+            raise self.place.error(
+                f"parameter '{parameter_name}': the file name must be a text, not {filename!r}"
+            )
         self.filename, self.headers, self.erase_on_reset = filename, tuple(map(str, headers)), erase_on_reset
 
     def _do_bind(self, binding: Binding) -> CSVRecorder:
@@ -233,7 +235,7 @@ class MapCSVRecorder(_MappingDecorator):
 
 
 def _share(name: str, value: Any, i: int, n: int) -> Any:
-    """Return what device ``i`` of a group of ``n`` gets of a setting."""
+    """Return the value of a setting for device ``i`` of a group of ``n``."""
     if np.ndim(value) == 0 or not isinstance(value, Sized):
         return value
     if len(value) != n:

@@ -1,4 +1,4 @@
-"""Monitors: functions that show what a device reads, on a topic that all monitors of its kind share."""
+"""Monitors: functions that publish the value of a device, on a topic shared by all monitors of its kind."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Adapter:
         """Give back what was taken from brain and world."""
 
     def save(self) -> Any:
-        """Return what changes while running, besides what brain and world save."""
+        """Return its own state; brain and world save theirs."""
         return None
 
     def restore(self, saved: Any) -> None:

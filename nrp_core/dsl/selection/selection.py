@@ -55,30 +55,31 @@ class Selection:
 
     @property
     def positions_um(self) -> FloatArray:
-        """Where they lie, shape ``(n, 3)``.
+        """Their positions, shape ``(n, 3)``.
 
         Raises:
-            NeuronSelectionError: the network does not say.
+            NeuronSelectionError: the network has no positions.
         """
         if self.network is None:
             raise NeuronSelectionError(f"'{self.label}' has no positions")
         return self.network.positions_of(self.ids)
 
     def within(self, region: Region) -> Selection:
-        """Return those that lie in a region, in their order; there may be none.
+        """Return the neurons in a region, in order; there may be none.
 
         Raises:
-            NeuronSelectionError: they have no positions, or that is no region.
+            NeuronSelectionError: they have no positions, or the argument is not a region.
         """
         if not isinstance(region, Region):
             raise NeuronSelectionError(f"neurons lie within a Box or a Sphere, not within {region!r}")
         return self._of(self.ids[region.contains(self.positions_um)])
 
     def nearest(self, center: Sequence[float], n: int = 1) -> Selection:
-        """Return the ``n`` that lie nearest to a point (um), the nearest first; of equals the first ones.
+        """Return the ``n`` neurons nearest to a point (um), the nearest first; ties go to the first neurons.
 
         Raises:
-            NeuronSelectionError: they have no positions, that is no point, or they are fewer than ``n``.
+            NeuronSelectionError: they have no positions, the argument is not a point, or there are fewer
+                than ``n``.
         """
         if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or not 0 < n <= self.size:
             raise NeuronSelectionError(
@@ -109,7 +110,7 @@ class Selection:
 
 
 class BrainRoot:
-    """What ``nrp.brain`` means: every population and view of a network by its name."""
+    """The value of ``nrp.brain``: every population and view of a network by its name."""
 
     __slots__ = ("_network",)
 

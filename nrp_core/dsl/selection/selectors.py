@@ -15,15 +15,15 @@ Root: TypeAlias = Any
 
 
 class Selector:
-    """Something to be found in the brain; what is done to it is remembered and done then.
+    """An expression over the brain, evaluated later.
 
-    Attributes, indices and arithmetic are remembered: ``nrp.brain.sensors[0:3:2]``,
+    Attributes, indices and arithmetic are recorded: ``nrp.brain.sensors[0:3:2]``,
     ``nrp.brain.left + nrp.brain.right``, ``nrp.brain.sensors.size - 1``. So are choices by location:
     ``nrp.brain.sensors.within(nrp.Sphere((0, 0), 50))``, ``nrp.brain.sensors.nearest((0, 0), 3)``.
 
     Args:
-        find: evaluates it, given the root of the brain.
-        text: how it is shown.
+        find: evaluates the expression, given the root of the brain.
+        text: the expression as text.
     """
 
     __slots__ = ("_find", "_text")
@@ -67,7 +67,7 @@ class Selector:
         def find(root: Root) -> Any:
             found = self._find(root)
             if not isinstance(found, Selection):
-                raise NeuronSelectionError(f"{self._text} are no neurons with a location")
+                raise NeuronSelectionError(f"{self._text} are not neurons with a location")
             return getattr(found, method)(*_evaluate(arguments, root))
 
         return Selector(find, f"{self._text}.{method}({', '.join(map(repr, arguments))})")
@@ -97,7 +97,7 @@ class Selector:
 
 
 brain = Selector(lambda root: root, "brain")
-"""The brain to be: its attributes are the populations of the network."""
+"""The future brain: its attributes are the populations of the network."""
 
 
 def nrange(start: Any, stop: Any, step: Any = 1) -> Selector:
@@ -107,7 +107,7 @@ def nrange(start: Any, stop: Any, step: Any = 1) -> Selector:
 
 
 def resolve(function: Callable[[Any], Any]) -> Selector:
-    """Return what ``function(brain)`` gives once there is a brain, e.g. neurons or a number."""
+    """Return the result of ``function(brain)``, evaluated once there is a brain, e.g. neurons or a number."""
     if not callable(function):
         raise TypeError(f"resolve takes a function of the brain, not {function!r}")
     return Selector(lambda root: _evaluate(function(root), root), f"resolve({_name_of(function)})")
@@ -138,10 +138,10 @@ def chain_neurons(*selectors: Any) -> Selector:
 
 
 def evaluate(value: Any, root: Root) -> Any:
-    """Return a value with every selector in it, lists and tuples included, replaced by what it finds.
+    """Return a value in which every selector, also in lists and tuples, is replaced by its result.
 
     Raises:
-        NeuronSelectionError: it cannot be evaluated on this brain.
+        NeuronSelectionError: a selector cannot be evaluated on this brain.
     """
     try:
         return _evaluate(value, root)
@@ -161,7 +161,7 @@ def select(selector: Any, root: Root) -> Selection | list[Selection]:
     parts = found if isinstance(found, list) else [found]
     for part in parts:
         if not isinstance(part, Selection):
-            raise NeuronSelectionError(f"{selector!r} gives {part!r:.60}, which are no neurons")
+            raise NeuronSelectionError(f"{selector!r} gives {part!r:.60}, which are not neurons")
     if not parts or not all(map(len, parts)):
         raise NeuronSelectionError(f"{selector!r} selects no neuron")
     return parts if isinstance(found, list) else parts[0]

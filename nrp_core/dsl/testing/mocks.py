@@ -25,16 +25,16 @@ _REST = {"v": -65.0, "gsyn_exc": 0.0, "gsyn_inh": 0.0}
 
 
 class MockBrain(Brain):
-    """Neurons that fire when they are told to.
+    """Neurons that spike on demand.
 
     Args:
         populations: size of each population, by name; or a whole network.
-        step_ns: its grid, None for any time.
-        releases_gil: what it declares.
-        capabilities: all that it declares; by default it has whatever the network needs.
+        step_ns: its time step; None: any time can be reached.
+        releases_gil: the declared capability.
+        capabilities: the declared capabilities; by default those that the network needs.
 
     Attributes:
-        values: what its neurons show, by variable, shape ``(network.size,)``.
+        values: state of its neurons, by variable, shape ``(network.size,)``.
 
     Raises:
         CapabilityError: the capabilities given do not cover the network.
@@ -64,7 +64,7 @@ class MockBrain(Brain):
         self._planned: list[Spikes] = []
 
     def fire(self, neurons: npt.ArrayLike, times_ms: npt.ArrayLike) -> None:
-        """Let neurons (global ids) fire at times of the next step, ascending."""
+        """Make neurons (global ids) spike at ascending times of the next step."""
         ids, times = np.broadcast_arrays(np.atleast_1d(neurons), np.atleast_1d(times_ms))
         self._planned.append(Spikes(ids.astype(np.int64), times.astype(float)))
 

@@ -34,12 +34,12 @@ _POPULATION_SIZE = 1000
 
 
 class Rig:
-    """A transfer function between a mock brain and a mock world that have what it maps.
+    """A transfer function between a mock brain and a mock world that have everything it maps.
 
     Args:
-        function: the transfer function; it is bound anew.
-        brain: by default one with every population that the function names, of 1000 neurons.
-        world: by default one with every topic of the function, which then have to state their type.
+        function: the transfer function; it is bound again.
+        brain: by default one with every population that the function names, of 1000 neurons each.
+        world: by default one with every topic of the function; the topics must then state their type.
     """
 
     def __init__(
@@ -54,14 +54,14 @@ class Rig:
         function.bind(self.brain, self.world)
 
     def set(self, **inputs: Any) -> None:
-        """Set what the function will see.
+        """Set the inputs of the function.
 
         Args:
             inputs: by parameter: the message of a topic, the value of a variable, the voltage or
                 rate of a device (a list for a device group), the spike times in ms of a recorder.
 
         Raises:
-            TransferFunctionError: the function reads no such parameter.
+            TransferFunctionError: the function does not read such a parameter.
         """
         for parameter, value in inputs.items():
             self._set(parameter, self.function.adapters.get(parameter), value)
@@ -81,7 +81,7 @@ class Rig:
             raise TransferFunctionError(f"'{self.function.name}' reads no parameter '{parameter}'{hint}")
 
     def run(self, t: float | None = None) -> Any:
-        """Run the function, whether it is due or not, and return what it returns.
+        """Run the function, due or not, and return its return value.
 
         Args:
             t: the time in seconds; by default 20 ms after the last run.

@@ -1,4 +1,4 @@
-"""Where a pixel looks: conversions between pixels, the image plane and angles."""
+"""Conversions between pixels, the image plane and angles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Camera:
         self.width, self.height = self.cal_width, self.cal_height
 
     def set_image_size(self, width: int, height: int) -> bool:
-        """Use images of another size; returns False and changes nothing where it is not positive."""
+        """Use images of another size; returns False and changes nothing if the size is not positive."""
         if width <= 0 or height <= 0:
             return False
         self.width, self.height = width, height
@@ -101,4 +101,4 @@ class Camera:
 
 
 cam = Camera()
-"""The camera of plain scripts; a transfer function file finds one of its own here."""
+"""The camera for plain scripts; each transfer function file gets its own under this name."""

@@ -15,14 +15,14 @@ from nrp_core.world.messages.sensor_msgs import Image
 ByteArray = npt.NDArray[np.uint8]
 
 RED_HSV = ((0, 30, 30), (0, 255, 255))
-"""What :func:`detect_red` takes for red, in OpenCV's 8-bit HSV (hue 0..179)."""
+"""The HSV range that :func:`detect_red` counts as red, in OpenCV's 8-bit HSV (hue 0..179)."""
 
 _CHANNELS = {"rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4, "8UC4": 4, "mono8": 1, "8UC1": 1}
 
 
 @dataclass(frozen=True, slots=True)
 class RedShares:
-    """How much of an image is red.
+    """The shares of red in an image.
 
     Attributes:
         left, right: red share of each half, 0..1.
@@ -51,13 +51,13 @@ class RedShares:
 
 
 def detect_red(image: Image | None) -> RedShares:
-    """Return how much red is in the left and right half of an image.
+    """Return the share of red in the left and right half of an image.
 
     A pixel is red when its HSV values (8-bit, as OpenCV has them) have hue 0, saturation and value
     at least 30. An image of odd width has the larger half on the right.
 
     Args:
-        image: in any of ROS's 8-bit encodings; None or one without pixels gives zeros.
+        image: in any of ROS's 8-bit encodings; None or an empty image gives zeros.
     """
     if not _has_pixels(image):
         return RedShares()
@@ -89,7 +89,7 @@ def get_color_values(image: Image | None, width: int = 40, height: int = 30) -> 
     A channel value ``v`` in 0..255 becomes ``5000 ** (v / 256) / 5000``.
 
     Args:
-        image: None or one without pixels gives zeros.
+        image: None or an empty image gives zeros.
         width: in pixels; the left half has ``width // 2`` columns.
         height: in pixels.
     """
@@ -105,12 +105,12 @@ def get_color_values(image: Image | None, width: int = 40, height: int = 30) -> 
 def find_centroid_hsv(
     image: Image | None, lower: Sequence[int], upper: Sequence[int]
 ) -> tuple[int, int] | None:
-    """Return the mean pixel (column, row) of those within HSV bounds, or None without any.
+    """Return the mean pixel (column, row) of all pixels within HSV bounds, or None if there are none.
 
     Args:
         image: None gives None.
-        lower: least hue (0..179), saturation and value (0..255), included.
-        upper: largest ones, included.
+        lower: smallest hue (0..179), saturation and value (0..255), inclusive.
+        upper: largest hue, saturation and value, inclusive.
     """
     if not _has_pixels(image):
         return None
@@ -119,7 +119,7 @@ def find_centroid_hsv(
 
 
 def rgb_array(image: Image) -> ByteArray:
-    """Return an image as an array of shape ``(height, width, 3)``, without copying where it is one.
+    """Return an image as an array of shape ``(height, width, 3)``, without a copy if possible.
 
     Raises:
         ValueError: the encoding is not an 8-bit one.

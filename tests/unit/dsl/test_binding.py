@@ -119,7 +119,7 @@ def test_what_does_not_exist_is_said_with_function_parameter_and_line(
 
 def test_a_parameter_that_is_not_mapped_is_said(load: Load) -> None:
     (function,) = load("@nrp.Robot2Neuron()\ndef f(t, x): pass")
-    with pytest.raises(TransferFunctionError, match="maps nothing to its parameter 'x'"):
+    with pytest.raises(TransferFunctionError, match="has no mapping for its parameter 'x'"):
         function.bind(brain(), world())
 
 

@@ -19,7 +19,7 @@ Load = Callable[[str], list[TransferFunction]]
         (1, "@nrp.Robot2Neuron()\ndef f(): pass", "the time, t"),
         (1, "@nrp.Robot2Neuron()\ndef f(t, *x): pass", r"no \*, \*\* or /"),
         (1, "@nrp.Robot2Neuron()\ndef f(t, *, x): pass", "plain parameters"),
-        (1, "@nrp.Robot2Neuron()\ndef f(t): yield t", "a plain function, no generator"),
+        (1, "@nrp.Robot2Neuron()\ndef f(t): yield t", "a plain function, not a generator"),
         (1, "@nrp.Robot2Neuron()\nasync def f(t): pass", "not async"),
         (1, "@nrp.MapVariable('t')\n@nrp.Robot2Neuron()\ndef f(t): pass", "'t' is the simulation time"),
         (
@@ -55,7 +55,11 @@ Load = Callable[[str], list[TransferFunction]]
         (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msgs/Flaot64'))\ndef f(t): pass", "did you mean 'Float64'"),
         (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msg/Float64'))\ndef f(t): pass", "did you mean 'std_msgs'"),
         (1, "@nrp.Neuron2Robot(Topic('/a', 3))\ndef f(t): pass", "3 is no message type"),
-        (1, "@nrp.Robot2Neuron(triggers='x')\ndef f(t): pass", "triggered by 'x', which is no parameter"),
+        (
+            1,
+            "@nrp.Robot2Neuron(triggers='x')\ndef f(t): pass",
+            "triggered by 'x', which is not one of its parameters",
+        ),
         (1, "@nrp.Robot2Neuron(triggers=5)\ndef f(t): pass", "triggers are names of parameters, not 5"),
         (1, "@nrp.Robot2Neuron(throttling_rate=0)\ndef f(t): pass", "positive rate in Hz, not 0"),
         (1, "@nrp.Robot2Neuron(throttling_rate=True)\ndef f(t): pass", "not True"),
@@ -65,7 +69,7 @@ Load = Callable[[str], list[TransferFunction]]
         (
             1,
             "@nrp.Robot2Neuron()\n@nrp.MapVariable('x')\ndef f(t, x): pass",
-            "'f' is a transfer function already; @Robot2Neuron stands last",
+            "'f' is a transfer function already; @Robot2Neuron must be the last decorator",
         ),
         (
             4,

@@ -133,7 +133,7 @@ def test_a_region_that_is_none_is_refused_where_it_is_written(choose: Any, messa
         (nrp.brain.cells.nearest((0, 0), 9), "'cells' has 2 neurons; 9 of them cannot be nearest"),
         (nrp.brain.cells.nearest((0, 0), 0), "0 of them cannot be nearest"),
         (nrp.brain.cells.nearest(3, 1), "what neurons are near is two or three numbers"),
-        (nrp.brain.cells.size.nearest((0, 0)), r"brain\.cells\.size are no neurons with a location"),
+        (nrp.brain.cells.size.nearest((0, 0)), r"brain\.cells\.size are not neurons with a location"),
         (nrp.brain.other.nearest((0, 0)), "population 'other' has no positions; give it a structure"),
         ((nrp.brain.cells + nrp.brain.other).within(nrp.Box((0, 0), (1, 1))), "population 'other' has no"),
     ],

@@ -137,11 +137,11 @@ def test_selectors_inside_values_are_replaced() -> None:
         (brain.sensors[True], "not True"),
         (brain.sensors[1.5], "not 1.5"),
         (brain.sensors[[]], "selects no neuron"),
-        (brain.sensors.size, "gives 8, which are no neurons"),
+        (brain.sensors.size, "gives 8, which are not neurons"),
         (map_neurons(2, lambda i: 1 // 0), "ZeroDivisionError"),
         (map_neurons(0, lambda i: brain.sensors[i]), "selects no neuron"),
-        ([0, 1], "no neurons"),
-        (brain, "no neurons"),
+        ([0, 1], "not neurons"),
+        (brain, "not neurons"),
     ],
 )
 def test_what_selects_nothing_is_said(selector: object, message: str) -> None:
