@@ -18,7 +18,7 @@ def navigation(reference: list[str]) -> list[Any]:
         reference: the pages of the API reference.
     """
     sections = _sections((PAGES / "contents.md").read_text())
-    sections["Reference"].append({"Python": reference})
+    sections["Reference"].append({"Python modules": reference})
     project = ["readme.md", "contributing.md", "changelog.md"]
     tabs = [{title: pages} for title, pages in sections.items()]
     return [{"Home": "index.md"}, *tabs, {"Gallery": "gallery.md"}, {"Project": ["contents.md", *project]}]

@@ -56,9 +56,14 @@ def _code(cell: Any, stem: str, index: int) -> str:
 
 
 def _joined(outputs: list[Any]) -> list[Any]:
-    """Return outputs with pieces of one stream that follow each other as one."""
+    """Return outputs with pieces of one stream that follow each other as one.
+
+    Standard error is left out: it says what is compiled, which depends on the machine. A failure raises.
+    """
     joined: list[Any] = []
     for output in outputs:
+        if output.get("name") == "stderr":
+            continue
         if joined and output.get("name") and output.get("name") == joined[-1].get("name"):
             joined[-1].text += output.text
         else:

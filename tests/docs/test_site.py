@@ -1,0 +1,43 @@
+"""What the documentation site makes of pages, and what it refuses."""
+
+from pathlib import Path, PurePosixPath
+
+import pytest
+from pages import on_the_site
+from verify import faults
+
+
+def test_a_link_to_a_source_file_leads_to_a_page_that_shows_it() -> None:
+    linked: set[PurePosixPath] = set()
+    text = "[one](../../nrp_core/simulation.py), [two](../README.md#how-to)\n"
+    page = on_the_site(text, PurePosixPath("docs/howto/use-pynn.md"), linked)
+    assert page == "[one](../source/nrp_core/simulation.py.md), [two](../contents.md#how-to)\n"
+    assert linked == {PurePosixPath("nrp_core/simulation.py")}
+
+
+def test_code_keeps_what_looks_like_a_link_and_comments_go() -> None:
+    text = "<!-- not run: no network -->\n```sh\necho [a](b.md)\n```\n"
+    page = on_the_site(text, PurePosixPath("docs/howto/use-pynn.md"), set())
+    assert page == "```sh\necho [a](b.md)\n```\n"
+
+
+def test_a_link_to_a_file_that_is_missing_ends_the_build() -> None:
+    with pytest.raises(SystemExit, match=r"use-pynn\.md: links to nothing\.md"):
+        on_the_site("[a](nothing.md)", PurePosixPath("docs/howto/use-pynn.md"), set())
+
+
+@pytest.mark.parametrize(
+    ("body", "fault"),
+    [
+        ('<a href="b.html">', "links to b.html, and there is no such file"),
+        ('<a href="#b">', "links to #b, and the page has no such heading"),
+        ('<script src="https://example.org/a.js">', "loads https://example.org/a.js"),
+        ('<link rel="stylesheet" href="//example.org/a.css">', "loads //example.org/a.css"),
+        ('<h1 id="b"></h1><a href="a.html#b"><a href="https://example.org">', None),
+    ],
+)
+def test_the_built_site_is_searched_for_broken_links_and_foreign_files(
+    body: str, fault: str | None, tmp_path: Path
+) -> None:
+    (tmp_path / "a.html").write_text(body)
+    assert faults(tmp_path) == ([] if fault is None else [f"a.html: {fault}"])
