@@ -1,1 +1,1 @@
-"""The transfer function framework under the name that its paper prints."""
+"""The transfer function framework under its name in the paper."""

@@ -1,7 +1,7 @@
 """``import hbp_nrp_client.tf_framework as nrp``: the transfer function language.
 
 Importing it also lets plain scripts ``import geometry_msgs.msg`` and the other message packages
-where no ROS is installed.
+where ROS is not installed.
 """
 
 from __future__ import annotations

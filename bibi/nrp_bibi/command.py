@@ -20,16 +20,16 @@ def generate(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write to this file.")] = None,
     check: Annotated[
         bool,
-        typer.Option("--check", help="Write nothing; fail if what would be written is not there already."),
+        typer.Option("--check", help="Write nothing; fail if an output is missing or out of date."),
     ] = False,
     reverse: Annotated[bool, typer.Option("--reverse", help="Make a model from Python.")] = False,
     diagram: Annotated[
         Path | None, typer.Option("--diagram", metavar="FILE.svg", help="Draw the model to this file.")
     ] = None,
-    imports: Annotated[bool, typer.Option(help="Begin with imports; transfer functions do without.")] = True,
+    imports: Annotated[bool, typer.Option(help="Begin with import statements (optional).")] = True,
     json: Json = False,
 ) -> None:
-    """Turn a BIBI model into Python, Python into a model, and either into a picture."""
+    """Turn a BIBI model into Python, Python into a model, and draw either as a diagram."""
     text = _text(file, reverse=reverse, imports=imports)
     wanted = {} if output is None else {output: text}
     if diagram is not None:
@@ -43,7 +43,7 @@ def generate(
     elif not (wanted or check):
         typer.echo(text, nl=False)
     for path in stale if check and not json else ():
-        complain(f"{path} is not what {file} stands for; write it without --check")
+        complain(f"{path} differs from the output for {file}; run without --check to write it")
     raise typer.Exit(NO if check and stale else 0)
 
 
@@ -66,5 +66,5 @@ def _model(file: Path, *, reverse: bool) -> Bibi:
     from nrp_bibi.reverse import reverse_file
 
     if file.suffix == ".py" and not reverse:
-        raise typer.BadParameter(f"{file} is Python; --reverse makes a model from it", param_hint="FILE")
+        raise typer.BadParameter(f"{file} is a Python file; use --reverse", param_hint="FILE")
     return reverse_file(file) if reverse else read_bibi(file)

@@ -1,4 +1,4 @@
-"""Give the transfer functions of a BIBI file to the loop, through the Python that they stand for."""
+"""Load the transfer functions of a BIBI file into the loop, through generated Python."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from nrp_core.errors import TransferFunctionError
 
 
 def load_bibi(path: Path | str) -> list[TransferFunction]:
-    """Return the transfer functions of a file, in its order; they share the names that Python in it defines.
+    """Return the transfer functions of a file, in its order; they share one namespace.
 
-    What goes wrong in generated code is reported with the line of the model.
+    Errors in generated code are reported with the line of the model.
 
     Raises:
-        TransferFunctionError: the file cannot be read, has no meaning, or declares nothing.
-        ExperimentError: something in it is wrong; it says where.
+        TransferFunctionError: the file cannot be read, is not valid, or declares no transfer function.
+        ExperimentError: part of it is wrong; the error names the place.
     """
     path = Path(path)
     module = ModuleType(path.stem)
@@ -33,9 +33,9 @@ def load_bibi(path: Path | str) -> list[TransferFunction]:
 
 
 def bibi_listing(path: Path) -> Listing:
-    """Return the Python that a file stands for, without executing it.
+    """Return the Python generated from a file, without executing it.
 
     Raises:
-        TransferFunctionError: the file cannot be read, or has no meaning.
+        TransferFunctionError: the file cannot be read, or is not valid.
     """
     return Listing(tuple(part.source() for part in transformed(read_bibi(path), path)))

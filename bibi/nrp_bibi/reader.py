@@ -1,7 +1,7 @@
-"""Read a BIBI document by what it contains.
+"""Read a BIBI document, in any of its historical forms.
 
-Elements are known by their local names, in any order, under any prefix and name space; a value may
-stand in an attribute or in an element, as XMI writes it. Only what cannot be understood is refused.
+Elements are identified by their local names, in any order, with any prefix and namespace; a value may
+be an attribute or an element, as XMI writes it. Only content that cannot be understood is refused.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def read_bibi(path: Path) -> Bibi:
     """Read a file.
 
     Raises:
-        TransferFunctionError: it cannot be read, or something in it has no meaning; it says where.
+        TransferFunctionError: it cannot be read, or part of it is not valid; the error names the line.
     """
     return model_of(read_xml(path, TransferFunctionError))
 
@@ -32,17 +32,17 @@ def parse_bibi(text: bytes | str, path: Path = Path("<text>")) -> Bibi:
     """Read a document; ``path`` is for messages.
 
     Raises:
-        TransferFunctionError: something in it has no meaning; it says where.
+        TransferFunctionError: part of it is not valid; the error names the line.
     """
     encoded = text.encode() if isinstance(text, str) else text
     return model_of(parse_xml(encoded, path, TransferFunctionError))
 
 
 def model_of(root: Element) -> Bibi:
-    """Return the model that a document holds, given its root.
+    """Return the model of a document, given its root element.
 
     Raises:
-        TransferFunctionError: something in it has no meaning; it says where.
+        TransferFunctionError: part of it is not valid; the error names the line.
     """
     if _local(root.tag) == "XMI":
         found = [child for child in root.children if _local(child.tag) in _ROOTS]
@@ -56,7 +56,7 @@ def model_of(root: Element) -> Bibi:
 
 
 def _with_properties(element: Element) -> Element:
-    """Return an element in which ``name="device.voltage"`` of references are a name and a property."""
+    """Return an element in which references ``name="device.voltage"`` have a name and a property."""
     given = dict(element.attributes)
     name, dot, path = given.get("name", "").partition(".")
     is_reference = any(_says_type(one) and _local(text) == "ArgumentReference" for one, text in given.items())
@@ -66,7 +66,7 @@ def _with_properties(element: Element) -> Element:
 
 
 class _Reading:
-    """One element that is read as one class."""
+    """The reading of one element as one class."""
 
     def __init__(self, element: Element, of: type[Node], implied: str = "") -> None:
         self._element = element
@@ -88,7 +88,7 @@ class _Reading:
                 values[line_of] = _first_line(element)
         return self._class(line=element.line, **values)
 
-    # -- which class
+    # -- the class
 
     def _class_of(self, of: type[Node], implied: str) -> type[Node]:
         choices = concrete(of)
@@ -109,22 +109,22 @@ class _Reading:
         needed = (feature.names for feature in features(choice) if feature.least)
         return known.issuperset(self._given) and all(map(self._given.intersection, needed))
 
-    # -- what it has
+    # -- the content
 
     def _refuse_unknown(self) -> None:
         element = self._element
         known = {name for feature in self._features for name in feature.names}
         for name in _own(element.attributes):
             if _local(name) not in known:
-                raise element.error(f"<{element.tag}> has no '{name}'{did_you_mean(name, known)}")
+                raise element.error(f"<{element.tag}> has no attribute '{name}'{did_you_mean(name, known)}")
         for child in element.children:
             if _local(child.tag) not in known:
                 raise child.error(
-                    f"<{element.tag}> has no <{child.tag}>{did_you_mean(_local(child.tag), known)}"
+                    f"<{element.tag}> has no element <{child.tag}>{did_you_mean(_local(child.tag), known)}"
                 )
         takes_text = any(feature.bare or feature.place == "content" for feature in self._features)
         if element.text and not takes_text:
-            raise element.error(f"the text '{element.text:.40}' in <{element.tag}> has no meaning")
+            raise element.error(f"<{element.tag}> cannot contain text, such as '{element.text:.40}'")
 
     def _has(self, feature: Feature) -> bool:
         if any(name in self._given for name in feature.names):
@@ -140,7 +140,7 @@ class _Reading:
             values = self._texts(feature, feature.of, attribute, elements)
         elif attribute is not None:
             raise self._element.error(
-                f"'{feature.name}' of <{self._element.tag}> is an element, not an attribute"
+                f"'{feature.name}' of <{self._element.tag}> must be an element, not an attribute"
             )
         else:
             implied = feature.aliases
@@ -166,7 +166,7 @@ class _Reading:
         return [_parsed(place, feature.name, kind, text) for place, text in found]
 
     def _split(self, text: str, feature: Feature) -> list[str]:
-        """Return the texts in an attribute; XMI writes several into one."""
+        """Return the texts in an attribute; XMI writes several values into one attribute."""
         return text.split() if feature.many else [text]
 
 
@@ -175,7 +175,7 @@ def _check_value_element(element: Element, kind: Value) -> None:
     if element.children:
         raise element.error(f"<{element.tag}> holds {kind.expects}, not elements")
     for name in _own(element.attributes):
-        raise element.error(f"<{element.tag}> has no '{name}': it holds {kind.expects}")
+        raise element.error(f"<{element.tag}> has no attribute '{name}': it holds {kind.expects}")
     base = _local(kind.facets[0][1])
     name = _stated_type(element)
     if name not in ("", kind.name, base, "string"):
@@ -195,7 +195,7 @@ def _parsed(element: Element, name: str, kind: Value, text: str) -> Any:
 
 def _refusal(element: Element, name: str, kind: Value, text: str) -> ExperimentError:
     valid = [value for facet, value in kind.facets if facet == "enumeration"]
-    hint = did_you_mean(text, valid) if valid else f": it is {kind.expects}"
+    hint = did_you_mean(text, valid) if valid else f"; it must be {kind.expects}"
     what = f"<{element.tag}>" if _local(element.tag) == name else f"'{name}' of <{element.tag}>"
     return element.error(f"{what} cannot be '{text.strip():.60}'{hint}")
 
@@ -204,18 +204,18 @@ def _wanted(feature: Feature) -> str:
     if feature.place == "attribute":
         return f'an attribute {feature.name}="..."'
     if feature.place == "content":
-        return "a text"
-    return f"a <{feature.name}>" if feature.least == 1 else f"{feature.least} <{feature.name}> or more"
+        return "text"
+    return f"a <{feature.name}>" if feature.least == 1 else f"at least {feature.least} <{feature.name}>"
 
 
 def _first_line(element: Element) -> int:
-    """Return the line on which the text of an element begins, blank lines left out."""
+    """Return the line of the first text of an element, after blank lines."""
     blank = element.raw_text[: len(element.raw_text) - len(element.raw_text.lstrip())]
     return element.end_line - element.raw_text.count("\n") + blank.count("\n")
 
 
 def _own(attributes: dict[str, str]) -> dict[str, str]:
-    """Return the attributes without those of XML, XSI and XMI themselves, which have a prefix."""
+    """Return the attributes without a prefix; XML, XSI and XMI attributes have one."""
     return {name: text for name, text in attributes.items() if ":" not in name and name != "xmlns"}
 
 

@@ -1,4 +1,4 @@
-"""Write a model in its canonical form: an element a line, in the order of the metamodel, without defaults."""
+"""Write a model in canonical form: one element a line, in the order of the metamodel, without defaults."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def bibi_text(model: Bibi) -> str:
     """Return a model as a document; reading it gives an equal model.
 
     Raises:
-        TransferFunctionError: a text has characters that XML cannot hold.
+        TransferFunctionError: a text has characters that XML does not allow.
     """
     spaces = [f'xmlns="{NAMESPACE}"', f'xmlns:xsi="{_XSI}"']
     lines = _element("bibi", model, type_name="", more=spaces)
@@ -62,7 +62,7 @@ def _elements(feature: Feature, value: Any) -> Iterator[str]:
 
 
 def _content(text: str) -> str:
-    """Return the text of an element; code of several lines stands as it is."""
+    """Return the text of an element; code of several lines is unchanged."""
     if "\n" not in text:
         return escaped(text)
     _refuse_forbidden(text)
@@ -87,4 +87,4 @@ def escaped(text: str) -> str:
 def _refuse_forbidden(text: str) -> None:
     found = _FORBIDDEN.search(text)
     if found:
-        raise TransferFunctionError(f"XML cannot hold the character {found[0]!r} in {text!r:.60}")
+        raise TransferFunctionError(f"XML does not allow the character {found[0]!r} in {text!r:.60}")

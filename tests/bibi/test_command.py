@@ -30,7 +30,7 @@ def test_a_written_file_is_up_to_date_until_it_is_changed(
 ) -> None:
     made = tmp_path / "made.py"
     assert generate(LISTING, "-o", made, "--check") == 1
-    assert "is not what" in capsys.readouterr().err
+    assert "differs from the output for" in capsys.readouterr().err
     assert not made.exists()
     assert generate(LISTING, "-o", made) == 0
     assert generate(LISTING, "-o", made, "--check") == 0

@@ -117,7 +117,7 @@ def test_the_shipped_schema_is_that_of_the_metamodel() -> None:
 
 
 def test_a_body_that_has_two_operands_too_few_is_refused() -> None:
-    assert "m.bibi:2: <body> needs 2 <operand> or more" in refusal(
+    assert "m.bibi:2: <body> needs at least 2 <operand>" in refusal(
         '<transferFunction xsi:type="Neuron2Robot" name="f"><local name="x"><body xsi:type="Add"/></local>'
         "</transferFunction>"
     )
@@ -236,15 +236,15 @@ def test_xmi_documents_are_read() -> None:
 @pytest.mark.parametrize(
     ("inner", "message"),
     [
-        ("<bodyModl>x</bodyModl>", "m.bibi:2: <bibi> has no <bodyModl>; did you mean 'bodyModel'?"),
-        ("<timestep>0</timestep>", "<timestep> cannot be '0': it is a whole number, 1 or more"),
+        ("<bodyModl>x</bodyModl>", "m.bibi:2: <bibi> has no element <bodyModl>; did you mean 'bodyModel'?"),
+        ("<timestep>0</timestep>", "<timestep> cannot be '0'; it must be a whole number, 1 or more"),
         ("<timestep>20</timestep><timestep>10</timestep>", "<bibi> has 'timestep' more than once"),
-        ("text", "the text 'text' in <bibi> has no meaning"),
+        ("text", "<bibi> cannot contain text, such as 'text'"),
         ('<transferFunction xsi:type="Neuron2Robt"/>', "did you mean 'Neuron2Robot'?"),
         ('<bodyModel xsi:type="BodyModl"/>', "m.bibi:2: <bodyModel> cannot have xsi:type 'BodyModl'; did"),
         ('<bodyModel xsi:type="Robot"/>', "'Robot'; valid: BodyModel"),
         ('<mode xsi:type="Wrd">M</mode>', "<mode> cannot have xsi:type 'Wrd'; did you mean 'Word'?"),
-        ('<mode name="M">M</mode>', "<mode> has no 'name': it holds a text"),
+        ('<mode name="M">M</mode>', "<mode> has no attribute 'name': it holds a text"),
         ('<transferFunction name="f"/>', "<transferFunction> needs xsi:type; valid: Neuron2Monitor"),
         ('<configuration type="x"/>', '<configuration> needs an attribute src="..."'),
         ('<transferFunction xsi:type="Neuron2Robot" name="a b"/>', "'name' of <transferFunction> cannot be"),
@@ -270,7 +270,7 @@ def test_an_element_may_state_the_one_type_that_it_can_have(inner: str) -> None:
 
 @pytest.mark.parametrize("value", ["nan", "inf", "1,5", "0x10", ""])
 def test_only_finite_numbers_are_constants(value: str) -> None:
-    assert "is a finite number" in refusal(
+    assert "it must be a finite number" in refusal(
         f'<transferFunction xsi:type="Neuron2Robot" name="f"><local name="x"><body xsi:type="Constant" '
         f'value="{value}"/></local></transferFunction>'
     )
@@ -285,7 +285,7 @@ def test_whole_numbers_stay_whole(text: str, kind: type) -> None:
 
 
 def test_a_character_that_xml_cannot_hold_is_refused_when_writing() -> None:
-    with pytest.raises(ExperimentError, match="XML cannot hold"):
+    with pytest.raises(ExperimentError, match="XML does not allow"):
         bibi_text(Bibi(mode="a\x00"))
 
 

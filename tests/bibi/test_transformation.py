@@ -323,26 +323,26 @@ def test_nothing_is_lost_to_missing_brackets() -> None:
     [
         ('<local name="x"><body xsi:type="ArgumentReference" name="deviec"/></local>', "mean 'device'?"),
         ('<local name="device"><body xsi:type="SimulationStep"/></local>', "'device' is used twice"),
-        ('<local name="lambda"><body xsi:type="SimulationStep"/></local>', "cannot be called 'lambda'"),
-        ('<local name="t"><body xsi:type="SimulationStep"/></local>', "cannot be called 't'"),
+        ('<local name="lambda"><body xsi:type="SimulationStep"/></local>', "'lambda': it is reserved"),
+        ('<local name="t"><body xsi:type="SimulationStep"/></local>', "the name 't': it is reserved"),
         (
             '<local name="math"><body xsi:type="Call" type="math.sqrt"><argument><value '
             'xsi:type="Constant" value="4"/></argument></body></local>',
-            "nothing can be called 'math' here: line 2 uses",
+            "the name 'math' hides the Python name that line 2 uses",
         ),
         (
             '<local name="min"><body xsi:type="SimulationStep"/></local><local name="x"><body xsi:type="Min">'
             '<operand xsi:type="SimulationStep"/><operand xsi:type="SimulationStep"/></body></local>',
-            "nothing can be called 'min' here",
+            "the name 'min' hides the Python name",
         ),
         ('<topic topic="/x" type="a.b"/>', "a channel needs a name"),
         ('<topic name="x" topic="/x" type="a.lambda"/>', "'type' of <topic> cannot be 'a.lambda'"),
-        ('<device name="d" type="Poisson"><neurons population="if"/></device>', "cannot be called 'if'"),
+        ('<device name="d" type="Poisson"><neurons population="if"/></device>', "population name 'if'"),
         (
             '<local name="x"><body xsi:type="Call" type="f"><argument name="if"><value '
-            'xsi:type="SimulationStep"/></argument></body></local>', "cannot be given 'if'",
+            'xsi:type="SimulationStep"/></argument></body></local>', "the argument 'if'",
         ),
-        ('<device name="d" type="Poisson"><neurons population="a b"/></device>', "cannot be called 'a b'"),
+        ('<device name="d" type="Poisson"><neurons population="a b"/></device>', "population name 'a b'"),
         ('<device name="d" type="Poisson"><neurons index="0"/></device>', 'needs population="..."'),
         ('<device name="d" type="Poisson"><neurons population="p"/><connectorRef ref="x"/></device>', "'x'"),
         (
@@ -352,7 +352,7 @@ def test_nothing_is_lost_to_missing_brackets() -> None:
         (
             '<local name="x"><body xsi:type="Call" type="f"><argument name="a"><value '
             'xsi:type="SimulationStep"/></argument><argument><value xsi:type="SimulationStep"/></argument>'
-            "</body></local>", "arguments without a name come first",
+            "</body></local>", "arguments without a name must come before",
         ),
     ],
 )  # fmt: skip
@@ -368,7 +368,9 @@ def test_a_function_hides_nothing_that_another_one_calls() -> None:
     call = '<local name="x"><body xsi:type="Call" type="NAME"/></local>'
     plain = '<transferFunction xsi:type="Neuron2Robot" name="math"/>\n'
     other = f'<transferFunction xsi:type="Robot2Neuron" name="g">{call}</transferFunction>'
-    with pytest.raises(ExperimentError, match=r"model.bibi:1: nothing can be called 'math' here: line 2 "):
+    with pytest.raises(
+        ExperimentError, match=r"model.bibi:1: the name 'math' hides the Python name that line 2 "
+    ):
         from_xml(plain + other.replace("NAME", "math.sqrt"))
     from_xml(plain + other.replace("NAME", "maths.sqrt"))
 

@@ -1,4 +1,4 @@
-"""A model as a picture: populations and devices on the left, topics on the right, functions between."""
+"""Draw a model: populations and devices on the left, topics on the right, functions between."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def diagram(model: Bibi, path: Path) -> str:
 
     Args:
         model: the model.
-        path: its file; Python transfer functions are looked for beside it.
+        path: the model's file; files of Python transfer functions are searched for beside it.
 
     Raises:
-        TransferFunctionError: the model has no meaning, or names a file that does not exist.
+        TransferFunctionError: the model is not valid, or names a file that does not exist.
     """
     picture = Picture()
     y: float = _TOP
@@ -54,8 +54,8 @@ def _rows(model: Bibi, path: Path) -> list[Row]:
 
 
 def _draw(row: Row, top: float, picture: Picture) -> float:
-    """Add a transfer function and what it is connected to; return how high that is."""
-    devices = sorted(row.devices, key=lambda device: device.population)  # those of one stand together
+    """Add a transfer function with its devices and topics; return the height of the row."""
+    devices = sorted(row.devices, key=lambda device: device.population)  # devices of one population together
     left = [_device_card(device) for device in devices]
     right = [_topic_card(topic) for topic in row.topics]
     middle = [Card("function", row.title, row.lines, *_FUNCTIONS)]
@@ -76,7 +76,7 @@ def _draw(row: Row, top: float, picture: Picture) -> float:
 
 def _draw_populations(devices: Sequence[Device], cards: Sequence[Card], picture: Picture) -> None:
     for name, run in groupby(zip(devices, cards, strict=True), lambda pair: pair[0].population):
-        if not name:  # known only when it runs
+        if not name:  # known only at run time
             continue
         reached = [card for _, card in run]
         first, last = reached[0], reached[-1]

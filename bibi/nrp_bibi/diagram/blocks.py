@@ -18,7 +18,7 @@ _CODE_WIDTH = 76  # characters
 
 
 def row_of_blocks(function: BIBITransferFunction) -> Row:
-    """Return what is shown of a transfer function."""
+    """Return the row of a transfer function."""
     returned = getattr(function, "return_value", None)
     every = [*channels(function), *([returned] if isinstance(returned, TopicChannel) else [])]
     return Row(
@@ -43,7 +43,7 @@ def _topic(channel: TopicChannel) -> Topic:
 
 
 def _statements(function: BIBITransferFunction) -> Iterator[str]:
-    """Yield what a transfer function does, a line each, in the order in which it does so."""
+    """Yield one line for each action of a transfer function, in order of execution."""
     for local in function.local:
         yield f"{local.name} = {flat(as_python(local.body))}"
     for channel in sorted(channels(function), key=lambda one: isinstance(one, TopicChannel)):

@@ -1,4 +1,4 @@
-"""The rows of pieces of Python: what can be told of their transfer functions without executing them."""
+"""The rows of Python code: its transfer functions, as far as they are known without executing it."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _POPULATION = re.compile(r"\bbrain\.(\w+)")
 
 
 def rows_of_python(found: Sequence[tuple[PythonTransferFunction, Part]]) -> Iterator[Row]:
-    """Yield what is shown of pieces of Python; of one that is no Python only the text.
+    """Yield the rows of pieces of Python; for a piece that is not valid Python, only its text.
 
     Args:
-        found: the pieces and what stands in them, in the order of the model: they share their names.
+        found: the pieces and their code, in the order of the model: they share their names.
     """
     sources = [_source(part) for _, part in found]
     declared = Declarations(Listing(tuple(source for source in sources if source is not None))).functions
@@ -69,7 +69,7 @@ def _devices(declared: Declared) -> Iterator[Device]:
 
 
 def _neurons(mapping: MapSpikeSink | MapSpikeSource, decorator: ast.expr | None) -> str:
-    """Return the neurons of a mapping; as they are written, where that names a population."""
+    """Return the neurons of a mapping: the source text, if it names a population."""
     if isinstance(decorator, ast.Call):
         named = [keyword.value for keyword in decorator.keywords if keyword.arg == "value"]
         for node in (*decorator.args[1:2], *named):

@@ -1,4 +1,4 @@
-"""What stands side by side in a diagram: a transfer function, its devices and its topics."""
+"""A row of a diagram: a transfer function, its devices and its topics."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ class Device:
     """A device as it is shown.
 
     Args:
-        name: the parameter that stands for it.
-        kind: what transfer functions call it.
-        neurons: what it is on, as it is written.
-        population: the names of the populations that these are of.
-        is_written: whether the function drives it; else it reads it.
+        name: the function's parameter for the device.
+        kind: the device type, as transfer functions name it.
+        neurons: the selected neurons, as source text.
+        population: the names of the populations of these neurons.
+        is_written: whether the function drives the device; otherwise it reads it.
     """
 
     name: str
@@ -30,9 +30,9 @@ class Topic:
     """A topic as it is shown.
 
     Args:
-        name: of the topic.
-        type: of its messages, ``geometry_msgs/Twist``; empty where only the world knows.
-        is_written: whether the function publishes on it; else it subscribes.
+        name: the name of the topic.
+        type: the message type, ``geometry_msgs/Twist``; empty if only the world knows it.
+        is_written: whether the function publishes on it; otherwise it subscribes.
     """
 
     name: str
@@ -45,9 +45,9 @@ class Row:
     """A transfer function, or a piece of Python with any number of them.
 
     Args:
-        title: what it is called.
-        lines: what it does.
-        devices, topics: what it is connected to.
+        title: the heading of the card.
+        lines: the function's actions, one a line.
+        devices, topics: its connections.
     """
 
     title: str

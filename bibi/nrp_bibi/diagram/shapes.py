@@ -1,4 +1,4 @@
-"""What a diagram consists of: cards with text and arrows between them, in pixels."""
+"""The shapes of a diagram: cards with text and arrows between them, in pixels."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 TITLE, LINE, PADDING, GAP = 22, 16, 9, 14
-"""Heights of a title and a line of text, the room around text, and that between cards."""
+"""The heights of a title and of a line of text, the margin around text, and the gap between cards."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,10 +15,10 @@ class Card:
 
     Args:
         style: its class in the style sheet.
-        title: in bold.
-        lines: below it.
-        x, width: where it stands.
-        y: top.
+        title: the title, shown in bold.
+        lines: the lines below the title.
+        x, width: the left edge and the width.
+        y: the top edge.
     """
 
     style: str
@@ -30,17 +30,17 @@ class Card:
 
     @property
     def height(self) -> int:
-        """As high as its text needs."""
+        """The height that the text needs."""
         return TITLE + LINE * len(self.lines) + 2 * PADDING - 4
 
     @property
     def middle(self) -> float:
-        """Half-way down."""
+        """The vertical centre."""
         return self.y + self.height / 2
 
     @property
     def texts(self) -> Iterator[tuple[float, str]]:
-        """The lines, each with its base line."""
+        """The lines, each with the y coordinate of its baseline."""
         top = self.y + PADDING + TITLE
         return ((top + LINE * i + 8, self._fitted(text, 6.7)) for i, text in enumerate(self.lines))
 
@@ -50,7 +50,7 @@ class Card:
         return self._fitted(self.title, 7.7)
 
     def _fitted(self, text: str, character: float) -> str:
-        """Return a text, its end left out where it does not fit; a character is so wide."""
+        """Return a text, shortened to fit; ``character`` is the width of one character."""
         most = int((self.width - 2 * PADDING) / character)
         return text if len(text) <= most else f"{text[: most - 3]}..."
 
@@ -61,7 +61,7 @@ class Arrow:
 
     Args:
         start, end: the two ends.
-        is_plain: whether it has no head.
+        is_plain: whether it is drawn without an arrow head.
     """
 
     start: tuple[float, float]
@@ -85,7 +85,7 @@ class Picture:
 
 
 def stacked(cards: Sequence[Card], top: float, height: float) -> list[Card]:
-    """Return cards below each other, in the middle of a height."""
+    """Return cards below each other, centred vertically in a height."""
     y = top + (height - height_of(cards)) / 2
     placed = []
     for card in cards:
@@ -95,5 +95,5 @@ def stacked(cards: Sequence[Card], top: float, height: float) -> list[Card]:
 
 
 def height_of(cards: Sequence[Card]) -> int:
-    """Return how high cards are below each other."""
+    """Return the height of cards stacked below each other."""
     return sum(card.height for card in cards) + GAP * max(len(cards) - 1, 0)

@@ -1,4 +1,4 @@
-"""What a model must keep to so that it has one meaning."""
+"""Check that a model is valid and unambiguous."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Checker:
     """Checks a model and makes errors about its parts.
 
     Args:
-        path: the file that it comes from.
+        path: the model's file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -47,7 +47,7 @@ class Checker:
         """Check all transfer functions.
 
         Raises:
-            TransferFunctionError: one has no meaning, or more than one.
+            TransferFunctionError: one is not valid, or is ambiguous.
         """
         taken: dict[str, Node] = {}
         for function in model.transfer_function:
@@ -57,14 +57,12 @@ class Checker:
                 self._check_name(function, function.name, taken, "transfer function")
                 self._check_function(function)
         for node, name, user in hidden(model):
-            message = (
-                f"nothing can be called '{name}' here: line {user.line} uses what Python calls so; rename it"
-            )
+            message = f"the name '{name}' hides the Python name that line {user.line} uses; rename it"
             raise self.refuse(node, message)
 
     def _check_python(self, function: PythonTransferFunction) -> None:
         if (function.src is None) is not bool(function.code):
-            raise self.refuse(function, "a PythonTransferFunction has either a src or code in it")
+            raise self.refuse(function, "a PythonTransferFunction needs either a src or code, not both")
 
     def _check_function(self, function: BIBITransferFunction) -> None:
         taken: dict[str, Node] = {}
@@ -83,18 +81,16 @@ class Checker:
         if name is None:
             raise self.refuse(node, f"a {what} needs a name")
         if keyword.iskeyword(name) or name in (TIME, "nrp", "Topic", *message_packages()):
-            raise self.refuse(node, f"a {what} cannot be called '{name}': the name is taken")
+            raise self.refuse(node, f"a {what} cannot have the name '{name}': it is reserved")
         if name in taken:
-            raise self.refuse(node, f"'{name}' is used twice, first in line {taken[name].line}; rename one")
+            raise self.refuse(node, f"'{name}' is used twice, first on line {taken[name].line}; rename one")
         taken[name] = node
 
     def _check_expression(self, body: FlowExpression, known: dict[str, Node]) -> None:
         for part in parts(body):
             if isinstance(part, ArgumentReference) and part.name not in (TIME, *known):
                 hint = did_you_mean(part.name, known)
-                raise self.refuse(
-                    part, f"there is no channel, and no local before, called '{part.name}'{hint}"
-                )
+                raise self.refuse(part, f"no channel and no earlier local has the name '{part.name}'{hint}")
             if isinstance(part, Call):
                 self._check_call(part)
 
@@ -102,17 +98,18 @@ class Checker:
         names = [argument.name for argument in call.argument]
         given = [name for name in names if name is not None]
         if given != names[len(names) - len(given) :]:
-            raise self.refuse(call, f"'{call.type}': arguments without a name come first")
+            raise self.refuse(call, f"'{call.type}': arguments without a name must come before named ones")
         for i, name in enumerate(given):
             if keyword.iskeyword(name) or name in given[:i]:
-                raise self.refuse(call, f"'{call.type}' cannot be given '{name}': the name is taken")
+                reason = "given twice" if name in given[:i] else "a Python keyword"
+                raise self.refuse(call, f"'{call.type}' cannot have the argument '{name}': it is {reason}")
 
     def _check_neurons(self, selector: Node) -> None:
         for part in parts(selector):
             if isinstance(part, MapSelector) and (part.count is None) is (part.source is None):
-                raise self.refuse(part, "a MapSelector has either a count or a source")
+                raise self.refuse(part, "a MapSelector needs either a count or a source, not both")
             if isinstance(part, MapSelector) and _is_whole(part.source):
-                raise self.refuse(part, "the Population that a MapSelector counts needs a count or its name")
+                raise self.refuse(part, "the source of a MapSelector needs a count or a population")
             if isinstance(part, ChainSelector) and not (part.neurons or part.connectors):
                 raise self.refuse(part, "a ChainSelector needs neurons or connectors")
         for one in _selecting(selector):
@@ -120,7 +117,7 @@ class Checker:
                 raise self.refuse(one, f'this {type(one).__name__} needs population="..."')
             if not one.population.isidentifier() or keyword.iskeyword(one.population):
                 raise self.refuse(
-                    one, f"a population that is selected from cannot be called '{one.population}'"
+                    one, f"cannot use the population name '{one.population}': it is not a Python name"
                 )
 
 

@@ -33,7 +33,7 @@ FUNCTIONS: dict[type[Operator], str] = {Min: "min", Max: "max"}
 
 
 def as_python(expression: FlowExpression) -> ast.expr:
-    """Return the syntax tree of an expression; what stands below each other is nested in it."""
+    """Return the syntax tree of an expression."""
     match expression:
         case Constant(value=value):
             return _number(value)
@@ -63,7 +63,7 @@ def dotted(name: str) -> ast.expr:
 
 
 def in_framework(name: str) -> str:
-    """Return the name of a library function as transfer functions write it: ``nrp.tf_lib.detect_red``."""
+    """Return the name of a library function in transfer functions: ``nrp.tf_lib.detect_red``."""
     for framework in _FRAMEWORKS:
         if name.startswith(f"{framework}."):
             return f"nrp{name.removeprefix(framework)}"

@@ -1,4 +1,4 @@
-"""Names of a model that would hide functions and modules which its own Python uses."""
+"""Find names of a model that would hide the functions and modules that its generated Python uses."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from nrp_bibi.model.selectors import MapSelector
 
 
 def hidden(model: Bibi) -> Iterator[tuple[Node, str, Node]]:
-    """Yield what hides a name by its own, that name, and what uses it.
+    """Yield each node that hides a Python name, that name, and the node that uses it.
 
-    A call through a channel or a local, such as ``state.level``, hides nothing: it is a method of it.
+    A call through a channel or a local, such as ``state.level``, hides nothing: it is a method call.
     """
     functions = [one for one in model.transfer_function if isinstance(one, BIBITransferFunction)]
     used = {name: part for function in functions for name, part in _used(function)}
@@ -35,7 +35,7 @@ def hidden(model: Bibi) -> Iterator[tuple[Node, str, Node]]:
 
 
 def _used(node: Node) -> Iterator[tuple[str, Node]]:
-    """Yield the names that the Python of something finds outside of it, and the part that uses each."""
+    """Yield the global names that the Python of a node uses, and the part that uses each."""
     yield from _operators(node)
     for part in parts(node):
         if isinstance(part, (Call, TopicChannel)):

@@ -1,4 +1,4 @@
-"""What generated code imports: the packages of the types and functions that it names."""
+"""The imports of generated code: the packages of the types and functions that it names."""
 
 from __future__ import annotations
 

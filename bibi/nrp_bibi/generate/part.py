@@ -1,4 +1,4 @@
-"""A piece of Python, and where each of its lines comes from."""
+"""A piece of Python, and the source line of each of its lines."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Part:
     """Generated or written code.
 
     Args:
-        text: the code, without a line end at the end.
-        path: the file that it comes from.
+        text: the code, without a newline at the end.
+        path: its source file.
         lines: for each line of the code, its line in that file.
     """
 
@@ -25,7 +25,7 @@ class Part:
     lines: tuple[int, ...]
 
     def source(self) -> Source:
-        """Return what the code says, each line where it comes from.
+        """Return the syntax tree, with the line numbers of the source file.
 
         Raises:
             TransferFunctionError: it is not Python.
@@ -33,7 +33,7 @@ class Part:
         return Source.of(self.text, self.path, self.lines)
 
     def compiled(self) -> CodeType:
-        """Return the code as if each line stood where it comes from: errors name that file and line.
+        """Return compiled code whose errors name the source file and line.
 
         Raises:
             TransferFunctionError: it is not Python.

@@ -21,7 +21,7 @@ from nrp_bibi.python.printer import flat
 
 
 def selection(selector: Node) -> str:
-    """Return what a mapping takes as its neurons: ``nrp.brain.sensors[0, 2]``."""
+    """Return the neurons of a mapping as Python: ``nrp.brain.sensors[0, 2]``."""
     return flat(ast.parse(_text(selector), mode="eval").body)
 
 
@@ -51,7 +51,7 @@ def _index(selector: Node) -> str:
 
 
 def _items(selector: MapSelector) -> str:
-    """Return what ``i`` runs through."""
+    """Return the Python iterable of the values of ``i``."""
     match selector.source:
         case None:
             return f"range({selector.count})"

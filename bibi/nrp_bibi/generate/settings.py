@@ -29,8 +29,8 @@ def settings(device: AnyDevice, model: Bibi, refuse: Refuse) -> str:
 
     Args:
         device: the channel.
-        model: holds the connectors and synapse dynamics that the channel refers to.
-        refuse: makes the error about a reference to nothing.
+        model: the model with the connectors and synapse dynamics that the channel refers to.
+        refuse: makes the error for a reference that does not exist.
     """
     connector = _referred(device.connector, device.connector_ref, model.connectors, refuse)
     dynamics = _referred(device.synapse_dynamics, device.synapse_dynamics_ref, model.synapse_dynamics, refuse)
@@ -46,7 +46,7 @@ def _referred(own: N | None, reference: Reference | None, shared: Sequence[N], r
     by_name = {one.name: one for one in shared}
     if reference.ref not in by_name:
         hint = did_you_mean(reference.ref, by_name)
-        raise refuse(reference, f"the model has nothing called '{reference.ref}'{hint}")
+        raise refuse(reference, f"the model does not define '{reference.ref}'{hint}")
     return by_name[reference.ref]
 
 
@@ -59,7 +59,7 @@ def _of_connector(connector: NeuronConnector | None) -> dict[str, Any]:
         case FixedNumberPreConnector(count=count):
             return {"connector": {"mode": "Fixed", "n": count}, **given}
         case OneToOneConnector() | AllToAllConnector():
-            return given  # a device reaches each of its neurons once, which is what both say
+            return given  # both connect a device to each of its neurons once
         case _:
             raise TypeError(f"no keyword arguments for {connector!r}")
 

@@ -1,4 +1,4 @@
-"""From a model to the Python language of transfer functions."""
+"""Generate Python transfer functions from a model."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ _MARK = "\x1f"
 
 
 def generate(model: Bibi, path: Path, *, with_imports: bool = True) -> str:
-    """Return the Python file that a model stands for.
+    """Return the Python file generated from a model.
 
     Args:
         model: the model.
-        path: its file; Python transfer functions are looked for beside it.
-        with_imports: whether it begins with imports, which transfer functions can do without.
+        path: the model's file; files of Python transfer functions are searched for beside it.
+        with_imports: whether it begins with import statements; transfer functions also run without them.
 
     Raises:
-        TransferFunctionError: the model has no meaning, or names a file that does not exist.
+        TransferFunctionError: the model is not valid, or names a file that does not exist.
     """
     parts = transformed(model, path)
     return "\n\n\n".join(part.text for part in (parts if with_imports else parts[1:])) + "\n"
@@ -50,17 +50,17 @@ def transformed(model: Bibi, path: Path) -> list[Part]:
     """Return the imports of a model and the Python of each transfer function, in order.
 
     Raises:
-        TransferFunctionError: as of :func:`generate`.
+        TransferFunctionError: as for :func:`generate`.
     """
     return list(Transformation(model, path).parts())
 
 
 class Transformation:
-    """One model on its way to Python.
+    """The transformation of one model to Python.
 
     Args:
         model: the model.
-        path: its file.
+        path: the model's file.
     """
 
     def __init__(self, model: Bibi, path: Path) -> None:
@@ -98,7 +98,7 @@ class Transformation:
         return _marked(text, self._path, function.line)
 
     def _channels(self, function: BIBITransferFunction) -> dict[str, Any]:
-        """Return what the template is told of the channels."""
+        """Return the template variables for the channels."""
         monitor = function.device if isinstance(function, Neuron2Monitor) else None
         mapped = [] if monitor else channels(function)
         returned = getattr(function, "return_value", None)
@@ -128,10 +128,10 @@ class Transformation:
             with tokenize.open(path) as file:
                 return file.read().rstrip()
         except (SyntaxError, UnicodeDecodeError):
-            raise self._checker.refuse(function, f"{path} is not text in the encoding it states") from None
+            raise self._checker.refuse(function, f"{path} is not text in its declared encoding") from None
 
     def _source(self, function: PythonTransferFunction, name: str) -> Path:
-        """Return a file beside the model, or beside the folder of the model, as in experiments of old."""
+        """Return a file beside the model, or beside the model's folder, as in legacy experiments."""
         for folder in (self._path.parent, self._path.parent.parent):
             if (folder / name).is_file():
                 return folder / name
@@ -141,7 +141,7 @@ class Transformation:
 
 
 def _marked(text: str, path: Path, first: int) -> Part:
-    """Break the lines that are too long; remember where each comes from."""
+    """Break the lines that are too long; keep the source line of each."""
     written: list[str] = []
     lines: list[int] = []
     for line in text.rstrip("\n").split("\n"):
@@ -153,7 +153,7 @@ def _marked(text: str, path: Path, first: int) -> Part:
 
 
 def _settled(function: TransferFunction, names: list[str], priority: int = 0) -> str:
-    """Return the statements after functions that make them what a decorator does not say."""
+    """Return the statements that set the settings of functions that a decorator does not hold."""
     stated = [f"{name}.priority = {priority}" for name in names if priority]
     stated += [f"{name}.active = False" for name in names if not function.active]
     return "\n\n\n" + "\n".join(stated) if stated else ""

@@ -12,7 +12,7 @@ from nrp_bibi.model.metamodel import Node, features
 
 
 def channels(function: BIBITransferFunction) -> list[Any]:
-    """Return all channels of a transfer function, in the order of its parameters."""
+    """Return the channels of a transfer function, in the order of its parameters."""
     match function:
         case ChannelTransferFunction(topic=topics, device=own, device_group=groups, return_value=returned):
             more = [returned] if isinstance(returned, AnyDevice) else []
@@ -24,7 +24,7 @@ def channels(function: BIBITransferFunction) -> list[Any]:
 
 
 def bodies(function: BIBITransferFunction) -> Iterator[FlowExpression]:
-    """Yield every expression that is written somewhere, what is returned last."""
+    """Yield every expression of a transfer function; the return value comes last."""
     returned = getattr(function, "return_value", None)
     for channel in (*channels(function), returned):
         if channel is not None and channel.body is not None:

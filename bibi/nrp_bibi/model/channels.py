@@ -27,7 +27,7 @@ class DeviceType(Enum):
 
     @property
     def dsl_name(self) -> str:
-        """What transfer functions call it: ``nrp.<name>``."""
+        """The name in transfer functions: ``nrp.<name>``."""
         return self.name.lower()
 
     @property
@@ -62,7 +62,7 @@ TARGET = choice("SynapseTarget", Target)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnyDevice(Node, abstract=True):
-    """What a device and a group of devices share; one with a body is written, one without is read."""
+    """A device or group of devices; the function writes one with a body, and reads one without."""
 
     name: str = attribute(NAME)
     type: DeviceType = attribute(DEVICE_TYPE)
@@ -91,7 +91,7 @@ class DeviceGroupChannel(AnyDevice):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TopicChannel(Node):
-    """A topic of the robot; one with a body is published, one without is subscribed."""
+    """A topic of the robot; the function publishes on one with a body, and subscribes to one without."""
 
     name: str | None = attribute(NAME, None)
     topic: str = attribute(TOPIC)
@@ -101,7 +101,7 @@ class TopicChannel(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Local(Node):
-    """A variable that holds until the end of one run of the transfer function."""
+    """A local variable of one run of the transfer function."""
 
     name: str = attribute(NAME)
     body: FlowExpression = child(FlowExpression)

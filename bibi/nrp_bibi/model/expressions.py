@@ -1,4 +1,4 @@
-"""The expression language: building blocks that are stacked into each other."""
+"""The expression language: building blocks that are nested."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from nrp_bibi.model.values import DOTTED, NAME, NUMBER, PATH, TEXT
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlowExpression(Node, abstract=True):
-    """Something that has a value each time the transfer function runs."""
+    """An expression, evaluated each time the transfer function runs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constant(FlowExpression):
-    """A number; one written without a point is whole."""
+    """A number; without a decimal point it is an integer."""
 
     value: float = attribute(NUMBER)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConstantString(FlowExpression):
-    """A text."""
+    """A string."""
 
     value: str = attribute(TEXT)
 
@@ -34,7 +34,7 @@ class SimulationStep(FlowExpression):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArgumentReference(FlowExpression):
-    """A channel or local by its name, or a property of it: the ``voltage`` of a device."""
+    """A channel or local, or a property of one, such as the ``voltage`` of a device."""
 
     name: str = attribute(NAME)
     property: str | None = attribute(PATH, None)
@@ -50,7 +50,7 @@ class Scale(FlowExpression):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Operator(FlowExpression, abstract=True):
-    """An operation on at least two operands; what is not associative begins on the left."""
+    """An operation on at least two operands, evaluated from the left."""
 
     operand: tuple[FlowExpression, ...] = children(FlowExpression, least=2)
 
@@ -62,7 +62,7 @@ class Add(Operator):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subtract(Operator):
-    """The first less all others."""
+    """The first operand minus all others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,22 +72,22 @@ class Multiply(Operator):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Divide(Operator):
-    """The first divided by all others."""
+    """The first operand divided by all others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Min(Operator):
-    """The least."""
+    """The minimum."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Max(Operator):
-    """The greatest."""
+    """The maximum."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Argument(Node):
-    """An argument of a call; without a name it stands for the parameter in its place."""
+    """An argument of a call; without a name it is positional."""
 
     name: str | None = attribute(NAME, None)
     value: FlowExpression = child(FlowExpression)
@@ -95,7 +95,7 @@ class Argument(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Call(FlowExpression):
-    """What a library function or message class gives: ``nrp.tf_lib.detect_red``."""
+    """A call of a library function or message class, such as ``nrp.tf_lib.detect_red``."""
 
     type: str = attribute(DOTTED)
     argument: tuple[Argument, ...] = children(Argument)

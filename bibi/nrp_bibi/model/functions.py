@@ -13,7 +13,7 @@ from nrp_bibi.model.values import CODE, FILE, NAME, NATURAL, POSITIVE, TRUTH, WO
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TransferFunction(Node, abstract=True):
-    """What connects brain and robot; of those that run in a step, a higher priority runs first."""
+    """A connection of brain and robot; within a step, higher priorities run first."""
 
     active: bool = attribute(TRUTH, True)
     priority: int = attribute(NATURAL, 0)
@@ -21,12 +21,12 @@ class TransferFunction(Node, abstract=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PythonTransferFunction(TransferFunction):
-    """Python, in a file or in place.
+    """A transfer function in Python, in a file or inline.
 
     Args:
         src: the file, relative to the model.
-        code: what stands in place.
-        code_line: where it begins.
+        code: the inline code.
+        code_line: the first line of the inline code.
     """
 
     src: str | None = attribute(FILE, None)
@@ -36,7 +36,7 @@ class PythonTransferFunction(TransferFunction):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BIBITransferFunction(TransferFunction, abstract=True):
-    """Building blocks: locals, then what is written to devices and topics."""
+    """A transfer function made of building blocks: locals, then values for devices and topics."""
 
     name: str = attribute(NAME)
     local: tuple[Local, ...] = children(Local)
@@ -44,7 +44,7 @@ class BIBITransferFunction(TransferFunction, abstract=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelTransferFunction(BIBITransferFunction, abstract=True):
-    """One with channels; the return value is sent to a topic of its own."""
+    """A transfer function with channels; its return value has a channel of its own."""
 
     device: tuple[DeviceChannel, ...] = children(DeviceChannel)
     device_group: tuple[DeviceGroupChannel, ...] = children(DeviceGroupChannel)
@@ -54,28 +54,28 @@ class ChannelTransferFunction(BIBITransferFunction, abstract=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Neuron2Robot(ChannelTransferFunction):
-    """From the brain to the robot."""
+    """A transfer function from the brain to the robot."""
 
     return_value: TopicChannel | None = child(TopicChannel, None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Robot2Neuron(ChannelTransferFunction):
-    """From the robot to the brain; what it returns is one more device that is written."""
+    """A transfer function from the robot to the brain; its return value drives one more device."""
 
     return_value: DeviceChannel | None = child(DeviceChannel, None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Neuron2Monitor(BIBITransferFunction):
-    """Shows what a device reads."""
+    """A monitor that shows the values of a device."""
 
     device: DeviceChannel = child(DeviceChannel)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFile(Node, abstract=True):
-    """A file of the brain or of a robot, and where it comes from."""
+    """A file of the brain or of a robot, and its source."""
 
     model: str | None = attribute(WORD, None)
     is_custom: bool = attribute(TRUTH, False)
@@ -86,7 +86,7 @@ class ModelFile(Node, abstract=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BrainModel(ModelFile):
-    """The brain and the names of parts of it."""
+    """The brain and its named populations."""
 
     file: str | None = child(FILE, None, bare=True)
     populations: tuple[MultiNeuronSelector, ...] = children(MultiNeuronSelector, aliases={"neuronGroup": ""})
@@ -110,10 +110,10 @@ class Configuration(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bibi(Node):
-    """A whole model: what integrates a brain and a body.
+    """A whole model: the integration of a brain and a body.
 
     Args:
-        timestep: of the loop, ms.
+        timestep: the time step of the loop, ms.
         mode: the kind of brain simulation that a legacy experiment asks for.
         ext_robot_controller: a script that a legacy experiment starts beside the robot.
     """

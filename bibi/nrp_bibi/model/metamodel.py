@@ -1,4 +1,4 @@
-"""How classes of the model say what they look like in XML: once, for reader, writer and schema.
+"""Declare the XML form of model classes once, for reader, writer and schema.
 
 ::
 
@@ -22,14 +22,14 @@ _FEATURE = "feature"
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A kind of text that an attribute or element holds.
+    """The type of a value that an attribute or element holds as text.
 
     Args:
-        name: of its simple type in the schema.
-        parse: gives the value of a text, or raises ValueError.
-        show: gives the canonical text of a value.
-        expects: what it takes, for messages.
-        facets: body of the schema's restriction: ``base type`` and facets in order.
+        name: the name of its simple type in the schema.
+        parse: returns the value of a text, or raises ValueError.
+        show: returns the canonical text of a value.
+        expects: a description of valid texts, for messages.
+        facets: the body of the schema's restriction: ``base type`` and facets in order.
     """
 
     name: str
@@ -44,16 +44,16 @@ Place = Literal["attribute", "element", "content"]
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """What a class has one or many of, and where it stands in XML.
+    """A field of a class and its place in XML.
 
     Args:
-        field: name in the class.
-        name: name in XML.
-        of: a kind of text, or the class of the element.
-        place: where it is written; it is read as attribute and as element.
-        many: whether there may be several.
-        least: how many there must be.
-        aliases: other names in XML, each with the type that it stands for, if it stands for one.
+        field: the name in the class.
+        name: the name in XML.
+        of: the type of its value, or the class of its element.
+        place: where the writer puts it; the reader takes attributes and elements.
+        many: whether several are allowed.
+        least: the minimum number.
+        aliases: other names in XML, each with the type that it implies, or an empty text.
         bare: whether it may also be the plain text of its owner.
     """
 
@@ -74,10 +74,10 @@ class Feature:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
-    """A part of a model; two are equal if they mean the same, wherever they stand.
+    """A part of a model; equality ignores the position in the file.
 
     Args:
-        line: its line in the file, 0 if it comes from none.
+        line: its line in the file, 0 if it has no file.
     """
 
     line: int = field(default=0, compare=False, repr=False)
@@ -85,12 +85,12 @@ class Node:
     abstract: ClassVar[bool] = False
 
     def __init_subclass__(cls, abstract: bool = False) -> None:
-        # a dataclass with slots is made a second time, without the arguments of its statement
+        # @dataclass(slots=True) creates the class again, without its keyword arguments
         cls.abstract = abstract or cls.__dict__.get("abstract", False)
 
 
 def attribute(of: Value, default: Any = dataclasses.MISSING, name: str = "") -> Any:
-    """Declare a value that is written as an attribute; without a default it must be there."""
+    """Declare a value that is written as an attribute; without a default it is required."""
     return _declared("attribute", of, name=name, default=default)
 
 
@@ -102,14 +102,14 @@ def child(
     aliases: Mapping[str, str] | None = None,
     bare: bool = False,
 ) -> Any:
-    """Declare one element; without a default it must be there."""
+    """Declare one element; without a default it is required."""
     return _declared("element", of, name=name, default=default, aliases=aliases, bare=bare)
 
 
 def children(
     of: Value | type[Node], *, name: str = "", aliases: Mapping[str, str] | None = None, least: int = 0
 ) -> Any:
-    """Declare elements of one name, kept as a tuple, at least so many."""
+    """Declare elements of one name, kept as a tuple of at least ``least`` items."""
     default = dataclasses.MISSING if least else ()
     return _declared("element", of, name=name, default=default, aliases=aliases, many=True, least=least)
 
@@ -136,7 +136,7 @@ def _declared(
 
 
 def features(node: type[Node]) -> tuple[Feature, ...]:
-    """Return what a class has, in the order in which it is written."""
+    """Return the features of a class, in the order in which they are written."""
     declared = [(item.name, item.metadata.get(_FEATURE)) for item in dataclasses.fields(node)]
     named = [
         dataclasses.replace(feature, field=name, name=feature.name or _camel(name))
@@ -149,13 +149,13 @@ def features(node: type[Node]) -> tuple[Feature, ...]:
 def concrete(node: type[Node]) -> dict[str, type[Node]]:
     """Return the classes that an element declared as ``node`` can be, by their names in XML."""
     own = {} if node.abstract else {node.__name__: node}
-    # Dataclasses with slots are made twice; the one that a module holds is the last of its name.
+    # Dataclasses with slots are created twice; the last one of a name is the one in the module.
     below = {name: found for sub in node.__subclasses__() for name, found in concrete(sub).items()}
     return own | below
 
 
 def choice(name: str, members: type[Enum], others: Mapping[str, Enum] | None = None) -> Value:
-    """Return a kind of text that names a member; case and underscores do not matter when reading."""
+    """Return the value type of an enumeration; the reader ignores case and underscores."""
     known = {_folded(member.value): member for member in members}
     known |= {_folded(text): member for text, member in (others or {}).items()}
 

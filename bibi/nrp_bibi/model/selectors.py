@@ -1,4 +1,4 @@
-"""Which neurons a device works on."""
+"""The neurons of a device."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class MultiNeuronSelector(NeuronSelector, abstract=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range(MultiNeuronSelector):
-    """Neurons from one up to before another."""
+    """Neurons from one index up to, but not including, another."""
 
     from_: int = attribute(NATURAL)
     to: int = attribute(NATURAL)
@@ -38,7 +38,7 @@ class Range(MultiNeuronSelector):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class List(MultiNeuronSelector):
-    """Neurons by their places."""
+    """Neurons by their indices."""
 
     element: tuple[int, ...] = children(NATURAL, least=1)
 
@@ -82,7 +82,7 @@ class ListTemplate(NeuronSelectorTemplate):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NeuronGroupSelector(Node, abstract=True):
-    """Many selections; each gets a device of its own."""
+    """Several selections, each with a device of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from nrp_bibi.model.values import NUMBER, POSITIVE, WORD
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NeuronConnector(Node, abstract=True):
-    """Weights (uS or nA, as the target's) and delays (ms); by its name it can be referred to."""
+    """Weights (uS or nA, depending on the target) and delays (ms); its name is for references."""
 
     name: str = attribute(WORD, "default")
     weights: float | None = attribute(NUMBER, None)
@@ -19,24 +19,24 @@ class NeuronConnector(Node, abstract=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OneToOneConnector(NeuronConnector):
-    """Each device to its neuron."""
+    """Connects each device to its neuron."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AllToAllConnector(NeuronConnector):
-    """The device to all neurons."""
+    """Connects the device to all neurons."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedNumberPreConnector(NeuronConnector):
-    """Each neuron on the receiving side from ``count`` others."""
+    """Connects ``count`` sources to each target neuron."""
 
     count: int = attribute(POSITIVE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SynapseDynamics(Node, abstract=True):
-    """How a synapse changes; by its name it can be referred to."""
+    """The plasticity of a synapse; its name is for references."""
 
     name: str = attribute(WORD, "default")
 

@@ -1,4 +1,4 @@
-"""The kinds of text that models hold."""
+"""The value types of models."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 
 
 def number_text(value: float) -> str:
-    """Return the shortest text that is read as the same number; whole ones stay whole."""
+    """Return the shortest text that is read as the same number; integers stay integers."""
     return repr(value).replace("e+", "e")
 
 
@@ -59,7 +59,7 @@ def _of_pattern(name: str, pattern: str, expects: str) -> Value:
 
 
 def _dotted(name: str, expects: str) -> Value:
-    """Return the kind of names that Python can reach with dots, so without its keywords."""
+    """Return the value type of dotted Python names, which cannot contain keywords."""
     plain = _of_pattern(name, rf"{_NAME}(\.{_NAME})*", expects)
 
     def parse(text: str) -> str:
@@ -93,9 +93,9 @@ def _is_template(part: ast.AST) -> bool:
 
 
 def dedented(text: str) -> str:
-    """Return code that may stand deeper than it should, its first line at another depth than the rest.
+    """Return code without its common indentation; its first line may be indented differently.
 
-    What is Python decides which depth was meant; what is not keeps its relative depth.
+    The first variant that is valid Python is used; other code keeps its relative indentation.
     """
     lines = text.split("\n")
     while lines and not lines[0].strip():
@@ -116,17 +116,17 @@ def _is_python(code: str) -> bool:
 TEXT = Value("Text", str, str, "a text", (("base", "xs:string"),))
 CODE = Value("Code", dedented, str, "Python code", (("base", "xs:string"),))
 WORD = Value("Word", str.strip, str, "a text", (("base", "xs:token"),))
-FILE = _of_pattern("File", r"[^<>|\n]+", "the name of a file")
+FILE = _of_pattern("File", r"[^<>|\n]+", "a file name")
 NUMBER = Value(
     "Number", _number, number_text, "a finite number", (("base", "xs:double"), ("pattern", _NUMBER))
 )
 NATURAL = Value("Natural", _natural, str, "a whole number, 0 or more", (("base", "xs:nonNegativeInteger"),))
 POSITIVE = Value("Positive", _positive, str, "a whole number, 1 or more", (("base", "xs:positiveInteger"),))
 TRUTH = Value("Truth", _truth, lambda value: str(value).lower(), "true or false", (("base", "xs:boolean"),))
-NAME = _of_pattern("Name", _NAME, "a name of letters, digits and _, not beginning with a digit")
+NAME = _of_pattern("Name", _NAME, "a name of letters, digits and _ that does not begin with a digit")
 DOTTED = _dotted("Dotted", "a name such as geometry_msgs.msg.Twist")
-PATH = _dotted("Path", "the name of an attribute")
-TOPIC = _of_pattern("Topic", r"(/[A-Za-z0-9_\-]+)+/?", "the name of a topic, such as /husky/cmd_vel")
+PATH = _dotted("Path", "an attribute name")
+TOPIC = _of_pattern("Topic", r"(/[A-Za-z0-9_\-]+)+/?", "a topic name such as /husky/cmd_vel")
 TEMPLATE = Value(
     "Template",
     _template,

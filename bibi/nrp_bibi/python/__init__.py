@@ -1,1 +1,1 @@
-"""Python as generated code needs it: syntax trees to text, laid out as ``ruff format`` would."""
+"""Turn syntax trees into text, formatted as ``ruff format`` would."""

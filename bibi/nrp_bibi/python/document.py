@@ -11,28 +11,28 @@ INDENT = 4
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A place where a line may end; else ``flat`` stands there."""
+    """A possible line break; ``flat`` is the text where the line is not broken."""
 
     flat: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class IfBroken:
-    """A text that stands only where the group around it is broken."""
+    """A text that is written only if the group around it is broken."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A part whose lines are broken all or not at all."""
+    """A part with all of its lines broken, or none."""
 
     inner: Document
 
 
 @dataclass(frozen=True, slots=True)
 class Indented:
-    """A part whose new lines begin deeper."""
+    """A part whose new lines are indented."""
 
     inner: Document
 
@@ -41,17 +41,17 @@ Document: TypeAlias = "str | Line | IfBroken | Group | Indented | Sequence[Docum
 
 
 def bracketed(left: str, inner: Document, right: str) -> Group:
-    """Return a part in brackets, on lines of its own where it does not fit."""
+    """Return a part in brackets, on lines of its own if it does not fit."""
     return Group([left, Indented([Line(), inner]), Line(), right])
 
 
 def separated(parts: Sequence[Document]) -> Group:
-    """Return parts with commas between; where they do not fit, one a line and a comma after the last."""
+    """Return parts separated by commas; if they do not fit, one a line with a trailing comma."""
     return Group([*_joined(parts), IfBroken("," if len(parts) > 1 else "")])
 
 
 def collected(left: str, parts: Sequence[Document], right: str) -> Group:
-    """Return a literal of parts in brackets; where it does not fit, each part has its line."""
+    """Return a literal of parts in brackets; if it does not fit, each part has its own line."""
     return Group([left, Indented([Line(), *_joined(parts), IfBroken(",")]), Line(), right])
 
 
@@ -66,10 +66,10 @@ def rendered(document: Document, width: float, column: int = 0, indent: int = 0)
     """Return the text of a document.
 
     Args:
-        document: what to write.
-        width: the longest line there should be.
-        column: where the text begins.
-        indent: where lines begin.
+        document: the document.
+        width: the maximum length of a line.
+        column: the column at which the text begins.
+        indent: the indentation of lines.
     """
     out: list[str] = []
     at = column
@@ -98,7 +98,7 @@ _Item: TypeAlias = tuple[int, bool, Document]
 
 
 def _fits(document: Document, rest: Sequence[_Item], room: float) -> bool:
-    """Return whether a document fits flat, with what follows up to the next end of a line."""
+    """Return whether a document fits on one line, with the text after it up to the next line break."""
     todo: list[tuple[bool, Document]] = [(broken, part) for _, broken, part in rest]
     todo.append((False, document))
     while todo and room >= 0:

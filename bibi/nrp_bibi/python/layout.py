@@ -1,4 +1,4 @@
-"""Lines of Python that are too long, broken as ``ruff format`` breaks them."""
+"""Break lines of Python that are too long, as ``ruff format`` does."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ WIDTH = 88
 
 
 def laid_out(line: str, width: int = WIDTH) -> str:
-    """Return a line as one or several that are not too long.
+    """Return a line, broken into several if it is too long.
 
     Args:
         line: a comment, decorator, head of a function, assignment, call or return, indented, on one line.
-        width: the longest line there should be.
+        width: the maximum length of a line.
     """
     text = line.lstrip(" ")
     indent = len(line) - len(text)
@@ -44,8 +44,8 @@ def _definition(text: str, indent: int, width: int) -> str:
 
 
 def _statement(text: str) -> tuple[str, ast.expr]:
-    """Return what stands before the expression of a statement, and the expression."""
-    # A return is one outside a function, which matters to the compiler only.
+    """Return the text before the expression of a statement, and the expression."""
+    # The return is outside a function here; only the compiler would refuse that.
     match ast.parse(text).body[0]:
         case ast.Assign(value=value) | ast.Return(value=ast.expr() as value) | ast.Expr(value=value):
             return text[: value.col_offset - _parentheses_before(text, value)], value
@@ -54,13 +54,13 @@ def _statement(text: str) -> tuple[str, ast.expr]:
 
 
 def _parentheses_before(text: str, value: ast.expr) -> int:
-    """Return how many characters of brackets an expression begins with that are not in its tree."""
+    """Return the number of leading bracket characters that are not in the syntax tree."""
     before = text.encode()[: value.col_offset].decode()
     return len(before) - len(before.rstrip("("))
 
 
 def _right_hand_side(value: ast.expr, column: int, indent: int, width: int) -> Document:
-    """Return an expression that stands alone: parentheses are put around it where it cannot be broken."""
+    """Return an expression that stands alone, in parentheses if it cannot be broken otherwise."""
     inner = document(value)
     if isinstance(value, ast.Call):
         return inner
@@ -74,7 +74,7 @@ def _right_hand_side(value: ast.expr, column: int, indent: int, width: int) -> D
 
 
 def _has_brackets_to_break(value: ast.BinOp) -> bool:
-    """Return whether an operation begins or ends with brackets, around its one loosest operator."""
+    """Return whether an operation with one operator of lowest precedence begins or ends with brackets."""
     first, last = value.left, value.right
     if isinstance(first, ast.BinOp) and precedence(first) == precedence(value):
         return False

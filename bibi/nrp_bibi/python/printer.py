@@ -1,4 +1,4 @@
-"""Expressions as documents: parentheses only where precedence asks for them."""
+"""Expressions as documents, with parentheses only where precedence needs them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def flat(expression: ast.expr) -> str:
 
 
 def document(node: ast.expr) -> Document:
-    """Return an expression of the kinds that transfer functions are generated with."""
+    """Return the document of an expression of a generated transfer function."""
     match node:
         case ast.Name(id=name):
             return name
@@ -70,14 +70,14 @@ def _keyword(keyword: ast.keyword) -> Document:
 
 
 def _slice(node: ast.Slice) -> Document:
-    """Return ``a:b``, with spaces around the colon where a bound is no plain name or number."""
+    """Return ``a:b``, with spaces around the colon if a bound is not a plain name or number."""
     bounds = [bound for bound in (node.lower, node.upper, node.step) if bound is not None]
     plain = all(isinstance(bound, (ast.Name, ast.Constant)) for bound in bounds)
     return (":" if plain else " : ").join(map(flat, bounds))
 
 
 def unbroken(node: ast.BinOp) -> Document:
-    """Return an operation as it stands outside brackets, where no line can end before an operator."""
+    """Return an operation outside brackets, where a line cannot be broken before an operator."""
     return _operation(node, " ")
 
 
@@ -93,7 +93,7 @@ def _operation(node: ast.BinOp, space: Document) -> list[Document]:
 
 
 def _within(node: ast.expr, level: int, space: Document | None = None) -> Document:
-    """Return a part of an expression that holds together as tightly as its place asks for."""
+    """Return an operand, in parentheses if its place needs a higher precedence."""
     if precedence(node) < level:
         return bracketed("(", document(node), ")")
     if isinstance(node, ast.BinOp) and space == " ":
@@ -102,7 +102,7 @@ def _within(node: ast.expr, level: int, space: Document | None = None) -> Docume
 
 
 def precedence(node: ast.expr) -> int:
-    """Return how tightly an expression holds together; more is tighter."""
+    """Return the precedence of an expression; higher binds tighter."""
     match node:
         case ast.BinOp(op=operator):
             return _OPERATORS[type(operator)][1]
@@ -111,7 +111,7 @@ def precedence(node: ast.expr) -> int:
         case ast.Lambda():
             return _SUM - 1
         case ast.Constant(value=int() | float()):
-            return _SIGN  # 2.real is no Python
+            return _SIGN  # 2.real is not valid Python
         case _:
             return _ATOM
 

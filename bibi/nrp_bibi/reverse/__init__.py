@@ -1,4 +1,4 @@
-"""From the Python language of transfer functions back to models."""
+"""Make models from Python transfer functions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _IMPORTS = (ast.Import, ast.ImportFrom)
 
 
 def reverse_file(path: Path) -> Bibi:
-    """Return the model that stands for a file; see :func:`reverse`.
+    """Return the model of a Python file; see :func:`reverse`.
 
     Raises:
         TransferFunctionError: it cannot be read, or is not Python.
@@ -32,18 +32,18 @@ def reverse_file(path: Path) -> Bibi:
     except OSError as error:
         raise TransferFunctionError(f"cannot be read: {error.strerror}", path=path) from None
     except UnicodeDecodeError:
-        raise TransferFunctionError("cannot be read: it is not text in UTF-8", path=path) from None
+        raise TransferFunctionError("cannot be read: it is not UTF-8 text", path=path) from None
 
 
 def reverse(code: str, path: Path) -> Bibi:
-    """Return the model that stands for a file of transfer functions.
+    """Return the model of a file of transfer functions.
 
-    What building blocks can express becomes building blocks; each other function, with whatever else
-    stands in the file, is kept as Python.
+    Functions that building blocks can express become building blocks. Other functions and other
+    statements are kept as Python.
 
     Args:
-        code: the file.
-        path: its name, for messages.
+        code: the content of the file.
+        path: its path, for messages.
 
     Raises:
         TransferFunctionError: it is not Python.
@@ -67,7 +67,7 @@ def reverse(code: str, path: Path) -> Bibi:
 def _grouped(
     found: list[BIBITransferFunction | ast.stmt], tree: ast.Module, code: str
 ) -> Iterator[TransferFunction]:
-    """Yield building blocks, and what stands between them as one piece each; known imports are left out."""
+    """Yield building blocks, and the code between them, one piece each, without known imports."""
     blocks = tuple(one for one in found if isinstance(one, BIBITransferFunction))
     known = {*imports(Bibi(transfer_function=blocks)), *(f"import {name}.msg" for name in message_packages())}
     used = _names([one for one in found if isinstance(one, ast.stmt)])
@@ -81,7 +81,7 @@ def _grouped(
 
 
 def _switches_off(statement: ast.stmt, found: Sequence[object]) -> bool:
-    """Return whether a statement makes the building blocks right before it inactive."""
+    """Return whether a statement deactivates the building blocks right before it."""
     last = found[-1] if found else None
     if not isinstance(last, BIBITransferFunction):
         return False
@@ -89,7 +89,7 @@ def _switches_off(statement: ast.stmt, found: Sequence[object]) -> bool:
 
 
 def _expressed(statement: ast.stmt, names: Mapping[str, str]) -> BIBITransferFunction | None:
-    """Return a function as building blocks, if those generate exactly the same again."""
+    """Return a function as building blocks, if they generate exactly the same function."""
     if not isinstance(statement, ast.FunctionDef):
         return None
     try:
@@ -109,7 +109,7 @@ def _dump(statements: list[ast.stmt]) -> str:
 
 
 def _kept(statements: list[ast.stmt], code: str) -> PythonTransferFunction:
-    """Return statements as they are written, comments between them included."""
+    """Return the source text of statements, with the comments between them."""
     lines = code.split("\n")
     first, last = _begin(statements[0]), statements[-1].end_lineno
     return PythonTransferFunction(code="\n".join(lines[first - 1 : last]))
@@ -129,7 +129,7 @@ def _names(statements: Sequence[ast.stmt]) -> set[str]:
 def _is_spare(
     statement: ast.Import | ast.ImportFrom, known: set[str], used: set[str], spent: set[str]
 ) -> bool:
-    """Whether an import is generated, or only what became building blocks used what it gives."""
+    """Whether an import is generated anyway, or only functions that became building blocks used it."""
     if isinstance(statement, ast.Import) and _imports(statement) <= known:
         return True
     names = {name for name, _ in bound_by(statement)}

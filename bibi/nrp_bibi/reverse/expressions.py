@@ -28,11 +28,11 @@ def as_expression(node: ast.expr, known: Set[str]) -> FlowExpression:
     """Return an expression as building blocks.
 
     Args:
-        node: its syntax tree.
-        known: names of channels and locals.
+        node: the syntax tree of the expression.
+        known: the names of channels and locals.
 
     Raises:
-        NotExpressibleError: there are none for it.
+        NotExpressibleError: building blocks cannot express it.
     """
     match node:
         case ast.Constant(value=str() as text):
@@ -58,7 +58,7 @@ def dotted_name(node: ast.expr) -> str:
     """Return a name with dots.
 
     Raises:
-        NotExpressibleError: it is something else.
+        NotExpressibleError: the node is not a name.
     """
     match node:
         case ast.Name(id=name):
@@ -73,7 +73,7 @@ def number(node: ast.expr) -> float:
     """Return a number, with its sign.
 
     Raises:
-        NotExpressibleError: it is something else.
+        NotExpressibleError: the node is not a number.
     """
     match node:
         case ast.Constant(value=bool()):

@@ -1,4 +1,4 @@
-"""Python transfer functions as those of the model."""
+"""Python transfer functions as transfer functions of the model."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _FUNCTIONS: dict[str, type[Neuron2Robot | Robot2Neuron]] = {
 
 
 def as_function(function: ast.FunctionDef) -> BIBITransferFunction:
-    """Return a transfer function as building blocks; whether they mean the same is for the caller to see.
+    """Return a transfer function as building blocks; the caller checks that they mean the same.
 
     Raises:
-        NotExpressibleError: something in it has no counterpart.
+        NotExpressibleError: building blocks cannot express part of it.
     """
     if not function.decorator_list:
         raise NotExpressibleError(function.name)
@@ -73,7 +73,7 @@ class _Decorator:
         self.arguments = node.args
 
     def take(self, count: int) -> list[ast.expr]:
-        """Return the arguments, of which there must be so many."""
+        """Return the arguments; their number is checked."""
         if len(self.arguments) != count:
             raise NotExpressibleError.of(self.node)
         return self.arguments
@@ -87,7 +87,7 @@ class _Decorator:
 
 
 class _Body:
-    """The statements of a function, sorted by what they do."""
+    """The statements of a function, sorted by kind."""
 
     def __init__(self, function: ast.FunctionDef, channels: list[AnyDevice | TopicChannel]) -> None:
         self._channels = {channel.name: channel for channel in channels}
@@ -151,7 +151,7 @@ def _device(
 
 
 def _settings(given: dict[str, Any]) -> dict[str, Any]:
-    """Return what the model has for keyword arguments."""
+    """Return the fields of the model for keyword arguments."""
     try:
         target = given.pop("receptor_type", None)
         dynamics = given.pop("synapse_type", None)

@@ -1,4 +1,4 @@
-"""Names that a file imports, written out: the model knows things by their full names only."""
+"""Replace imported names by full names, which the model needs."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from nrp_bibi.reverse.refusal import NotExpressibleError
 
 
 def imported(tree: ast.Module) -> dict[str, str]:
-    """Return what the names stand for that a file imports: ``Twist`` for ``geometry_msgs.msg.Twist``."""
+    """Return the full names of a file's imported names: ``geometry_msgs.msg.Twist`` for ``Twist``."""
     return {name: full for statement in tree.body for name, full in bound_by(statement)}
 
 
 def bound_by(statement: ast.stmt) -> Iterator[tuple[str, str]]:
-    """Yield the names that an import binds, each with its full name; none of other statements."""
+    """Yield the names that an import binds, each with its full name; nothing for other statements."""
     match statement:
         case ast.Import(aliases):
             for alias in aliases:
@@ -27,10 +27,10 @@ def bound_by(statement: ast.stmt) -> Iterator[tuple[str, str]]:
 
 
 def written_out(function: ast.FunctionDef, known: Mapping[str, str]) -> ast.FunctionDef:
-    """Return a function with the full names of what is imported.
+    """Return a function with full names in place of imported names.
 
     Raises:
-        NotExpressibleError: a name of its own hides one that is imported.
+        NotExpressibleError: a name of its own hides an imported name.
     """
     own = {one.arg for one in ast.walk(function) if isinstance(one, ast.arg)}
     own |= {

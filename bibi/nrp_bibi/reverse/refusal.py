@@ -1,4 +1,4 @@
-"""What building blocks cannot say."""
+"""The error for Python that building blocks cannot express."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import ast
 
 
 class NotExpressibleError(Exception):
-    """A piece of Python that has no counterpart in the model."""
+    """Building blocks cannot express a piece of Python."""
 
     @classmethod
     def of(cls, node: ast.AST) -> NotExpressibleError:
-        """Return the error about a syntax tree."""
+        """Return the error for a syntax tree."""
         return cls(ast.unparse(node))

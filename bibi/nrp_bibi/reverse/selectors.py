@@ -1,4 +1,4 @@
-"""Python selectors as those of the model."""
+"""Python selectors as selectors of the model."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _BRAIN = "nrp.brain."
 
 
 class Normalized(ast.NodeTransformer):
-    """Writes alike what is alike.
+    """Writes equal selections in one form.
 
     ``[slice(0, 3, 2)]`` becomes ``[0:3:2]`` and ``[[0, 2]]`` becomes ``[0, 2]``; mappings and parameters,
-    which meet by their names, are sorted.
+    which are matched by name, are sorted.
     """
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
@@ -53,10 +53,10 @@ class Normalized(ast.NodeTransformer):
 
 
 def as_selector(node: ast.expr) -> NeuronSelector | NeuronGroupSelector:
-    """Return what selects the same neurons.
+    """Return the selector of the same neurons.
 
     Raises:
-        NotExpressibleError: there is nothing in the model for it.
+        NotExpressibleError: the model has no such selector.
     """
     return _group(node) if isinstance(node, ast.Call) else _neurons(node)
 
@@ -76,7 +76,7 @@ def _group(node: ast.Call) -> NeuronGroupSelector:
 
 
 def _items(node: ast.expr) -> tuple[int | None, MultiNeuronSelector | None]:
-    """Return the number of items, or where they come from."""
+    """Return the number of items, or their source."""
     match node:
         case ast.Call(func=ast.Name(id="range"), args=[count], keywords=[]):
             return _value(count, NATURAL), None

@@ -1,7 +1,7 @@
 """The XML schema of BIBI documents, ``bibi.xsd``, written from the metamodel.
 
-``python -m nrp_bibi.schema`` writes it anew. It takes elements in any order and under all their names; what a
-schema cannot say, such as that an element must be there when any order is allowed, is left to the reader.
+``python -m nrp_bibi.schema`` writes it again. It accepts elements in any order and under all their names. The
+reader checks what a schema cannot express, such as a required element where any order is allowed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def schema_text() -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Type:
-    """A class as the schema shows it; what abstract classes declare is repeated in the concrete ones."""
+    """A class in the schema; the declarations of abstract classes are repeated in the concrete ones."""
 
     node: type[Node]
     base: type[Node] | None
@@ -57,7 +57,7 @@ def _elements(feature: Feature) -> list[tuple[str, str]]:
 
 
 def _reachable(root: type[Node]) -> tuple[list[type[Node]], list[Value]]:
-    """Return every class and kind of text that a document can contain, in order of appearance."""
+    """Return every class and value type that a document can contain, in order of appearance."""
     types: dict[str, type[Node]] = {}
     values: dict[str, Value] = {}
     todo: list[type[Node] | None] = [root]

@@ -1,4 +1,4 @@
-"""Write ``bibi.xsd`` anew."""
+"""Write ``bibi.xsd`` again."""
 
 from nrp_bibi.schema import SCHEMA, schema_text
 

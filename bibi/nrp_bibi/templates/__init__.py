@@ -1,4 +1,4 @@
-"""The templates of everything that is written from a model, and how they are rendered."""
+"""The templates for the outputs of a model, and their rendering."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import jinja2
 
 @cache
 def environment() -> jinja2.Environment:
-    """Return what renders the templates of this package; a name that is not given is an error."""
+    """Return the environment that renders the templates of this package; undefined names are errors."""
     return jinja2.Environment(
         loader=jinja2.PackageLoader("nrp_bibi"),
         undefined=jinja2.StrictUndefined,
