@@ -1,1 +1,1 @@
-"""Experiments of the Neurorobotics Platform (``.exc``, ``.bibi``, ``.exd``) as their users have them."""
+"""Run experiments of the Neurorobotics Platform (``.exc``, ``.bibi``, ``.exd``) unchanged."""

@@ -1,7 +1,7 @@
-"""Topics under the names that they had at other times.
+"""Find topics by the names of other versions of the platform.
 
-Until 2018 a robot's topics had no prefix (``/husky/camera``), then that of its id
-(``/husky/husky/camera``); a robot without an id was called ``robot``.
+Until 2018 a robot's topics had no prefix (``/husky/camera``), later its id was the prefix
+(``/husky/husky/camera``); the id of a robot without one was ``robot``.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from nrp_core.world.messages.base import type_name
 from nrp_core.world.world import World
 
 _JOINTS = "/joints"
-"""The end of the name under which the iCub told how its joints stand."""
+"""The end of the name of the iCub's topic for joint states."""
 
 
 def find_alias(name: str, kind: Any, world: World) -> str | None:
-    """Return the one topic that is served under another prefix than in this name, if there is one.
+    """Return the one topic that exists under another prefix than this name, if there is one.
 
     Args:
-        name: what a transfer function says.
-        kind: the type that it says, None for any.
+        name: the name in a transfer function.
+        kind: the message type in the transfer function, None for any.
         world: the world, before further topics are declared.
     """
     if name in world.topics:

@@ -1,4 +1,4 @@
-"""``nrp.config.brain_root`` and ``nrp.brain``: what the brain file holds in variables."""
+"""``nrp.config.brain_root`` and ``nrp.brain``: the variables of the brain file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _NOTHING = object()
 
 
 class BrainRoot:
-    """The module of the brain file; what is set on its cells and synapses is set in the brain that runs.
+    """The module of the brain file; changes of its cells and synapses change the running brain.
 
     Args:
-        network: that the file has built, None if it is not known yet.
+        network: the network that the file has built, None if it is not known yet.
     """
 
     def __init__(self, network: Network | None) -> None:
@@ -35,7 +35,7 @@ class BrainRoot:
         return getattr(any_brain, name) if found is _NOTHING else found
 
     def found(self, name: str) -> Any:
-        """Return neurons that bear a name, else what the file's variable holds."""
+        """Return the neurons of this name, otherwise the value of the file's variable."""
         network, built = self._network, self._built
         if network is None or built is None:
             return _NOTHING
@@ -47,10 +47,10 @@ class BrainRoot:
 
 
 class Brain(Selector):
-    """What ``nrp.brain`` is: its attributes are selectors, or what a variable of the brain file holds.
+    """The object ``nrp.brain``: its attributes are selectors, or values of variables of the brain file.
 
     Args:
-        root: knows the variables.
+        root: holds the variables.
     """
 
     __slots__ = ("_root",)

@@ -1,4 +1,4 @@
-"""Brains as experiments name and slice them."""
+"""Read brain files, with the populations that experiments name."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ _SIMULATORS = (
 
 @dataclass(frozen=True)
 class NotedNetwork(Network):
-    """A network of which something is to be told.
+    """A network with notes for users.
 
     Args:
         notes: what users should know.
         injections: currents that its file injects.
-        built: what its file holds in variables.
+        built: the variables of its file.
     """
 
     notes: tuple[str, ...] = ()
@@ -72,11 +72,11 @@ def load_brain(
     """Return the network of a brain file, with the names that an experiment gives its neurons.
 
     Args:
-        path: a script in PyNN or NEST, or an HDF5 file.
-        populations: elements that choose neurons of the file's ``circuit``, by the names for them.
-        seed: all that is random follows from it.
-        folders: whose modules a script can import.
-        library: where files are that a script names.
+        path: a script for PyNN or NEST, or an HDF5 file.
+        populations: elements that select neurons of the file's ``circuit``, by population name.
+        seed: the seed of every random number.
+        folders: the folders whose modules a script can import.
+        library: the search path for files that a script names.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
@@ -87,7 +87,7 @@ def load_brain(
         network = load_script(path, seed, folders=folders, library=library)
     views = dict(network.views)
     for name, chosen in populations.items():
-        with suppress(ExperimentError):  # it is told of as a name without neurons
+        with suppress(ExperimentError):  # reported as a name without neurons
             ids = _chosen(chosen, name, views)
             if ids is not None and ids.size:
                 views[name] = ids
@@ -101,21 +101,21 @@ def load_script(
     folders: Sequence[Path] = (),
     library: Library | None = None,
 ) -> Network:
-    """Return the network of a script in PyNN or NEST.
+    """Return the network of a script for PyNN or NEST.
 
     Args:
         path: the script.
-        seed: all that is random follows from it.
-        populations: names for neurons of its ``circuit``.
-        folders: whose modules it can import.
-        library: where files are that it names, by default in its folder.
+        seed: the seed of every random number.
+        populations: the names of neurons of its ``circuit``.
+        folders: the folders whose modules it can import.
+        library: the search path for files that it names, by default its folder.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
     """
     if path.suffix != ".py":
-        raise NetworkError(f"brains are read from .py and .h5 files, not from '{path.name}'", path=path)
+        raise NetworkError(f"a brain must be a .py or .h5 file, not '{path.name}'", path=path)
     built, currents = Built(), list[Injection]()
     kernel = RunningKernel(seed, built)
     built.nest = nest_module(kernel)
@@ -154,7 +154,7 @@ def load_script(
 
 
 def _keep(built: Built, kernel: Kernel, network: Network, variables: dict[str, Any], sim: ModuleType) -> None:
-    """Let what a brain file leaves in its variables belong to the brain that will run."""
+    """Connect the variables of a brain file to the brain that will run."""
     made = Conversion(kernel)
     built.network = network
     contents = Contents(built, made.cells_of)
@@ -183,10 +183,10 @@ def _recorded_by_pynn(sim: ModuleType) -> list[list[int]]:
 
 
 def with_unseen(network: Network, path: Path) -> Network:
-    """Return the network of a script with what is known of its variables: if it ran elsewhere, their names.
+    """Return the network of a script with its variables, or only their names if it ran elsewhere.
 
     Args:
-        network: what the script has built.
+        network: the network that the script has built.
         path: the script.
     """
     if path.suffix != ".py" or isinstance(network, NotedNetwork):
@@ -199,13 +199,13 @@ def with_unseen(network: Network, path: Path) -> Network:
 
 
 def _unread(name: str, _root: object) -> NoReturn:
-    raise UnreadableError(f"'{name}' is known only when the brain file is executed")
+    raise UnreadableError(f"'{name}' is known only after the brain file has been executed")
 
 
 def remark(
     path: Path, populations: Mapping[str, Element], network: Network, notes: Callable[[str], None]
 ) -> None:
-    """Tell what was converted in a brain file, and which names mean nothing in the network it became."""
+    """Report what was converted in a brain file, and which names do not exist in its network."""
     if path.suffix == ".py":
         Source.of_file(path).compiled(notes)
     for note in getattr(network, "notes", ()):
@@ -216,7 +216,7 @@ def remark(
 
 
 def _chosen(element: Element, name: str, views: Mapping[str, IntArray]) -> IntArray | None:
-    """Return the neurons that an element picks, None where it only names what the file has."""
+    """Return the neurons that an element selects, None if it only names a population of the file."""
     circuit = views.get(CIRCUIT)
     kind = local(attribute(element, "type") or "")
     if circuit is None:
@@ -232,14 +232,14 @@ def _chosen(element: Element, name: str, views: Mapping[str, IntArray]) -> IntAr
         end, step = number(element, "to"), number(element, "step")
         stride = int(step or 1)
         if not stride:
-            raise element.error(f"'step' of <{element.tag}> is a whole number, not {step:g}")
+            raise element.error(f"'step' of <{element.tag}> must be a whole number, not {step:g}")
         return circuit[int(begin or 0) : None if end is None else int(end) : stride]
     return None if name in views else circuit
 
 
 def _index(element: Element) -> int:
     if not element.text.isdecimal() or len(element.text) > _DIGITS:
-        raise element.error(f"<{element.tag}> is the index of a neuron, not '{element.text}'")
+        raise element.error(f"<{element.tag}> must be the index of a neuron, not '{element.text}'")
     return int(element.text)
 
 

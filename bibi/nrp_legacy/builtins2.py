@@ -1,6 +1,6 @@
-"""What Python 2 had built in and Python 3 has not, or has with another meaning.
+"""Built-in functions of Python 2 that Python 3 lacks or has changed.
 
-Lists that ``range`` and its kin return can still be asked for their next item, as code of Python 3 does.
+The lists that ``range`` and similar functions return are iterators too, as code for Python 3 expects.
 """
 
 # ruff: noqa: A001 - the names of Python 2
@@ -29,7 +29,7 @@ unichr, raw_input, xrange, buffer = chr, input, builtins.range, memoryview
 
 
 class Listed(list[Any]):
-    """A list that is its own iterator too."""
+    """A list that is also its own iterator."""
 
     def __next__(self) -> Any:
         if not hasattr(self, "_rest"):
@@ -43,14 +43,14 @@ def range(*bounds: Any) -> list[int]:
 
 
 def map(function: Callable[..., Any] | None, *items: Iterable[Any]) -> list[Any]:
-    """Return what a function makes of each item; without one, the items."""
+    """Return the result of a function for each item; without a function, the items."""
     if function is None:
         return Listed(builtins.zip(*items, strict=False) if len(items) > 1 else items[0])
     return Listed(builtins.map(function, *items))
 
 
 def filter(function: Callable[[Any], Any] | None, items: Iterable[Any]) -> Any:
-    """Return the items that a function approves of; of a text or tuple, its like."""
+    """Return the items for which a function is true; for a text or tuple, a text or tuple."""
     chosen = Listed(builtins.filter(function, items))
     if isinstance(items, tuple):
         return tuple(chosen)

@@ -1,4 +1,4 @@
-"""Code as documents carry it, turned into what Python runs."""
+"""Turn the code in documents into code for Python 3."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Notes = Callable[[str], None]
 
 @contextmanager
 def as_of_old() -> Iterator[None]:
-    """Let code in this block use what has been deprecated since, without a warning at each place."""
+    """Suppress warnings about deprecated Python in this block."""
     with warnings.catch_warnings():
         for outdated in (DeprecationWarning, PendingDeprecationWarning, FutureWarning, SyntaxWarning):
             warnings.simplefilter("ignore", outdated)
@@ -30,12 +30,12 @@ def as_of_old() -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A piece of Python, of whichever version.
+    """A piece of Python 2 or Python 3.
 
     Args:
         text: the code.
-        path: the file that it stands in.
-        first_line: where in that file it begins.
+        path: its file.
+        first_line: the line of that file on which it begins.
     """
 
     text: str
@@ -44,7 +44,7 @@ class Source:
 
     @classmethod
     def of_file(cls, path: Path) -> Source:
-        """Read a file, whatever its encoding and line ends are."""
+        """Read a file in any encoding, with any line ends."""
         raw = path.read_bytes()
         try:
             text = raw.decode("utf-8-sig")
@@ -62,10 +62,10 @@ class Source:
         return cls(_least_deep(code), element.path, first)
 
     def tree(self, notes: Notes) -> ast.Module:
-        """Return what it says in Python 3; lines are those of the file in which it stands.
+        """Return its syntax tree in Python 3, with the line numbers of its file.
 
         Args:
-            notes: told what was converted.
+            notes: called with a note about each conversion.
 
         Raises:
             TransferFunctionError: it is neither Python 3 nor Python 2.
@@ -84,10 +84,10 @@ class Source:
         return result
 
     def compiled(self, notes: Notes) -> CodeType:
-        """Return what Python 3 runs; errors in it name the file and line in which it stands.
+        """Return compiled code whose errors name its file and line.
 
         Raises:
-            TransferFunctionError: as of :meth:`tree`.
+            TransferFunctionError: as for :meth:`tree`.
         """
         tree = executable(self._converted(notes))
         try:

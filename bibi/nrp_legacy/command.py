@@ -13,19 +13,19 @@ from nrp_core.cli.output import document
 
 def import_experiment(
     file: Annotated[
-        Path, typer.Argument(metavar="EXPERIMENT.exc", help="The experiment of the platform, or its folder.")
+        Path, typer.Argument(metavar="EXPERIMENT.exc", help="The platform's experiment file, or its folder.")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Write to this folder.")],
     models: Models = None,
     json: Json = False,
 ) -> None:
-    """Turn an experiment of the Neurorobotics Platform into one of our own format."""
+    """Convert an experiment of the Neurorobotics Platform to this program's own format."""
     from nrp_core.cli.options import overrides_of
     from nrp_legacy.convert.folder import FILE, write_folder
     from nrp_legacy.reader import read_exc
 
     if output.is_dir() and any(output.iterdir()):
-        raise typer.BadParameter(f"{output} is not empty", param_hint="--output")
+        raise typer.BadParameter(f"the folder {output} is not empty", param_hint="--output")
     path = next(iter(sorted(file.glob("*.exc"))), file) if file.is_dir() else file
     overrides = overrides_of([], brain=None, world=None, models=models)
     report = write_folder(read_exc(path, overrides), output)

@@ -30,7 +30,7 @@ _SMALL = frozenset({"amplitude", "offset", "mean", "stdev", "weight", "cm", "i_o
 
 
 class _Forgiving(Setting):
-    """An attribute that may have another name and unit; what no device can take counts as the nearest it can.
+    """An attribute with another name or unit; invalid values become the nearest valid value.
 
     Args:
         name: of the port's attribute.
@@ -58,7 +58,7 @@ class _Forgiving(Setting):
         taken = np.maximum(np.where(np.isfinite(given), given, 0.0), self._lowest)
         if (taken != given).any() and device.port not in self._told:
             self._told.add(device.port)
-            log.warning("%s: no %s can be %s: %s it is", device.parameter, self._port_name, value, taken)
+            log.warning("%s: %s cannot be %s: set to %s", device.parameter, self._port_name, value, taken)
         super().__set__(device, taken.item() if taken.size == 1 else taken)
 
 

@@ -1,4 +1,4 @@
-"""What an experiment of the platform says, in its two documents, as plain data."""
+"""The two documents of an experiment of the platform, as plain data."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from nrp_legacy.elements import (
 )
 
 ROBOT = "robot"
-"""What a robot is called that has no name."""
+"""The name of a robot without a name."""
 
 _IGNORED = ("rosLaunch", "extRobotController", "events")
 
@@ -29,10 +29,10 @@ class FileNamed:
     """A file as a document names it.
 
     Args:
-        name: what stands there, empty where nothing does.
-        element: where it stands.
-        model: the folder of the model library that it belongs to, if that is said.
-        others: what else stands there and may be meant: an archive and a file in it, a model.
+        name: the name in the document, empty if there is none.
+        element: the element that names it.
+        model: the folder of the model library that it belongs to, if given.
+        others: alternatives in the document: an archive and a file in it, a model.
     """
 
     name: str
@@ -42,7 +42,7 @@ class FileNamed:
 
     @classmethod
     def of(cls, element: Element) -> FileNamed:
-        """Read a file that stands in an attribute, in an element below, or is all that the element says."""
+        """Read a file name from an attribute, a child element, or the text of the element."""
         model, archive = attribute(element, "model"), attribute(element, "assetPath")
         name = attribute(element, "src") or text(element, "file", "src") or element.text.strip()
         said = [one for one in dict.fromkeys((archive, name, model)) if one]
@@ -50,7 +50,7 @@ class FileNamed:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All that may be meant, what is meant most likely first."""
+        """All possible names, the most likely one first."""
         return (self.name, *self.others)
 
 
@@ -60,12 +60,12 @@ class Experiment:
 
     Args:
         element: its root.
-        timeout: what says how long it lasts.
+        timeout: the element with the duration.
         environment: the room.
-        poses: where robots start, by their names.
+        poses: the initial poses of robots, by robot name.
         bibi: the other document.
-        machines: the state machines, those of the evaluation last.
-        ignored: what has no meaning here.
+        machines: the state machines; state machines of the evaluation come last.
+        ignored: the elements that are not supported.
     """
 
     element: Element
@@ -86,13 +86,13 @@ class Bibi:
 
     Args:
         element: its root.
-        timestep: what says the step of the loop, in ms.
+        timestep: the element with the time step of the loop, ms.
         mode: the kind of brain simulation.
         brain: the file of the brain, None for none.
-        populations: names for neurons of the brain, with the elements that choose them.
-        bodies: the robots by their names.
+        populations: the elements that select neurons of the brain, by population name.
+        bodies: the robots by name.
         functions: the transfer functions, in order.
-        ignored: what has no meaning here.
+        ignored: the elements that are not supported.
     """
 
     element: Element
@@ -176,9 +176,9 @@ def is_active(function: Element) -> bool:
 
 
 def priority_of(function: Element) -> int:
-    """Return the priority of a transfer function; of those that run in a step, a higher one runs first.
+    """Return the priority of a transfer function; within a step, higher priorities run first.
 
-    What is no number counts as not given.
+    A value that is not a number is ignored.
     """
     with suppress(ExperimentError):
         return int(number(function, "priority") or 0)

@@ -1,6 +1,6 @@
-"""Let functions read what others send to a robot, and send on topics that only the robot fills, as ROS does.
+"""Let functions read commands to a robot, and publish on topics that the robot publishes, as in ROS.
 
-A world serves each topic one way only. The other way is a topic of its own beside it, under another name.
+A world's topics have one direction each. The other direction is a separate topic with another name.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ HEARD, UNHEARD, MISTYPED = "/heard", "/unheard", "/mistyped"
 
 
 def plain_name(topic: Topic) -> str:
-    """Return the name that a user gave to a topic, redirected or not."""
+    """Return the name of a topic in the user's code, redirected or not."""
     lead = next((lead for lead in (HEARD, UNHEARD, MISTYPED) if topic.name.startswith(f"{lead}/")), "")
     return topic.name.removeprefix(lead)
 
@@ -81,7 +81,7 @@ class _Redirection:
         if beside.name not in self._world.topics:
             self._world.declare(beside.name, message_type(kind))
             carried = f"'{name}' carries {type_name(info.type)}, not {type_name(message_type(kind))}"
-            self._world.warnings.append(f"{carried}: who takes it for that hears nothing")
+            self._world.warnings.append(f"{carried}: a subscriber with the other type gets no messages")
         return beside
 
     def _beside(self, topic: Topic, lead: str, wanted: Direction) -> tuple[Topic, bool]:

@@ -1,4 +1,4 @@
-"""XML read for what it says: by local names, in any order, whatever else stands in it."""
+"""Read XML leniently: by local names, in any order; other content is ignored."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def number(element: Element, name: str) -> float | None:
     """Return an attribute that is a number, None where it is not given.
 
     Raises:
-        ExperimentError: it is no number.
+        ExperimentError: it is not a number.
     """
     value = attribute(element, name)
     try:
@@ -53,12 +53,12 @@ def number(element: Element, name: str) -> float | None:
     except ValueError:
         found = nan
     if found is not None and not isfinite(found):
-        raise element.error(f"'{name}' of <{element.tag}> is a number, not '{value}'")
+        raise element.error(f"'{name}' of <{element.tag}> must be a number, not '{value}'")
     return found
 
 
 def flag(element: Element, name: str, default: bool) -> bool:
-    """Return an attribute that is true or false; what is neither counts as not given."""
+    """Return an attribute that is true or false; other values are ignored."""
     known = {"true": True, "1": True, "false": False, "0": False}
     return known.get((attribute(element, name) or "").lower(), default)
 
@@ -79,5 +79,7 @@ def seconds_of(element: Element) -> float:
     except ValueError:
         found = nan
     if found and not _SHORTEST <= found <= _LONGEST:
-        raise element.error(f"<{element.tag}> is a time in seconds or such as PT14M, not '{said}'")
+        raise element.error(
+            f"<{element.tag}> must be a time in seconds or a duration such as PT14M, not '{said}'"
+        )
     return found

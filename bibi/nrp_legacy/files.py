@@ -1,4 +1,4 @@
-"""Find the files that an experiment names: beside it, then in the folders of models; in archives too."""
+"""Find the files that an experiment names: in its folder, then in folders of models; also in archives."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from nrp_legacy.documents import FileNamed
 
 _STAND_INS = Path(__file__).with_name("stand_ins")
 EMPTY_ROOM, NO_BRAIN = _STAND_INS / "empty_room.sdf", _STAND_INS / "no_brain.py"
-"""What there is where an experiment names nothing that is found."""
+"""Replacements for files that are not found."""
 _SHELVES = ("", "robots", "brains", "environments", "bibi", "brain_model")
 """Folders of a model library in which its models stand."""
 _BRAINS = (".py", ".h5")
@@ -29,11 +29,11 @@ def models_of_installation() -> list[Path]:
 
 
 class Library:
-    """The folders in which files are looked for.
+    """The folders in which files are searched.
 
     Args:
-        folder: of the experiment.
-        models: of model libraries, first come first.
+        folder: the folder of the experiment.
+        models: the folders of model libraries, in order of search.
     """
 
     def __init__(self, folder: Path, models: Sequence[Path] = ()) -> None:
@@ -126,10 +126,10 @@ class Library:
         yield from (self.folder.joinpath(*rest[i:]) for i in range(1, len(rest)))
 
     def _by_its_end(self, name: str) -> Path | None:
-        """Return the first file whose path ends so, in whichever case.
+        """Return the first file whose path ends with these parts, ignoring case.
 
-        Folders that are not here may lead: where the files were on another machine, or its variables. What is
-        left is at least a folder and a file.
+        Leading folders may be missing here, such as folders or variables of another machine. At least a
+        folder and a file must match.
         """
         parts = [part.lower() for part in PurePosixPath(name).parts if part not in ("..", ".", "/")]
         named = self._files.get(parts[-1], ()) if parts else ()

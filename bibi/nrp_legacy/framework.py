@@ -1,4 +1,4 @@
-"""What files of the platform call ``nrp``: our language, with the spellings that it had there."""
+"""The module ``nrp`` of files of the platform: our language, with the platform's spellings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from nrp_legacy.shims.modules import module
 from nrp_legacy.shims.tuples import as_in_ros1
 
 __extends_dsl__ = True
-"""What goes wrong here is the fault of whoever calls; see :mod:`nrp_core.dsl.parameters.place`."""
+"""Errors here are reported at the caller; see :mod:`nrp_core.dsl.parameters.place`."""
 
 SPELLINGS = {
     "std": "stdev", "weights": "weight", "delays": "delay", "target": "receptor_type", "initial_rate": "rate",
@@ -38,7 +38,7 @@ class Unavailable:
     """A kind of device that only one simulator of the platform had.
 
     Args:
-        name: what users write.
+        name: its name in transfer functions.
     """
 
     def __init__(self, name: str) -> None:
@@ -59,7 +59,7 @@ class ForgivingTopic(dsl.Topic):
 
     @staticmethod
     def _tell(name: str, number: str) -> None:
-        log.warning("what a function sends on %s holds %s: 0 is sent in its place", name, number)
+        log.warning("a message for %s contains %s: 0 is sent instead", name, number)
 
 
 def _heard(named: Any) -> Any:
@@ -192,7 +192,7 @@ def framework(
 
 
 def _settings(device_type: Any, given: Mapping[str, Any], notes: Callable[[str], None]) -> dict[str, Any]:
-    """Return the settings of a device under the names that it has here; what it has not is left out."""
+    """Return the settings of a device under its names here; settings that it does not have are left out."""
     if not isinstance(device_type, DeviceKind):
         return dict(given)
     connector = given.get("connector")
@@ -209,5 +209,5 @@ def _settings(device_type: Any, given: Mapping[str, Any], notes: Callable[[str],
     }
     for name in sorted(named.keys() - taken.keys() - {"connector"}):
         if named[name] is not None:
-            notes(f"{device_type} has no setting '{name}' here: left out")
+            notes(f"{device_type} does not have the setting '{name}': left out")
     return taken

@@ -1,4 +1,4 @@
-"""The transfer functions of an experiment: Python by file or in place, and building blocks."""
+"""The transfer functions of an experiment: Python in files or inline, and building blocks."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def load(
     Args:
         element: ``<transferFunction>``, in any of its forms.
         root: the document, which holds connectors that several refer to.
-        library: where files are.
-        names: the name space that all share.
-        notes: told what was converted.
+        library: the search path for files.
+        names: the namespace that all share.
+        notes: called with a note about each conversion.
 
     Raises:
         ExperimentError: it is not there, not Python, or has no meaning.
@@ -52,7 +52,7 @@ def load(
 
 
 def sources_of(element: Element, root: Element, library: Library, notes: Notes) -> list[listing.Source]:
-    """Return what :func:`load` would execute.
+    """Return the code that :func:`load` would execute.
 
     Raises:
         ExperimentError: it is not there, not Python, or has no meaning.
@@ -108,7 +108,9 @@ def _python(element: Element, library: Library, names: Namespace, notes: Notes) 
         source.path, module=names.module, code=source.compiled(notes), scope=names.scope
     )
     if not made:
-        raise TransferFunctionError("declares no transfer function", path=source.path, line=source.first_line)
+        raise TransferFunctionError(
+            "does not declare a transfer function", path=source.path, line=source.first_line
+        )
     yield from made
 
 
@@ -120,7 +122,7 @@ def _source(element: Element, library: Library) -> Source:
         return Source.of_element(element)
     path = library.find_code(name)
     if path is None:
-        raise element.error(f"there is no transfer function '{name}' in the experiment")
+        raise element.error(f"the experiment does not have a transfer function '{name}'")
     return Source.of_file(path)
 
 

@@ -1,4 +1,4 @@
-"""Experiments in our own format whose files still use what only the platform has: what ``nrp import`` writes.
+"""Experiments in our own format whose files still need the platform, as ``nrp import`` writes them.
 
 Their ``experiment.yaml`` says so: ``compatibility: {platform: hbp_nrp}``.
 """

@@ -1,4 +1,4 @@
-"""Currents that brain files send into cells; a network holds none that changes, so a run adds them."""
+"""Time-dependent currents that brain files inject into cells; a run adds them to the network."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _CONTROLLER = re.compile(
 _TRAJECTORY = re.compile(r"""["']/?(?P<topic>[\w/-]+)["']\s*,\s*(?:\w+\s*=\s*)?(?:\w+\.)*JointTrajectory\b""")
 """A topic with its type, as publishers are made."""
 _SERVED = "the plugin 'gazebo_ros_control' is not known"
-"""What is told of a robot whose controllers that plugin ran; it is not so where its joints obey."""
+"""The warning about a robot with that plugin; it is dropped if the joints get controllers."""
 _KINDS: dict[str, Kind] = {"vel": "velocity", "eff": "effort", "tor": "effort"}
 
 

@@ -18,11 +18,11 @@ MACHINE = "sm"
 
 
 class StateMachines:
-    """The machines of one run; what goes wrong with one is reported and the rest runs on.
+    """The state machines of one run; an error in one is reported and the others continue.
 
     Args:
         paths: their files.
-        names: what they begin with and import.
+        names: their initial names and imports.
         run: the run.
     """
 
@@ -67,7 +67,7 @@ class StateMachines:
         if self._tasks[path].is_over:
             del self._tasks[path]
         if error is not None:
-            self._names.graph.warn(f"state machine {path.name} ended by {type(error).__name__}: {error}")
+            self._names.graph.warn(f"state machine {path.name} stopped by {type(error).__name__}: {error}")
 
     def _restart(self, loop: ClosedLoop) -> None:
         self.close()

@@ -1,4 +1,4 @@
-"""Make the parts of an experiment of the platform, generously: what cannot be made is left out and named."""
+"""Make the parts of an experiment of the platform; parts that cannot be made are left out and reported."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ class ShimmedMaker(Maker, ABC):
     """Makes experiments whose files find the names and modules of the platform.
 
     Args:
-        document: what is at fault where nothing nearer is.
-        library: where files are.
+        document: the document that errors name if no nearer place is known.
+        library: the search path for files.
         machines: the state machines.
-        folders: whose modules can be imported.
-        nest_units: whether devices are set in the units of NEST.
-        notes: what was found while the experiment was read.
+        folders: the folders whose modules can be imported.
+        nest_units: whether devices are set in NEST's units.
+        notes: notes from reading the experiment.
 
     Attributes:
-        names: what code begins with and imports.
+        names: the initial names and imports of code.
         shared_topics: the topics of the scene that was read last.
     """
 
@@ -164,9 +164,9 @@ class LegacyMaker(ShimmedMaker):
 
     Args:
         bibi: its document.
-        library: where files are.
+        library: the search path for files.
         machines: its state machines.
-        notes: what was found while it was read.
+        notes: notes from reading it.
     """
 
     def __init__(self, bibi: Bibi, library: Library, machines: list[Path], notes: list[Finding]) -> None:
@@ -180,7 +180,7 @@ class LegacyMaker(ShimmedMaker):
         try:
             return super().room(experiment)
         except NrpError as error:
-            self._note(f"the room is left out, a plain floor it is: {error}")
+            self._note(f"the room is left out and replaced by a plain floor: {error}")
             return read_scene(EMPTY_ROOM)
 
     def _codes(self, experiment: Experiment) -> Iterator[str]:

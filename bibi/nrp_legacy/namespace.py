@@ -1,4 +1,4 @@
-"""The names that transfer functions begin with, and the modules that they import."""
+"""The initial names of transfer functions, and the modules that they can import."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from nrp_legacy.shims.states import nrp_states_module, smach_ros_module
 from nrp_legacy.shims.transformations import tf_module, transformations_module
 
 _INCOMPLETE = ("rospy", "smach", "smach_ros", "hbp_nrp_excontrol.nrp_states", "tf")
-"""Modules of which only what experiments are known to use is here."""
+"""Modules that are implemented only as far as experiments are known to use them."""
 
 
 class Namespace:

@@ -1,4 +1,4 @@
-"""Replace methods and results that Python 3 and the libraries of today have no longer."""
+"""Replace methods and results that Python 3 and today's libraries no longer have."""
 
 from __future__ import annotations
 

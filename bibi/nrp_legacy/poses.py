@@ -1,4 +1,4 @@
-"""Where robots start, in every way that it has been written."""
+"""The initial poses of robots, in every historical form."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ PoseNumbers = tuple[float, float, float, float, float, float]
 def pose_of(element: Element) -> PoseNumbers:
     """Return a ``<robotPose>``: angles, or the quaternion ``ux uy uz theta``, theta its real part.
 
-    Where both are given, angles count; what is not given is 0.
+    If both are given, the angles are used; missing values are 0.
 
     Raises:
-        ExperimentError: a number is none.
+        ExperimentError: a value is not a number.
     """
     x, y, z = (number(element, name) or 0.0 for name in ("x", "y", "z"))
     angles = [number(element, name) for name in ("roll", "pitch", "yaw")]

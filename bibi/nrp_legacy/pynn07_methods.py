@@ -98,4 +98,4 @@ def _getting(name: str) -> Callable[..., Any]:
 
 
 def _nothing(_self: Any, *_values: Any, **_more: Any) -> None:
-    """Do what needs not be done here."""
+    """Do nothing: it is not needed here."""

@@ -1,7 +1,7 @@
-"""Turn leftovers of Python 2 into Python 3, so that code of its time runs.
+"""Convert Python 2 to Python 3.
 
-Only code that Python 3 refuses is rewritten; what Python 3 and the libraries of today have dropped is
-replaced in any.
+Only code that Python 3 refuses is rewritten; features that Python 3 and today's libraries have dropped are
+replaced in all code.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def converted(code: str) -> Converted:
     """Return what code means that may be of Python 2.
 
     Raises:
-        SyntaxError: it is neither Python 3 nor anything that is converted.
+        SyntaxError: it is neither Python 3 nor Python 2 that can be converted.
     """
     changes: list[str] = []
     tree, _ = _parsed(code)
@@ -192,7 +192,7 @@ def _is_real(node: ast.expr) -> bool:
 
 
 def refusal(error: SyntaxError, path: object, first_line: int) -> TransferFunctionError:
-    """Return what is said of code that cannot be converted."""
+    """Return the error for code that cannot be converted."""
     line = (error.lineno or 1) + first_line - 1
     return TransferFunctionError(
         f"this is neither Python 3 nor Python 2: {error.msg}", path=str(path), line=line

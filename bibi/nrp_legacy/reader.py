@@ -1,4 +1,4 @@
-"""Read an ``.exc`` file and what it names into an experiment of ours."""
+"""Read an ``.exc`` file and the files that it names as one of our experiments."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.poses import pose_of
 
 TIMESTEP_MS = 20.0
-"""Period of a loop that says none."""
+"""The default period of a loop."""
 DURATION_S = 600.0
-"""Duration of an experiment that says none."""
+"""The default duration of an experiment."""
 
 WORLD_STEP_NS = 2 * NS_PER_MS
 """Step of the worlds here, unless an experiment sets it."""
@@ -35,11 +35,11 @@ Read = TypeVar("Read")
 
 
 def read_exc(path: Path, overrides: Sequence[str] = ()) -> Experiment:
-    """Read an experiment of the platform, to be run as it is.
+    """Read an experiment of the platform, to run it unchanged.
 
     Args:
-        path: the ``.exc`` file; ``..`` and the library of models are looked for from its folder.
-        overrides: ``dotted.key=value`` of our own format; ``models=[DIR]`` says where models are.
+        path: the ``.exc`` file; ``..`` and the library of models are relative to its folder.
+        overrides: ``dotted.key=value`` of our own format; ``models=[DIR]`` sets the folders of models.
 
     Raises:
         InvalidExperimentError: the files are not XML, or nothing says how brain and body connect.
@@ -69,7 +69,7 @@ class _Reading:
     def experiment(self) -> Experiment:
         exc, bibi = self._exc, self._bibi
         for element in (*exc.ignored, *bibi.ignored):
-            self._note(element, f"<{local(element.tag)}> has no meaning here: ignored")
+            self._note(element, f"<{local(element.tag)}> is not supported: ignored")
         timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS) * NS_PER_MS)
         duration_ns = ceil(self._time(exc.timeout, DURATION_S) * NS_PER_S / timestep_ns) * timestep_ns
         tree = self._tree({
@@ -93,18 +93,20 @@ class _Reading:
         if path is not None:
             return path
         element = self._exc.element if named is None else named.element
-        said = "names no <bibiConf>" if named is None else f"names '{named.name}', which is not there"
+        said = (
+            "does not name a <bibiConf>" if named is None else f"names '{named.name}', which does not exist"
+        )
         beside = sorted(self._path.parent.glob("*.bibi"))
         if len(beside) != 1:
             raise element.error(f"the experiment {said}")
-        self._note(element, f"the experiment {said}: {beside[0].name} beside it is taken")
+        self._note(element, f"the experiment {said}: {beside[0].name} in its folder is used")
         return beside[0]
 
     def _brain(self) -> Tree:
         brain = self._bibi.brain
         found = None if brain is None else self._read(partial(self._library.find_brain, brain))
         if brain is not None and found is None:
-            self._note(brain.element, f"no brain '{brain.name}': there are no neurons")
+            self._note(brain.element, f"brain '{brain.name}' not found: the experiment runs without neurons")
         backend = "spinnaker" if "spinnaker" in self._bibi.mode.lower() else "event"
         model = found or NO_BRAIN
         return self._tree({"backend": backend, "model": str(model)}, brain.element if brain else None)
@@ -113,9 +115,13 @@ class _Reading:
         environment = self._exc.environment
         scene = None if environment is None else self._read(partial(self._library.find_sdf, environment))
         if scene is None:
-            said = "no room is named" if environment is None else f"no room '{environment.name}'"
+            said = (
+                "the experiment does not name a room"
+                if environment is None
+                else f"room '{environment.name}' not found"
+            )
             self._note(
-                environment.element if environment else self._exc.element, f"{said}: a plain floor it is"
+                environment.element if environment else self._exc.element, f"{said}: a plain floor is used"
             )
         bodies = self._bibi.bodies.items()
         robots = {_identifier(name): robot for name, body in bodies if (robot := self._robot(name, body))}
@@ -126,7 +132,7 @@ class _Reading:
     def _robot(self, name: str, body: documents.FileNamed) -> Tree | None:
         model = self._read(partial(self._library.find_sdf, body))
         if model is None:
-            self._note(body.element, f"no robot '{body.name}': left out")
+            self._note(body.element, f"robot '{body.name}' not found: left out")
             return None
         poses = self._exc.poses
         only = next(iter(poses.values())) if len(poses) == len(self._bibi.bodies) == 1 else None
@@ -145,7 +151,7 @@ class _Reading:
         try:
             return read()
         except ExperimentError as error:
-            note = f"{error.message}: not taken"
+            note = f"{error.message}: not used"
             self._notes.append(Finding(Code.NRP204, note, Level.WARNING, error.path, error.line))
             return None
 
@@ -154,7 +160,7 @@ class _Reading:
     def _required(self, named: documents.FileNamed, what: str) -> Path | None:
         path = self._library.find(named)
         if path is None:
-            self._note(named.element, f"no {what} '{named.name}': left out")
+            self._note(named.element, f"{what} '{named.name}' not found: left out")
         return path
 
     def _note(self, element: Element, message: str) -> None:

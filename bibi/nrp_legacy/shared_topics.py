@@ -1,7 +1,7 @@
-"""Topics that several parts of a scene would serve: in ROS they share a name, here each has one server.
+"""Topics that several parts of a scene share: ROS allows it, a world allows one part per topic.
 
-So two robots of one model have one camera topic. The first to come keeps the name. Any further one has it
-behind its robot's; what is commanded goes to all of them.
+Two robots of one model would have one camera topic. The first robot keeps the name. For further robots the
+robot's name comes before it; commands go to all of them.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class SharedTopics:
         self._taken.add(own)
         if own != topic:
             self.names.append(topic)
-            told.append(f"'{topic}' has been served before: what '{model.name}' sends is on '{own}'")
+            told.append(f"'{topic}' is already in use: '{model.name}' publishes on '{own}'")
         return own
 
     def hand_on(self, world: World) -> None:

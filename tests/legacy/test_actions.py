@@ -145,7 +145,7 @@ def test_joints_that_no_model_has_are_told_of_once_and_the_goal_is_aborted(
     run.run_until(0.1)
     told = [text for text in run.result().warnings if "elbow" in text]
     assert len(told) == 1
-    assert "moves joints that no model has: elbow" in told[0]
+    assert "moves joints that do not exist: elbow" in told[0]
     assert run.loop.functions[0].adapters["rows"].rows[-1][1] == "4"
 
 

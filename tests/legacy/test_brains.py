@@ -96,7 +96,7 @@ def test_a_name_without_neurons_is_told(tmp_path: Path) -> None:
 
 
 def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(NetworkError, match=r"brains are read from \.py and \.h5 files, not from 'brain.sli'"):
+    with pytest.raises(NetworkError, match=r"a brain must be a \.py or \.h5 file, not 'brain.sli'"):
         load_brain(tmp_path / "brain.sli", {}, 0)
 
 

@@ -50,7 +50,7 @@ def test_a_check_tells_what_is_missing_and_that_it_runs(
 ) -> None:
     result = result_of(["validate", str(corpus / "husky_2019"), "--models", str(corpus / "models")], capsys)
     assert result["valid"] is True
-    assert "no robot 'nowhere/model.sdf': left out" in json.dumps(result["findings"])
+    assert "robot 'nowhere/model.sdf' not found: left out" in json.dumps(result["findings"])
 
 
 def test_a_run_goes_on_to_the_end_of_a_step_of_any_length(

@@ -45,7 +45,7 @@ def test_an_arm_goes_where_its_joints_are_told_to(played: Callable[..., Run]) ->
     assert last == {"arm_1_joint": pytest.approx(0.5, abs=0.03), "arm_2_joint": pytest.approx(-0.4, abs=0.03)}
     told = "\n".join(run.result().warnings)
     assert "the mesh 'model://arm_robot/meshes/arm_1.stl' is not there" in told
-    assert "no room 'nowhere/biology_base.sdf': a plain floor it is" in told
+    assert "room 'nowhere/biology_base.sdf' not found: a plain floor is used" in told
 
 
 def test_a_pioneer_sees_a_wall_and_moves(played: Callable[..., Run]) -> None:
@@ -107,19 +107,24 @@ def test_every_idiom_of_transfer_functions_runs(played: Callable[..., Run]) -> N
     assert result.final_pose["rat"]["x"] > 3.1
     assert result.final_pose["husky"]["y"] > 0.05
     told = "\n".join(result.warnings)
-    for left_out in ("no_such_library", "declares no transfer function", "gone.py", "hears nothing"):
+    for left_out in (
+        "no_such_library",
+        "does not declare a transfer function",
+        "gone.py",
+        "gets no messages",
+    ):
         assert left_out in told
 
 
 def test_a_machine_that_is_not_there_is_named(opened: Opened, corpus: Path) -> None:
-    assert any("no state machine 'gone.exd'" in text for text in opened("icub_2017/icub.exc").warnings)
+    assert any("state machine 'gone.exd' not found" in text for text in opened("icub_2017/icub.exc").warnings)
 
 
 def test_code_of_python_2_of_old_libraries_and_of_no_library_runs(played: Callable[..., Run]) -> None:
     run = played("students_2018/students.exc")
     result = run.result()
     assert [failure["function"] for failure in result.failures] == ["learns"]
-    assert "no module named 'tensorflow'" in result.failures[0]["error"]
+    assert "the module 'tensorflow' is not installed" in result.failures[0]["error"]
     assert rows(run, "python2", "rows")[-1][1] == "7"
     seen = rows(run, "libraries", "rows")[-1]
     assert seen[1:] == ["2304", "16", "3", "1", "18.0", "(12, 16)"]
@@ -131,9 +136,9 @@ def test_code_of_python_2_of_old_libraries_and_of_no_library_runs(played: Callab
     assert (last[:3], float(last[3])) == (["10", "-40.0", "25"], pytest.approx(0.03, rel=1e-3))
     assert result.spikes["sensors"] > 50
     told = "\n".join(result.warnings)
-    assert "no module 'keras'" in told
-    assert "messages of 'tigrillo_msgs' are not known here" in told
-    assert "'yaw' of <robotPose> is a number, not 'north': not taken" in told
+    assert "module 'keras' is not installed" in told
+    assert "the message package 'tigrillo_msgs' is not known" in told
+    assert "'yaw' of <robotPose> must be a number, not 'north': not used" in told
 
 
 def test_machines_iterate_go_side_by_side_and_change_models(played: Callable[..., Run]) -> None:

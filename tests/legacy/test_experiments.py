@@ -50,11 +50,11 @@ def test_a_function_that_raises_is_set_aside_and_the_rest_runs_on(opened: Opened
 
 def test_everything_that_is_left_out_is_named_with_its_line(opened: Opened) -> None:
     told = "\n".join(opened(EVERY[0]).result().warnings)
-    assert "bibi_configuration.bibi:14: there is no transfer function 'lost.py'" in told
-    assert "experiment_configuration.exc:15: <rosLaunch> has no meaning here: ignored" in told
+    assert "bibi_configuration.bibi:14: the experiment does not have a transfer function 'lost.py'" in told
+    assert "experiment_configuration.exc:15: <rosLaunch> is not supported: ignored" in told
     assert "drive.py: leftovers of Python 2 were converted: tabs in indentation, print statements" in told
     assert "nobody serves the topic '/nobody/serves/this'" in told
-    assert "no robot 'nowhere/model.sdf': left out" in "\n".join(opened(EVERY[1]).result().warnings)
+    assert "robot 'nowhere/model.sdf' not found: left out" in "\n".join(opened(EVERY[1]).result().warnings)
 
 
 def test_a_state_machine_acts_at_its_time(opened: Opened) -> None:
@@ -146,7 +146,7 @@ def test_without_brain_body_and_room_what_is_left_runs(opened: Opened) -> None:
     run.run()
     count = run.loop.functions[0].adapters["count"]
     assert count.value == 5
-    assert any("no room 'no/such/room.sdf'" in warning for warning in run.result().warnings)
+    assert any("room 'no/such/room.sdf' not found" in warning for warning in run.result().warnings)
 
 
 def test_a_robot_in_an_archive_is_found(
@@ -176,16 +176,16 @@ def test_a_brain_that_cannot_be_loaded_leaves_the_functions_that_need_none(
 
 BRAIN = "brain_model/idle_brain.py"
 IT = '<bodyModel robotId="it"'
-NO_TIME = "is a time in seconds or such as PT14M, not"
+NO_TIME = "must be a time in seconds or a duration such as PT14M, not"
 
 
 @pytest.mark.parametrize(
     ("exc", "bibi", "told"),
     [
-        ("<timeout>soon</timeout>", "", f"<timeout> {NO_TIME} 'soon': not taken"),
+        ("<timeout>soon</timeout>", "", f"<timeout> {NO_TIME} 'soon': not used"),
         ("", "<timestep>1</timestep>", ""),
         ("", "<timestep>fast</timestep>", f"<timestep> {NO_TIME} 'fast'"),
-        ('<environmentModel src="broken.sdf"/>', "", "the room is left out, a plain floor it is"),
+        ('<environmentModel src="broken.sdf"/>', "", "the room is left out and replaced by a plain floor"),
         ("", "<bodyModel>broken.sdf</bodyModel>", "broken.sdf:1: this is not well-formed XML"),
         ("", f'{IT} model="husky_model"/>', ""),
         ("", f'{IT} customAsset="true" assetPath="no.zip">husky_model/model.sdf</bodyModel>', ""),
@@ -213,9 +213,13 @@ def test_what_cannot_be_read_is_told_and_the_rest_runs(
     assert not result.failures
     warnings = "\n".join(result.warnings)
     assert told in warnings
-    assert "the experiment names 'other.bibi', which is not there: odd.bibi beside it is taken" in warnings
+    assert (
+        "the experiment names 'other.bibi', which does not exist: odd.bibi in its folder is used" in warnings
+    )
     assert ("it" in result.final_pose) == ("robotId" in bibi)
-    assert ("no brain" in warnings or "no robot" in warnings) == ("broken.zip" in bibi)
+    assert ("runs without neurons" in warnings or "robot 'broken.zip' not found" in warnings) == (
+        "broken.zip" in bibi
+    )
 
 
 def test_an_override_of_our_own_format_wins(corpus: Path) -> None:

@@ -77,8 +77,8 @@ def test_everything_that_it_needs_is_in_its_folder(corpus: Path, tmp_path: Path)
 def test_what_needs_the_platform_is_kept_and_named(corpus: Path, tmp_path: Path) -> None:
     report = imported(corpus, "husky_2019/cart.exc", tmp_path / "new")
     assert report.kept == ["drive: imports rospy"]
-    assert report.changed == ["currents: poisson has no setting 'label': left out"]
-    assert any("no robot 'nowhere/model.sdf'" in note for note in report.noted)
+    assert report.changed == ["currents: poisson does not have the setting 'label': left out"]
+    assert any("robot 'nowhere/model.sdf' not found" in note for note in report.noted)
     written = read_yaml(tmp_path / "new" / "experiment.yaml")
     assert written.compatibility is not None
     assert written.compatibility.platform == "hbp_nrp"
@@ -174,7 +174,7 @@ def test_transfer_functions_that_share_names_share_a_file(corpus: Path, tmp_path
     brain = corpus / "models" / "brains" / "laser_brain.py"
     brain.write_text("\n".join(line for line in brain.read_text().splitlines() if "inject" not in line))
     report = imported(corpus, "p3dx_2018/p3dx.exc", tmp_path / "new")
-    assert "one file of all transfer functions, which share N_SECTORS" in report.changed
+    assert "all transfer functions are in one file, because they share N_SECTORS" in report.changed
     assert report.kept == []
 
 
@@ -236,7 +236,7 @@ OF_THE_PLATFORM = [
     ("import cPickle", "cPickle.dumps(1)", "cPickle"),
     ("from scipy import misc", "misc.imresize", "scipy.misc.imresize"),
     ("import time", "time.sleep(1)", "time.sleep"),
-    ("", "open('/home/nobody/x.txt')", "open() of files that are elsewhere"),
+    ("", "open('/home/nobody/x.txt')", "open() with files outside the experiment"),
     ("", "[1, 2][3/2]", "a quotient as a whole number, line 2"),
     ("n = 7/2", "range(n)", "a quotient as a whole number, line 2"),
     ("", "laser.value.ranges.index(0)", "laser.value.ranges.index, of a tuple"),

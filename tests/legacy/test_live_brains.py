@@ -207,8 +207,8 @@ def test_rates_and_currents_that_no_device_can_have_count_as_none(
     assert not run.result().failures
     counts = run.result().spikes
     assert counts["cells"] > 5
-    assert "p: no rate can be -5.0: 0.0 it is" in caplog.text
-    assert caplog.text.count("no rate can be") == 3
+    assert "p: rate cannot be -5.0: set to 0.0" in caplog.text
+    assert caplog.text.count("rate cannot be") == 3
 
 
 def test_spikes_under_a_constant_current_come_when_the_equation_says(played: Played) -> None:

@@ -137,8 +137,8 @@ def test_what_is_not_known_is_told_and_the_rest_is_built(tmp_path: Path) -> None
     text = "import nest\na = nest.Create('iaf_psc_exp', 2)\nb = nest.Create('music_event_in_proxy')\n"
     network = loaded(tmp_path, text + "nest.Connect(b, a)\nnest.Connect(a, a, syn_spec='ht_synapse')\n")
     assert network.size == 2
-    assert [note.partition(" of NEST")[0] for note in network.notes] == [
-        "the model 'music_event_in_proxy'", "synapses of the model 'ht_synapse'",
+    assert [note.partition(" is not")[0] for note in network.notes] == [
+        "NEST's model 'music_event_in_proxy'", "NEST's synapse model 'ht_synapse'",
     ]  # fmt: skip
 
 

@@ -30,7 +30,8 @@ def test_a_time_out_is_seconds_or_a_duration_of_xml_schema(said: str, seconds: f
 
 def test_a_time_out_that_is_no_time_is_refused_at_its_line() -> None:
     with pytest.raises(
-        ExperimentError, match=r"some\.exc:1: <timeout> is a time in seconds or such as PT14M, not 'soon'"
+        ExperimentError,
+        match=r"some\.exc:1: <timeout> must be a time in seconds or a duration such as PT14M, not 'soon'",
     ):
         seconds_of(element("<timeout>soon</timeout>"))  # type: ignore[arg-type]
 
@@ -128,7 +129,7 @@ def test_an_experiment_without_its_second_document_is_refused_at_the_line_that_n
 ) -> None:
     path = written(tmp_path, "some.exc", '<ExD>\n<bibiConf src="gone.bibi"/></ExD>')
     with pytest.raises(
-        ExperimentError, match=r"some\.exc:2: the experiment names 'gone.bibi', which is not there"
+        ExperimentError, match=r"some\.exc:2: the experiment names 'gone.bibi', which does not exist"
     ):
         read_exc(path)
 

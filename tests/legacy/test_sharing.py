@@ -84,7 +84,7 @@ def test_robots_of_one_model_obey_one_topic_and_see_on_two(made: Made, opened: O
     assert result.final_pose["one"]["x"] == pytest.approx(0.25, abs=0.05)
     assert result.final_pose["two"]["x"] == pytest.approx(result.final_pose["one"]["x"], abs=0.01)
     told = "\n".join(result.warnings)
-    assert "'/eye' has been served before: what 'two' sends is on '/two/eye'" in told
+    assert "'/eye' is already in use: 'two' publishes on '/two/eye'" in told
     assert "/drive" not in told
 
 
@@ -93,7 +93,7 @@ def test_robots_that_share_a_topic_are_imported(
 ) -> None:
     experiment = made(DRIVE, {"one": absolute, "two": absolute})
     report = write_folder(experiment, tmp_path / "new")
-    assert "/drive: of several parts" in report.kept
+    assert "/drive: shared by several parts of the scene" in report.kept
     again = opened(read_yaml(tmp_path / "new" / "experiment.yaml")).result()
     assert again.final_pose == opened(experiment).result().final_pose
 
@@ -188,7 +188,7 @@ def test_a_machine_waits_for_what_a_function_shows_and_its_topics_are_no_silent_
     said = [row[1] for row in hear.adapters["rows"].rows]
     assert said.index("went") in (6, 7)  # steps of 20 ms; the text is shown at 0.1 s
     report = write_folder(experiment, tmp_path / "new")
-    assert "hear: shows texts that state machines wait for" in report.kept
+    assert "hear: shows messages that state machines wait for" in report.kept
 
 
 def test_modules_in_folders_that_code_adds_come_along(

@@ -126,7 +126,9 @@ def test_states_find_data_under_names_of_their_own() -> None:
 
 
 def test_an_outcome_that_leads_nowhere_is_an_error_that_names_it() -> None:
-    with pytest.raises(InvalidTransitionError, match="state 'one' ends with 'yess', which leads nowhere"):
+    with pytest.raises(
+        InvalidTransitionError, match="state 'one' ends with 'yess', which does not have a transition"
+    ):
         machine(one=(lambda _data: "yess", {"yes": "end"})).execute()
 
 
@@ -270,10 +272,10 @@ def test_what_a_module_has_not_can_be_imported_and_is_named_where_it_is_used(tmp
     told: list[str] = []
     names = Namespace(told.append, Library(tmp_path))
     module = names.scope.run(path)
-    assert told == ["there is no module 'keras': what uses it fails"]
-    with pytest.raises(ImportError, match="'rospy' has no 'Nowhere' here"):
+    assert told == ["module 'keras' is not installed: code that uses it fails"]
+    with pytest.raises(ImportError, match="'rospy' does not have 'Nowhere'"):
         module.Nowhere()
-    with pytest.raises(ImportError, match="no module named 'keras' is installed"):
+    with pytest.raises(ImportError, match="the module 'keras' is not installed"):
         module.Sequential()
 
 

@@ -127,7 +127,7 @@ def test_functions_send_arrays_of_one_number_and_what_is_no_number_as_0(
     assert sent(np.array([0.5])) == 0.5
     assert sent(unchanged := Twist()) is unchanged
     sent(message)
-    assert caplog.text.count("what a function sends on /cmd_vel holds nan: 0 is sent in its place") == 1
+    assert caplog.text.count("a message for /cmd_vel contains nan: 0 is sent instead") == 1
 
 
 def test_functions_read_tuples_and_leave_what_others_read() -> None:

@@ -1,1 +1,1 @@
-"""Experiments of the platform turned into our own format, for ``nrp import``."""
+"""Convert experiments of the platform to our own format, for ``nrp import``."""

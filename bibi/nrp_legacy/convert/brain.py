@@ -1,4 +1,4 @@
-"""The brain of an imported experiment: its script, if that means the same there, else the network itself."""
+"""The brain of an imported experiment: its script if that builds the same network, else the network."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Brain:
     """The brain of an imported experiment.
 
     Args:
-        section: what the experiment file says of it.
-        need: what in it only the platform has, empty for nothing.
-        changes: what is not as it was.
+        section: the section ``brain`` of the experiment file.
+        need: the feature of the platform that it needs, empty for none.
+        changes: the differences from the original.
     """
 
     section: dict[str, Any]
@@ -48,29 +48,29 @@ def write_brain(
 
     Args:
         path: the file of the brain.
-        network: what it means.
+        network: the network that it builds.
         names: the populations that the experiment names.
-        seed: of the experiment.
-        folder: where to.
+        seed: the seed of the experiment.
+        folder: the target folder.
         beside: further folders whose modules it can import.
     """
     plain = _plain(network)
     if path.suffix == ".py":
         populations = _populations(network, names)
         section = {"model": SCRIPT, **({"populations": populations} if populations else {})}
-        need = "sends currents that change with time into cells" if _flows(network) else ""
+        need = "injects time-dependent currents into cells" if _flows(network) else ""
         for write, load in _WAYS[bool(need) :]:
             try:
                 changes = write(path, folder, (path.parent, *beside))
                 if _is_same(load(folder / SCRIPT, seed, populations), plain):
                     return Brain(section, need and f"{path.name}: {need}", changes)
-                need = "means another network here"
+                need = "builds a different network without the platform's modules"
             except (SyntaxError, NrpError) as error:
                 need = getattr(error, "message", "") or str(error)
         (folder / SCRIPT).unlink(missing_ok=True)
     save_network(plain, folder / NETWORK)
-    lost = [f"{path.name}: currents that change with time are no part of a network: left out"]
-    written = f"{path.name} is the network {NETWORK} that it builds"
+    lost = [f"{path.name}: time-dependent currents cannot be part of a network file: left out"]
+    written = f"{path.name} was replaced by its network, {NETWORK}"
     return Brain({"model": NETWORK}, "", (*(lost if _flows(network) else ()), written))
 
 
@@ -99,7 +99,7 @@ def _load_ours(path: Path, seed: int, populations: dict[str, Any]) -> Network:
 
 
 _WAYS = ((_as_ours, _load_ours), (_as_it_is, load_script))
-"""How a script is written, and how it is read then: by itself, and where the platform is there."""
+"""How a script is written and then read: alone, and with the platform's modules."""
 
 
 def _is_same(own: Network, meant: Network) -> bool:

@@ -1,4 +1,4 @@
-"""Changes to the text of a program that leave all of it alone but what they change."""
+"""Edits of program text that leave the rest unchanged."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Edits:
     _made: list[tuple[int, int, str]] = field(default_factory=list)
 
     def replace(self, node: ast.AST, new: str) -> None:
-        """Let a node stand as another text; what lies within another replaced node is left."""
+        """Replace a node by a text; nodes inside a replaced node are ignored."""
         begin, end = self._span(node)
         if any(a <= begin and end <= b for a, b, _ in self._made):
             return
@@ -26,13 +26,13 @@ class Edits:
         self._made.append((begin, end, new))
 
     def drop_argument(self, node: ast.keyword) -> None:
-        """Take out an argument of a call with the comma before it."""
+        """Remove an argument of a call, with the comma before it."""
         begin, end = self._span(node)
         comma = self.text.rfind(",", 0, begin)
         self._made.append((comma, end, ""))
 
     def rename_argument(self, node: ast.keyword, name: str) -> None:
-        """Give an argument of a call another name."""
+        """Rename a keyword argument of a call."""
         begin, _ = self._span(node)
         self._made.append((begin, begin + len(node.arg or ""), name))
 

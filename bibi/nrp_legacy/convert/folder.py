@@ -36,13 +36,13 @@ PLATFORM = "hbp_nrp"
 
 @dataclass
 class Report:
-    """What differs from the original.
+    """The differences from the original.
 
     Attributes:
-        changed: what is written otherwise and means the same.
-        kept: what is as it was, because it needs what only the platform has; the experiment says so.
-        left_out: what has no counterpart.
-        noted: what a run of the original leaves out or replaces as well.
+        changed: parts that are written differently but mean the same.
+        kept: parts that are unchanged because they need the platform; the experiment says so.
+        left_out: parts without a counterpart.
+        noted: parts that a run of the original also leaves out or replaces.
     """
 
     changed: list[str] = field(default_factory=list)
@@ -55,8 +55,8 @@ def write_folder(experiment: Experiment, folder: Path) -> Report:
     """Write an experiment into a folder.
 
     Args:
-        experiment: as :func:`nrp_legacy.reader.read_exc` returns it.
-        folder: where to; it is made.
+        experiment: the experiment, from :func:`nrp_legacy.reader.read_exc`.
+        folder: the target folder, which is created.
 
     Raises:
         ExperimentError: it cannot be read.
@@ -78,20 +78,20 @@ def write_folder(experiment: Experiment, folder: Path) -> Report:
 
 
 def _chosen(section: BackendSection) -> dict[str, Any]:
-    """Return what an experiment file says of a backend."""
+    """Return the section of an experiment file for a backend."""
     options = {key: str(value) if isinstance(value, str) else value for key, value in section.options.items()}
     return {"backend": section.backend, **({"options": options} if options else {})}
 
 
 class _Import:
-    """One try.
+    """One attempt at writing the experiment.
 
     Args:
         experiment: the original.
-        maker: of its parts.
-        examined: what these are.
-        folder: where to.
-        kept: functions that turned out to need the platform, with the reasons.
+        maker: makes its parts.
+        examined: its parts.
+        folder: the target folder.
+        kept: functions that need the platform, with the reasons.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class _Import:
         self._functions = Functions(maker, examined.functions, kept)
 
     def done(self) -> dict[str, str]:
-        """Write all; return the functions that the written experiment has not, with the reasons."""
+        """Write the experiment; return the functions that are missing from it, with the reasons."""
         exp, report = self._experiment, self._report
         brain, world = self._brain(), self._world()
         events = self._events()
@@ -166,7 +166,7 @@ class _Import:
         return {"scene": scene, **({"robots": robots} if robots else {})}
 
     def _commanded(self, name: str, path: Path) -> None:
-        """Write the controllers that only commands told of into the file of a robot."""
+        """Add the controllers that were inferred from commands to the file of a robot."""
         model = next((one for one in self._scene.models if one.name == name), None)
         if model is None:
             return
@@ -179,7 +179,7 @@ class _Import:
         if not names:
             return
         joints = ", ".join(dict.fromkeys(names))
-        what = f"{path.name}: controllers of the joints that are commanded: {joints}"
+        what = f"{path.name}: controllers for commanded joints: {joints}"
         (self._report.changed if add_controllers(path, added, followers) else self._report.kept).append(what)
 
     @property
@@ -193,12 +193,15 @@ class _Import:
     # -- transfer functions and state machines
 
     def _conversations(self) -> list[str]:
-        """Return the topics that are used otherwise than here: in another direction, or by several parts."""
+        """Return the topics that only the platform allows: used in both directions, or by several parts."""
         functions = self._examined.functions
         topics = {topic for one in functions for topic in (*one.published, *one.subscribed)}
         names = sorted({plain_name(topic) for topic in topics if topic.name != plain_name(topic)})
-        shared = [f"{name}: of several parts" for name in dict.fromkeys(self._maker.shared_topics.names)]
-        return [*(f"{name}: used against its direction or type" for name in names), *shared]
+        shared = [
+            f"{name}: shared by several parts of the scene"
+            for name in dict.fromkeys(self._maker.shared_topics.names)
+        ]
+        return [*(f"{name}: used with another direction or type" for name in names), *shared]
 
     def _written_functions(self, on_platform: bool) -> list[str]:
         folder, library = self._folder / FUNCTIONS, self._maker.library
@@ -208,7 +211,9 @@ class _Import:
         self._report.changed += functions.changes
         if functions.shared and not on_platform:
             shared = ", ".join(sorted(functions.shared))
-            self._report.changed.append(f"one file of all transfer functions, which share {shared}")
+            self._report.changed.append(
+                f"all transfer functions are in one file, because they share {shared}"
+            )
         resources = library.folder / RESOURCES
         if resources.is_dir():
             shutil.copytree(resources, folder / RESOURCES, dirs_exist_ok=True)
@@ -217,7 +222,7 @@ class _Import:
         return [f"{FUNCTIONS}/{stem}.py" for stem in texts]
 
     def _events(self) -> dict[str, Any] | None:
-        """Return what the state machines do as events; None if they stay what they are."""
+        """Return the state machines as events; None if they stay unchanged."""
         events: dict[str, Any] = {}
         changed, kept = list[str](), list[str]()
         for path in self._maker.machines:
@@ -227,7 +232,7 @@ class _Import:
                 kept.append(f"the state machine {path.name}: {error.message}")
                 continue
             if found is None:
-                kept.append(f"the state machine {path.name}: it does more than colour at times")
+                kept.append(f"the state machine {path.name}: it does more than set colours at fixed times")
             else:
                 changed.append(f"{path.name}: events")
                 events |= found
@@ -236,7 +241,7 @@ class _Import:
         return None if kept else events
 
     def _options(self, with_machines: bool) -> dict[str, Any]:
-        """Return what the experiment says of the platform."""
+        """Return the platform's options in the experiment file."""
         machines = self._maker.machines if with_machines else []
         options: dict[str, Any] = {"nest_units": True} if self._maker.bibi.nest_units else {}
         if machines:
@@ -250,7 +255,7 @@ class _Import:
         return options
 
     def _modern(self, machine: Path) -> str:
-        """Return a state machine in Python 3; what is not Python at all stays what it is."""
+        """Return a state machine in Python 3; text that is not Python stays unchanged."""
         source = Source.of_file(machine)
         with suppress(ExperimentError):
             text, changes = modern(source)
@@ -263,10 +268,10 @@ class _Import:
         folder = self._maker.library.folder
         return [folder / RESOURCES, folder]
 
-    # -- what came of it
+    # -- the result
 
     def _missing(self) -> dict[str, str]:
-        """Return every function that the written experiment has not, with the reason."""
+        """Return every function that is missing from the written experiment, with the reason."""
         again = Examination(read_yaml(self._folder / FILE), quietly)
         written = {function.name for function in again.functions}
         findings = [str(one) for one in again.collector.findings]
@@ -282,11 +287,11 @@ class _Import:
         sections = (
             ("Changed", report.changed),
             (
-                f"Kept, with `compatibility: {{platform: {PLATFORM}}}`, for what only the platform has",
+                f"Kept, with `compatibility: {{platform: {PLATFORM}}}`, because it needs the platform",
                 report.kept,
             ),
             ("Left out", report.left_out),
-            ("Left out or replaced in a run of the original, too", report.noted),
+            ("Also left out or replaced in a run of the original", report.noted),
         )
         for title, items in sections:
             lines += [f"## {title}", "", *(f"- {item}" for item in items or ["nothing"]), ""]

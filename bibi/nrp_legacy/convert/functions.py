@@ -22,12 +22,12 @@ _ALL = "all_functions"
 
 
 class Functions:
-    """The transfer functions of an experiment, each a file of ours or, where that cannot be, as it is.
+    """The transfer functions of an experiment, each converted to our format if possible, else unchanged.
 
     Args:
-        maker: of the original.
-        functions: those that the original runs, in their order.
-        kept: what keeps some of them as they are, by their names.
+        maker: makes the parts of the original.
+        functions: the functions that the original runs, in order.
+        kept: the reasons why some stay unchanged, by function name.
 
     Attributes:
         pieces: the files by their names without suffix, in the order of the document.
@@ -42,7 +42,7 @@ class Functions:
 
     @property
     def needs(self) -> list[str]:
-        """What in them only the platform has."""
+        """The features of the platform that they need."""
         needed = [
             f"{', '.join(self._names(piece)) or stem}: {piece.obstacle}"
             for stem, piece in self.pieces.items()
@@ -50,12 +50,12 @@ class Functions:
         ]
         in_units = [word for word in _NEST_UNITS if any(word in one.text for one in self.pieces.values())]
         if self._maker.bibi.nest_units and in_units:
-            needed.append(f"{', '.join(in_units)} are in the units of NEST")
+            needed.append(f"{', '.join(in_units)} are in NEST's units")
         return needed
 
     @property
     def changes(self) -> list[str]:
-        """What is not as it was."""
+        """The differences from the original."""
         named = ((self._names(piece) or [stem], piece) for stem, piece in self.pieces.items())
         return [f"{names[0]}: {change}" for names, piece in named for change in piece.changes]
 
@@ -71,7 +71,7 @@ class Functions:
         """Return the files, in the order in which an experiment lists them.
 
         Args:
-            on_platform: whether they share their names, and run in the order that the platform had.
+            on_platform: whether they share one namespace and run in the platform's order.
         """
         if on_platform:
             return {stem: piece.text for stem, piece in self.pieces.items()}
@@ -92,7 +92,7 @@ class Functions:
             try:
                 pieces = self._pieces(element)
             except ExperimentError:
-                continue  # told by the examination
+                continue  # the examination reports it
             for piece in pieces:
                 names = self._names(piece)
                 stem = names[0] if names else f"{_HELPERS}_{len(found)}"
@@ -108,7 +108,7 @@ class Functions:
             names = self._names(piece)
             obstacle = next((self._kept[name] for name in names if name in self._kept), "")
             if "clientLogger" in source.text and self._logs_are_heard():
-                obstacle = obstacle or "shows texts that state machines wait for"
+                obstacle = obstacle or "shows messages that state machines wait for"
             given = sorted(name for name in piece.lacks if name in self._given)
             if not piece.obstacle and (obstacle or given):
                 piece = piece_of(source, obstacle=obstacle or f"uses {', '.join(given)}")

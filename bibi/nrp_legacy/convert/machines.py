@@ -22,11 +22,11 @@ from nrp_legacy.shims.states import (
 
 
 def events_of(path: Path, names: Namespace) -> dict[str, Any] | None:
-    """Return what a machine does as events by name; None if it does more than can be said so.
+    """Return a machine as events by name; None if events cannot express it.
 
     Args:
         path: its file.
-        names: what it begins with and imports.
+        names: its initial names and imports.
     """
     module = names.fresh()
     try:

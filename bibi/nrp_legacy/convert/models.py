@@ -19,8 +19,8 @@ class Models:
     """Copies models into a folder, each once.
 
     Args:
-        library: where they are.
-        folder: of the imported experiment.
+        library: the search path for models.
+        folder: the folder of the imported experiment.
     """
 
     def __init__(self, library: Library, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""What files of an imported experiment use from beside them: modules that they import, data they name."""
+"""Copy the files that code of an imported experiment uses: imported modules and data files."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _LONGEST_NAME = 200
 
 
 def copy_neighbours(texts: Iterable[str], folders: Sequence[Path], target: Path) -> None:
-    """Copy what code uses from beside it, and what the modules among that use, into a folder.
+    """Copy the files that code uses, and the files that imported modules use, into a folder.
 
     Args:
         texts: the code.
-        folders: where it is looked for; first come first.
-        target: where to.
+        folders: the folders that are searched, in order.
+        target: the target folder.
     """
     waiting, known = list(texts), set[str]()
     while waiting:
@@ -56,7 +56,7 @@ def _modules(path: Path) -> list[Path]:
 
 
 def _named(text: str) -> Iterator[str]:
-    """Yield the files and folders that code may mean: modules, packages, and whatever a text in it names."""
+    """Yield the files and folders that code may use: modules, packages, and files named in strings."""
     try:
         with as_of_old():
             tree = ast.parse(text)

@@ -49,7 +49,7 @@ GIVEN = {
     **dict.fromkeys(("Point", "Pose", "Quaternion"), "from geometry_msgs.msg import {name}"),
     **dict.fromkeys(("Float32", "Int32", "String"), "from std_msgs.msg import {name}"),
 }
-"""What defines a name that the platform gave to every transfer function."""
+"""The definitions of names that the platform gave to every transfer function."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,10 @@ class Piece:
 
     Args:
         text: the code.
-        changes: what is not as it was.
-        obstacle: what it needs that only the platform has, empty for nothing; then it keeps its imports.
-        defines: names at its top level.
-        lacks: names that it uses and nobody gives.
+        changes: the differences from the original.
+        obstacle: the feature of the platform that it needs, empty for none; then it keeps its imports.
+        defines: the names at its top level.
+        lacks: the names that it uses but nothing defines.
     """
 
     text: str
@@ -76,7 +76,7 @@ def piece_of(source: Source, *, obstacle: str = "") -> Piece:
 
     Args:
         source: the code.
-        obstacle: what is known of it that only the platform has.
+        obstacle: a feature of the platform that it is known to need.
 
     Raises:
         TransferFunctionError: it is not Python.
@@ -106,7 +106,7 @@ def modern(source: Source) -> tuple[str, tuple[str, ...]]:
     Raises:
         TransferFunctionError: it is not Python.
     """
-    source.tree(lambda _note: None)  # told of by its own error
+    source.tree(lambda _note: None)  # reported by its own error
     with as_of_old():
         result = converted(source.text)
     text = source.text.rstrip() + "\n"
@@ -187,7 +187,7 @@ class _Work(ast.NodeVisitor):
             if name not in options.options or ast.unparse(keyword.value) == "None":
                 self.edits.drop_argument(keyword)
                 if ast.unparse(keyword.value) != "None":
-                    self.changes.append(f"{named} has no setting '{keyword.arg}': left out")
+                    self.changes.append(f"{named} does not have the setting '{keyword.arg}': left out")
             elif name != keyword.arg:
                 self.edits.rename_argument(keyword, name)
 

@@ -1,6 +1,6 @@
-"""What code relies on that only the platform's names and libraries give it.
+"""Find code that relies on the platform's names and libraries.
 
-Only what runs tells for certain, so this errs on the side of the platform: what may differ, differs.
+Static analysis cannot be certain, so code that may differ counts as different.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _SIZES = frozenset({"range", "xrange", "zeros", "ones", "empty", "full", "reshap
 
 
 def reliance(tree: ast.Module) -> str:
-    """Return what code relies on, empty for nothing."""
+    """Return the platform feature that code relies on, empty for none."""
     found = (*_old_libraries(tree), *_whole_quotients(tree), *_tuples(tree), *_lists(tree))
     return next(iter(found), "")
 
@@ -44,7 +44,7 @@ def reliance(tree: ast.Module) -> str:
 
 
 def _old_libraries(tree: ast.Module) -> Iterator[str]:
-    """Yield the parts of libraries that are not what they are today, or give the same each run."""
+    """Yield uses of library parts that differ from today's, or that are seeded on the platform."""
     old = libraries_of_old({}, lambda _seconds: None, 0, [], Paths(Library(Path())))
     modules = dict(_GIVEN)
     for module, name, bound in _imports(tree):
@@ -59,7 +59,7 @@ def _old_libraries(tree: ast.Module) -> Iterator[str]:
         if root in modules and node not in beside:
             yield from _differing(old, modules[root], parts)
         elif isinstance(node, ast.Name) and node.id in _OPENING and node not in beside:
-            yield f"{node.id}() of files that are elsewhere"
+            yield f"{node.id}() with files outside the experiment"
 
 
 def _imports(tree: ast.Module) -> Iterator[tuple[str, str, str | None]]:
@@ -179,7 +179,7 @@ def _is_array(node: ast.expr) -> bool:
 
 
 def _lists(tree: ast.Module) -> Iterator[str]:
-    """Yield what is used as a list and is none in Python 3."""
+    """Yield values that are used as a list but are not one in Python 3."""
     iterated: set[ast.expr] = set()
     for node in ast.walk(tree):
         if isinstance(node, (ast.For, ast.comprehension)):

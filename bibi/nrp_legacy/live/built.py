@@ -77,7 +77,7 @@ class Built:
             LifecycleError: there is none yet.
         """
         if self._run is None:
-            raise LifecycleError("the brain can be read and changed once the simulation runs")
+            raise LifecycleError("the brain can be read and changed only while the simulation runs")
         return self._run.brain
 
     @property

@@ -58,7 +58,9 @@ class Synapses:
             CapabilityError: something else is to change, which no brain here can.
         """
         if values.keys() - {"weight"}:
-            raise CapabilityError(f"{', '.join(values)}: only the weight of synapses can change in a run")
+            raise CapabilityError(
+                f"{', '.join(values)}: only the weight of a synapse can change during a run"
+            )
         weight = np.asarray(values["weight"], dtype=float)
         if weight.ndim > 1:
             weight = weight[_places(self._built.projection(self.label))]

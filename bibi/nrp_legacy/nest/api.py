@@ -41,7 +41,7 @@ class Synapses(tuple[Synapse, ...]):
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or not self or name not in _synapse_values(self[0]):
-            raise AttributeError(f"synapses have no '{name}'")
+            raise AttributeError(f"synapses do not have the attribute '{name}'")
         return self.get(name)
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -79,7 +79,7 @@ _QUIET = (
     "SyncProcesses", "DisableStructuralPlasticity", "SetStructuralPlasticityStatus",
     "EnableStructuralPlasticity",
 )  # fmt: skip
-"""What does nothing here."""
+"""Functions that do nothing here."""
 
 
 class _Interface:
@@ -222,7 +222,7 @@ class _Interface:
 
     def Simulate(self, t: float) -> None:
         """Do nothing: the experiment runs the network."""
-        self._made.note("the brain file runs the network itself; here the experiment does")
+        self._made.note("the brain file calls Simulate: ignored, because the experiment runs the network")
 
     Run = Simulate
 
@@ -242,7 +242,7 @@ def _nothing(*_values: Any, **_fields: Any) -> int:
 
 def _unknown(names: tuple[str, ...]) -> Callable[[str], NoReturn]:
     def attribute(name: str) -> NoReturn:
-        raise AttributeError(f"there is no nest.{name} here{did_you_mean(name, names)}")
+        raise AttributeError(f"nest.{name} is not supported{did_you_mean(name, names)}")
 
     return attribute
 

@@ -75,7 +75,7 @@ def drawn(value: Any, n: int, random: np.random.RandomState) -> FloatArray:
         }
         root = kind.removesuffix("_clipped").removesuffix("_clipped_to_boundary")
         if root not in known:
-            raise NetworkError(f"nest: the distribution '{kind}' is not known{did_you_mean(root, known)}")
+            raise NetworkError(f"nest: the distribution '{kind}' is not supported{did_you_mean(root, known)}")
         return np.clip(
             known[root]().draw(random, n), numbers.get("low", -np.inf), numbers.get("high", np.inf)
         )

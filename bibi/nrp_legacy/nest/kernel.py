@@ -1,4 +1,4 @@
-"""What calls of NEST have made so far: nodes with parameters, and synapses between them."""
+"""The nodes, with parameters, and the synapses that calls of NEST have made."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from nrp_legacy.nest.models import (
     initial_mv,
 )
 
-_UNKNOWN = "nothing here is like it: it does nothing"
+_UNKNOWN = "is not supported: its nodes do nothing"
 
 
 class Node(int):
@@ -54,7 +54,7 @@ class Nodes(tuple[Node, ...]):  # noqa: SLOT001 - they know their kernel
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or not self or name not in self._kernel.node_values(self[0]):
-            raise AttributeError(f"nodes have no '{name}'")
+            raise AttributeError(f"nodes do not have the attribute '{name}'")
         return self.get(name)
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -129,7 +129,7 @@ class Kernel:
     """Everything that one brain file makes.
 
     Args:
-        seed: all that is random follows from it.
+        seed: the seed of every random number.
 
     Attributes:
         notes: what has no meaning here.
@@ -184,14 +184,14 @@ class Kernel:
         """Return the model of NEST that a name stands for, and its defaults."""
         if name not in self._models:
             if name not in (*CELLS, *GENERATORS, *RECORDERS):
-                self.note(f"the model '{name}' of NEST{did_you_mean(name, CELLS)} is not known; {_UNKNOWN}")
+                self.note(f"NEST's model '{name}' {_UNKNOWN}{did_you_mean(name, CELLS)}")
             self._models[name] = name, defaults_of(name)
         return self._models[name]
 
     def synapse_model(self, name: str) -> SynapseModel:
         """Return a model of synapses."""
         if name not in self._synapses:
-            self.note(f"synapses of the model '{name}' of NEST do not change here: static_synapse")
+            self.note(f"NEST's synapse model '{name}' is not supported: replaced by static_synapse")
             self._synapses[name] = SYNAPSES["static_synapse"]
         return self._synapses[name]
 
@@ -231,7 +231,7 @@ class Kernel:
         """
         place = bisect_right(self.groups, int(node), key=lambda group: group.first) - 1
         if place < 0 or node >= self.groups[place].first + self.groups[place].size:
-            raise NetworkError(f"nest: there is no node {node}")
+            raise NetworkError(f"nest: node {node} does not exist")
         return self.groups[place]
 
     def set_nodes(self, nodes: Sequence[int], values: Any) -> None:

@@ -1,6 +1,6 @@
-"""What models of NEST are here: cells, generators, what only records, and synapses.
+"""The supported models of NEST: cells, generators, recorders and synapses.
 
-Defaults are those of NEST 2, as its documentation lists them.
+The defaults are the documented defaults of NEST 2.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ RECORDERS: Final = frozenset(
     {*SPIKE_RECORDERS, "multimeter", "voltmeter", "weight_recorder", "correlation_detector",
      "volume_transmitter", "spin_detector"}
 )  # fmt: skip
-"""Models that only look; a network needs none."""
+"""Models that only record; a network does not need them."""
 GENERATORS: Final[Mapping[str, Mapping[str, Any]]] = {
     POISSON: {"rate": 0.0, "start": 0.0, "stop": 1e12},
     SPIKES: {"spike_times": ()},

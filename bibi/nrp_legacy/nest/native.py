@@ -18,7 +18,7 @@ def native_cell(sim: ModuleType, name: str) -> type:
         CapabilityError: there is none.
     """
     if name not in CELLS:
-        raise CapabilityError(f"the cell type '{name}' of NEST is not known{did_you_mean(name, CELLS)}")
+        raise CapabilityError(f"NEST's cell type '{name}' is not supported{did_you_mean(name, CELLS)}")
     model, base = CELLS[name], getattr(sim, CELLS[name].cell_type)
 
     def begin(self: Any, **given: Any) -> None:

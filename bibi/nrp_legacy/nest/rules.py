@@ -33,12 +33,14 @@ def pairs(
     """
     name = str(rule.get("rule", "all_to_all"))
     if name not in RULES:
-        raise NetworkError(f"nest: the rule '{name}' is not known{did_you_mean(name, RULES)}")
+        raise NetworkError(f"nest: the connection rule '{name}' is not supported{did_you_mean(name, RULES)}")
     autapses = bool(rule.get("autapses", rule.get("allow_autapses", True))) or not same
     multapses = bool(rule.get("multapses", rule.get("allow_multapses", True)))
     if name == "one_to_one":
         if n_pre != n_post:
-            raise NetworkError(f"nest: one_to_one connects as many nodes, not {n_pre} and {n_post}")
+            raise NetworkError(
+                f"nest: one_to_one needs equal numbers of sources and targets, not {n_pre} and {n_post}"
+            )
         return np.arange(n_pre), np.arange(n_pre)
     if name in ("fixed_indegree", "fixed_outdegree"):
         inward = name == "fixed_indegree"
@@ -63,6 +65,6 @@ def _degree(
     for i in range(near):
         choices = np.arange(far) if autapses else np.delete(np.arange(far), i)
         if not multapses and degree > len(choices):
-            raise NetworkError(f"nest: {degree} different nodes cannot be drawn from {len(choices)}")
+            raise NetworkError(f"nest: cannot draw {degree} different nodes from {len(choices)}")
         drawn.append(random.choice(choices, degree, replace=multapses))
     return np.concatenate([np.empty(0, np.int64), *drawn]), np.repeat(np.arange(near), degree)

@@ -33,7 +33,7 @@ class RunningKernel(Kernel):
     Where the brain was not made by calls of NEST, its neurons are nodes in their order, as under PyNN's NEST.
 
     Args:
-        seed: all that is random follows from it.
+        seed: the seed of every random number.
         built: what the brain file has built.
     """
 

@@ -1,4 +1,4 @@
-"""``actionlib`` and ``dynamic_reconfigure``: joints follow trajectories; other servers there are none."""
+"""``actionlib`` and ``dynamic_reconfigure``: only actions with joint trajectories have a server."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class SimpleActionClient:
         self._movement: Movement | None = None
         self._is_cancelled = False
         if not self._is_served:
-            graph.warn(f"no server takes the actions '{self._name}': goals for it are lost")
+            graph.warn(f"the action '{self._name}' does not have a server: its goals are ignored")
 
     def wait_for_server(self, *_values: Any, **_options: Any) -> bool:
         """Return whether the world takes goals."""

@@ -1,4 +1,4 @@
-"""``cv_bridge``: pictures as messages and as arrays."""
+"""``cv_bridge``: images as messages and as arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the shims know of a run: its time, its topics, what is logged.
+"""The state of a run for the shims: its time, its topics and its log.
 
 Before the run begins, topics are only remembered: :meth:`Graph.wanted` says which.
 """

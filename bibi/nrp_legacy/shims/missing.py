@@ -1,6 +1,6 @@
-"""Modules that are not installed: they can be imported and named, and fail only where they are used.
+"""Modules that are not installed: they can be imported, and fail only when they are used.
 
-Packages of ROS that nobody knows here have messages that carry anything.
+Unknown ROS packages have messages that accept any field.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Missing:
         return f"<{self._name}, which is not here>"
 
     def _fail(self, *_values: object, **_fields: object) -> NoReturn:
-        raise ImportError(f"{self._why}, and {self._name} is needed here")
+        raise ImportError(f"{self._why}: {self._name} is needed")
 
     __call__ = __iter__ = __getitem__ = __len__ = __enter__ = __mro_entries__ = __contains__ = _fail
     __add__ = __radd__ = __sub__ = __mul__ = __rmul__ = __truediv__ = __lt__ = __gt__ = _fail
@@ -51,7 +51,7 @@ def with_missing_parts(known: ModuleType) -> None:
     def attribute(child: str) -> Missing:
         if child.startswith("_"):
             raise AttributeError(child)
-        return Missing(f"{name}.{child}", f"'{name}' has no '{child}' here")
+        return Missing(f"{name}.{child}", f"'{name}' does not have '{child}'")
 
     vars(known)["__getattr__"] = attribute
 
@@ -77,7 +77,7 @@ class StandIns:
     def _made(self, name: str) -> ModuleType:
         root, _, rest = name.partition(".")
         if rest in _MESSAGES:
-            self._notes(f"messages of '{root}' are not known here: they carry anything")
+            self._notes(f"the message package '{root}' is not known: its messages accept any field")
             return open_module(name, lambda child: type(child, (OpenMessage,), {}), {})
         if rest == _SERVICES:
             return open_module(name, ServiceType, {})
@@ -94,8 +94,8 @@ class StandIns:
     def _tell(self, root: str) -> str:
         if root not in self._told:
             self._told.add(root)
-            self._notes(f"there is no module '{root}': what uses it fails")
-        return f"no module named '{root}' is installed"
+            self._notes(f"module '{root}' is not installed: code that uses it fails")
+        return f"the module '{root}' is not installed"
 
 
 def _may_fail(root: str, file: object) -> bool:

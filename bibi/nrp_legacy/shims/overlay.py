@@ -51,4 +51,4 @@ def renamed(**names: str) -> Callable[[ModuleType, str], Any]:
 
 
 def nothing(*_values: Any, **_fields: Any) -> None:
-    """Do what needs not be done here."""
+    """Do nothing: it is not needed here."""

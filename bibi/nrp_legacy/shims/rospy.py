@@ -19,7 +19,7 @@ _LEVELS = {"debug": logging.DEBUG, "info": logging.INFO, "warn": logging.WARNING
 
 
 class ROSException(Exception):  # noqa: N818 - the name that users catch
-    """What rospy raises."""
+    """The base of rospy's errors."""
 
 
 class ROSInterruptException(ROSException):
@@ -210,7 +210,7 @@ def _wait_for_message(graph: Graph, topic: str, kind: Any, timeout: float | None
     if task is None:
         latest = graph.latest(name)
         if latest is None:
-            raise ROSException(f"no message on {name}, and a transfer function cannot wait for one")
+            raise ROSException(f"no message on {name} yet; a transfer function cannot wait for one")
         return latest
     end_s = None if timeout is None else graph.now_s + float(timeout)
     listener = graph.listen(name, kind, came.append)
@@ -255,4 +255,4 @@ def _parameters() -> dict[str, Callable[..., Any]]:
 
 
 def _nothing(*_values: Any, **_fields: Any) -> None:
-    """Do what needs not be done here."""
+    """Do nothing: it is not needed here."""

@@ -16,7 +16,7 @@ _UNUSED = ("attenuation_constant", "attenuation_linear", "attenuation_quadratic"
 
 
 class ServiceException(Exception):  # noqa: N818 - the name that users catch
-    """A service is not there, or does not do what is asked."""
+    """A service does not exist, or cannot do what is asked."""
 
 
 class Services:
@@ -41,7 +41,7 @@ class Services:
             ServiceException: there is no such service, or it cannot do this.
         """
         if not self._graph.has_begun:
-            raise ServiceException(f"service {name} answers once the simulation runs")
+            raise ServiceException(f"service {name} is available only while the simulation runs")
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
         if name not in self._graph.world.topics:

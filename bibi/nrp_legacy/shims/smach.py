@@ -250,7 +250,9 @@ class StateMachine(Container):
         if outcome in self._outcomes:
             return outcome
         hint = did_you_mean(str(outcome), [*ways, *self._outcomes])
-        raise InvalidTransitionError(f"state '{label}' ends with '{outcome}', which leads nowhere{hint}")
+        raise InvalidTransitionError(
+            f"state '{label}' ends with '{outcome}', which does not have a transition{hint}"
+        )
 
 
 class Sequence(StateMachine):

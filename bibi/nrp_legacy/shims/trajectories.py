@@ -46,9 +46,9 @@ class Movement:
         owners = {name: owner for name in names if (owner := _owner(graph, action, name)) is not None}
         missing = [name for name in names if name not in owners]
         if missing:
-            graph.warn(f"the action '{action}' moves joints that no model has: {', '.join(missing)}")
+            graph.warn(f"the action '{action}' moves joints that do not exist: {', '.join(missing)}")
         if not points:
-            graph.warn(f"a goal of the action '{action}' has no points with a position for each joint")
+            graph.warn(f"a goal of the action '{action}' does not have points with one position per joint")
         self.is_over = not points or not owners
         self.has_succeeded = False
         if self.is_over:

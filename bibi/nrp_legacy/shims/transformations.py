@@ -155,7 +155,7 @@ class TransformListener:
 
     def __getattr__(self, name: str) -> Any:
         def refuse(*_values: Any, **_fields: Any) -> None:
-            raise LookupException(f"{name}: nobody publishes frames here")
+            raise LookupException(f"{name}: frames are not published")
 
         return refuse
 
