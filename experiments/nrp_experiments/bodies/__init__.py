@@ -11,4 +11,4 @@ from importlib.resources import files
 from pathlib import Path
 
 FOLDER = Path(str(files(__name__)))
-"""Where the files are."""
+"""The folder of the files."""

@@ -1,6 +1,6 @@
-"""A six-legged walker as SDF, from its measures.
+"""A six-legged walker as SDF, from its dimensions.
 
-Each leg has four joints, as those of the walking machine LAURON V (A. Roennau et al., "LAURON V: a versatile
+Each leg has four joints, like the walking machine LAURON V (A. Roennau et al., "LAURON V: a versatile
 six-legged walking robot with advanced maneuverability", AIM 2014), from the body to the foot:
 
 * ``delta`` tilts the leg about the axis of the body; positive lifts it,
@@ -8,7 +8,7 @@ six-legged walking robot with advanced maneuverability", AIM 2014), from the bod
 * ``beta`` lifts the thigh; positive is up,
 * ``gamma`` stretches the knee; positive moves the foot outwards.
 
-With all joints at 0 the robot stands. A joint is called ``front_left_alpha``; its angle is commanded in
+With all joints at 0 the robot stands. The angle of a joint such as ``front_left_alpha`` is commanded in
 radians on ``/<robot>/front_left_alpha/cmd_pos``.
 
     python -m nrp_experiments.bodies.hexapod > hexapod.sdf
@@ -29,7 +29,7 @@ _CONTROLLER = "gz-sim-joint-position-controller-system"
 
 @dataclass(frozen=True)
 class Hexapod:
-    """Measures of the walker: m, kg, N m, rad.
+    """Dimensions of the walker: m, kg, N m, rad.
 
     Args:
         body: length, width and height.
@@ -38,10 +38,10 @@ class Hexapod:
         raised: angle of the thigh above the horizontal, standing.
         leaning: angle of the shin from the vertical, outwards, standing.
         splay: angle by which front and rear legs point forward and back.
-        mass: of the body; ``leg_mass`` of the parts of a leg, from the body to the foot.
-        limits: of the joints, to both sides of 0.
+        mass: mass of the body; ``leg_mass``: masses of the parts of a leg, from the body to the foot.
+        limits: limits of the joint angles, to both sides of 0.
         effort: limit of every joint's torque.
-        stiffness, damping: of every joint's position controller.
+        stiffness, damping: gains of every joint's position controller.
     """
 
     body: tuple[float, float, float] = (0.62, 0.20, 0.11)
@@ -61,7 +61,7 @@ class Hexapod:
 
     @property
     def height(self) -> float:
-        """Of the middle of the body above the ground, standing."""
+        """The height of the body's centre above the ground, standing."""
         return self.shin * cos(self.leaning) - self.thigh * sin(self.raised) + self.thick
 
     def legs(self) -> Iterator[Leg]:
@@ -87,7 +87,7 @@ def sdf(robot: Hexapod, name: str = "hexapod") -> str:
     """Return the robot as a file."""
     lines = [
         '<?xml version="1.0"?>',
-        "<!-- Made by nrp_experiments.bodies.hexapod, which says what the joints are. -->",
+        "<!-- Made by nrp_experiments.bodies.hexapod, which describes the joints. -->",
         '<sdf version="1.9">',
         f'  <model name="{name}">',
         f"    <pose>0 0 {_(robot.height)} 0 0 0</pose>",
@@ -144,7 +144,7 @@ def _leg(robot: Hexapod, leg: Leg) -> Iterator[str]:
 
 
 def _segment(robot: Hexapod, length: float, mass: float, *, is_shin: bool) -> Iterator[str]:
-    """Yield what a part of a leg weighs, shows and touches with."""
+    """Yield the inertia, visual and collision of a part of a leg."""
     thick = robot.thick
     if not length:
         yield f"      {_inertial(mass, (2 * thick,) * 3)}"
@@ -173,7 +173,7 @@ def _controller(robot: Hexapod, joint: str) -> Iterator[str]:
 
 
 def _inertial(mass: float, size: tuple[float, ...], x: float = 0.0) -> str:
-    """Return the mass properties of a box about its middle."""
+    """Return the mass properties of a box about its centre."""
     a, b, c = (side * side for side in size)
     moments = zip(("ixx", "iyy", "izz"), (b + c, a + c, a + b), strict=True)
     inertia = "".join(f"<{axis}>{_(mass / 12 * squares)}</{axis}>" for axis, squares in moments)
@@ -192,7 +192,7 @@ def _color(rgb: str) -> str:
 
 
 def _(number: float) -> str:
-    """Return a number as short as six digits can say it."""
+    """Return a number with at most six significant digits."""
     return f"{number:.6g}"
 
 

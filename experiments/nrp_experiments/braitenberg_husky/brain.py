@@ -1,15 +1,15 @@
-"""The brain of a Braitenberg vehicle: eight cells that look for red and drive to it.
+"""The brain of a Braitenberg vehicle: eight cells that search for red and drive to it.
 
 ::
 
     0, 1   red in the left, right half of the image: silence 4 and 5
     2, 3   red in the left, right half of the image: drive the wheel of the other side
-    4      what is not red: drives the right wheel
-    5      fires by itself: drives the right wheel
+    4      colours other than red: drives the right wheel
+    5      fires spontaneously: drives the right wheel
     6, 7   the left and the right wheel
 
-Without red, cells 4 and 5 let the right wheel turn alone and the robot spins on the spot. With red
-on one side the wheel of the other side is the faster, so the robot turns to the red and drives on.
+Without red, cells 4 and 5 turn only the right wheel and the robot spins on the spot. With red
+on one side, the wheel of the other side is faster, so the robot turns to the red and drives on.
 
 An ordinary PyNN script; units are PyNN's: mV, ms, nF, uS.
 """
@@ -28,7 +28,7 @@ circuit = sim.Population(
     label="circuit",
 )  # fmt: skip
 
-# Cell 5 needs no input: its threshold is below the potential at which it rests.
+# Cell 5 does not need input: its threshold is below its resting potential.
 circuit[5:6].set(v_thresh=-60.51, v_reset=-61.6)
 
 

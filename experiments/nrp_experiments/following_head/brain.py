@@ -1,7 +1,7 @@
-"""Four groups of cells see which way a thing lies off the middle; four others turn the head that way.
+"""Four groups of cells see in which direction an object is off centre; four others turn the head there.
 
-Each cell of ``retina`` excites one of ``muscles`` enough to make it fire and, where the opposite muscle
-pulls as well, silences a cell of that. Groups are of ten cells, in the order left, right, up, down.
+Each cell of ``retina`` excites one of ``muscles`` enough to make it fire, and inhibits a cell of the
+opposite muscle. Groups have ten cells each, in the order left, right, up, down.
 Units are PyNN's: mV, ms, nF, nA.
 """
 

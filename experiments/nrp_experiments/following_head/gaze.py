@@ -1,4 +1,4 @@
-"""What the camera sees drives the retina; what the muscles do moves pan and tilt."""
+"""The camera's image drives the retina; the muscles' activity moves pan and tilt."""
 
 from math import hypot
 
@@ -7,14 +7,14 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Float64
 
 CELLS = 10
-RED = (0, 30, 30), (0, 255, 255)  # HSV as OpenCV has it
-RATE = 200.0  # Hz of each retina cell when the thing is at the picture's edge
+RED = (0, 30, 30), (0, 255, 255)  # HSV in OpenCV's ranges
+RATE = 200.0  # Hz of each retina cell when the object is at the image's edge
 SPEED = 4.0  # rad/s of the head when all cells of a muscle fire at that rate
 OUT_OF_SIGHT = 9.0
 
 
 def group(population):
-    """Return what picks a group of cells: left, right, up, down."""
+    """Return the selector of a group of cells: left, right, up, down."""
     return lambda number: population[slice(CELLS * number, CELLS * (number + 1))]
 
 
@@ -23,7 +23,7 @@ def group(population):
 @nrp.MapRobotPublisher("error", nrp.Topic("/gaze/error", Float64))
 @nrp.Robot2Neuron(triggers=["camera"])
 def see(t, camera, sides, error):
-    """Tell the retina how far off the middle the thing is; 1 is half a picture's width."""
+    """Drive the retina by the object's offset from the image centre; 1 is half the image width."""
     image = camera.value
     centre = nrp.tf_lib.find_centroid_hsv(image, *RED)
     if centre is None:
@@ -44,7 +44,7 @@ def see(t, camera, sides, error):
 @nrp.MapRobotPublisher("to_tilt", nrp.Topic("/pan_tilt/tilt/cmd_pos", Float64))
 @nrp.Neuron2Robot()
 def turn(t, pulls, pan, tilt, before, to_pan, to_tilt):
-    """Turn as fast as one muscle pulls more than its opposite."""
+    """Turn at a speed proportional to the difference of opposite muscles."""
     left, right, up, down = (rate / (RATE * CELLS) for rate in pulls.rate)
     step, before.value = SPEED * (t - before.value), t
     pan.value += step * (left - right)

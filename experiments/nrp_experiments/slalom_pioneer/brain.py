@@ -1,7 +1,7 @@
-"""A vehicle that shies: what is near on one side speeds up the wheel of that side and slows the other down.
+"""A vehicle that avoids obstacles: one on a side speeds up that side's wheel and slows the other down.
 
-Both wheels turn by themselves, so without anything near the robot goes straight on. The two groups of feelers
-silence each other: of two things ahead the nearer one decides which way to turn. After V. Braitenberg,
+Both wheels turn spontaneously, so without obstacles the robot drives straight on. The two groups of feelers
+inhibit each other: of two obstacles ahead, the nearer one determines the turn. After V. Braitenberg,
 "Vehicles" (1984), vehicle 2a. Groups are of ten cells. Units are PyNN's: mV, ms, nF, nA.
 """
 
@@ -14,7 +14,7 @@ sim.setup(timestep=1.0)
 
 cell = {"cm": 0.2, "tau_m": 10.0, "tau_refrac": 2.0, "tau_syn_E": 3.0, "tau_syn_I": 10.0}
 feelers = sim.Population(2 * CELLS, sim.IF_curr_exp(**cell), label="feelers")
-going = sim.RandomDistribution("uniform", (0.36, 0.40))  # cells that fire by themselves, not all at once
+going = sim.RandomDistribution("uniform", (0.36, 0.40))  # cells that fire spontaneously, not all at once
 wheels = sim.Population(2 * CELLS, sim.IF_curr_exp(i_offset=going, **cell), label="wheels")
 
 

@@ -7,9 +7,9 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 
 CELLS = 10
-REACH = 1.1  # m, from where on the feelers feel something
-RATE = 250.0  # Hz of each feeler where something is touched
-SPEED = 7.5e-4  # m/s of a wheel for each Hz of its cells, which fire with 58 Hz each by themselves
+REACH = 1.1  # m, the range of the feelers
+RATE = 250.0  # Hz of each feeler at contact
+SPEED = 7.5e-4  # m/s of a wheel for each Hz of its cells, which fire at 58 Hz spontaneously
 TRACK = 0.331  # m between the wheels
 
 
@@ -19,7 +19,7 @@ TRACK = 0.331  # m between the wheels
 @nrp.MapRobotPublisher("clearance", nrp.Topic("/pioneer/clearance", Float64))
 @nrp.Robot2Neuron(triggers=["scan"])
 def feel(t, scan, left, right, clearance):
-    """Feel how near things are, those ahead most; beams go from the right to the left."""
+    """Drive the feelers by the distances of obstacles, ahead most strongly; beams run from right to left."""
     beams = scan.value
     ranges = np.minimum(beams.ranges, beams.range_max)
     angles = beams.angle_min + beams.angle_increment * np.arange(len(ranges))

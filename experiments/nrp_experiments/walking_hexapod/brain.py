@@ -1,13 +1,13 @@
 """A central pattern generator for six legs: twelve half centres that inhibit each other.
 
-Each leg has a half centre that swings it forward and one that pushes it back. Cells of both fire by
-themselves; whichever half centre fires silences the other one of its leg. The silence does not last:
-inhibitory synapses tire (they recover with ``tau_rec``), the silent one escapes, and the roles change, about
-once a second. That is the half-centre oscillator of T. G. Brown (1911), with synapses that depress.
+Each leg has a half centre that swings it forward and one that pushes it back. Cells of both fire
+spontaneously; the half centre that fires silences the other one of its leg. The silence does not last:
+inhibitory synapses depress (they recover with ``tau_rec``), the silent one escapes, and the roles change,
+about once a second. This is the half-centre oscillator of T. G. Brown (1911), with depressing synapses.
 
-Swinging legs inhibit the swinging of their neighbours, which are the legs before and behind them on the same
-side and the one opposite. Neighbours so come to take turns, and three legs always stand: the tripod gait of
-insects. Which three begin follows from the random potentials at the start.
+Swinging legs inhibit the swing of their neighbours: the legs before and behind them on the same side and the
+one opposite. So neighbours take turns, and three legs always stand: the tripod gait of insects. The random
+initial potentials determine which three begin.
 
 Cells of leg ``i`` are ``[CELLS * i : CELLS * (i + 1)]`` in both populations; the order of legs is that of the
 robot's file: left front, middle, rear, then right. Units are PyNN's: mV, ms, nF, nA.
@@ -35,7 +35,7 @@ def leg(population, i):
 
 
 def inhibit(pre, post, weight):
-    """Let all cells inhibit all others through synapses that tire."""
+    """Connect all cells to all others by depressing inhibitory synapses."""
     sim.Projection(
         pre,
         post,

@@ -1,7 +1,7 @@
-"""From half centres to joints: a leg lifts while its swing cells fire, and swings as far as they have lately.
+"""From half centres to joints: a leg lifts while its swing cells fire, and swings by their recent rate.
 
-The rates are smoothed twice: quickly for the lift, slowly for the swing, which so lags a quarter of a cycle
-behind. A foot is then in the air while the leg goes forward, and on the ground while it goes back.
+The rates are smoothed twice: quickly for the lift, slowly for the swing, which therefore lags by a quarter of
+a cycle. So a foot is in the air while the leg moves forward, and on the ground while it moves back.
 """
 
 import hbp_nrp_client.tf_framework as nrp
@@ -15,7 +15,7 @@ LIFT, SWING = 0.5, 0.45  # rad
 
 
 def named(name):
-    """Give each leg's function a name of its own."""
+    """Give each leg's function a unique name."""
 
     def name_it(function):
         function.__name__ = name
