@@ -1,6 +1,6 @@
-"""The conformance kit: one suite for any brain and one for any world, written against the interfaces alone.
+"""The conformance kit: one suite for any brain and one for any world, using only their interfaces.
 
-A backend is proved in three lines of its own tests::
+Three lines in the tests of a backend run it::
 
     from nrp_core.conformance import BrainBackendTests
 
@@ -22,7 +22,7 @@ SUITES: dict[str, dict[str, type[BackendTests]]] = {
     "brain": {"contract": BrainContractTests, "core": BrainBackendTests, "full": FullBrainTests},
     "world": {"contract": WorldContractTests, "core": WorldBackendTests, "full": FullWorldTests},
 }
-"""By kind of backend and level; each level contains the one before it."""
+"""The suites by kind of backend and level; each level contains the one before it."""
 
 __all__ = [
     "SUITES",

@@ -1,4 +1,4 @@
-"""What the tests of both sides stand on: which backend and options, what was opened, what may be skipped."""
+"""The base of all tests: the backend and its options, the opened simulations, and skips."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class BackendTests:
     Attributes:
         backend_name: the entry-point name of the backend under test.
         options: its options, as an experiment file gives them.
-        level: which question the tests of a class answer: contract, capability, accuracy, ...
+        level: the level of a class's tests: contract, capability, accuracy, ...
     """
 
     backend_name: ClassVar[str] = ""
@@ -46,16 +46,16 @@ class BackendTests:
 
     @pytest.fixture(autouse=True)
     def _take_notes(self, record_property: Callable[[str, object], None]) -> None:
-        """Let a test put what it measured into the report, by ``self.note(name, value)``."""
+        """Add measurements of a test to the report, by ``self.note(name, value)``."""
         self.note = record_property
 
 
 class SimulatorTests(BackendTests, Generic[Backend, Capabilities]):
-    """What the tests of brains and of worlds ask of a backend in the same way."""
+    """Access to the backend under test, shared by the tests of brains and worlds."""
 
     @classmethod
     def make_backend(cls) -> Backend:
-        """Return the backend under test; for one that is not installed, override this."""
+        """Return the backend under test; override this for a backend that is not installed."""
         raise NotImplementedError
 
     @cached_property
@@ -65,22 +65,22 @@ class SimulatorTests(BackendTests, Generic[Backend, Capabilities]):
 
     @cached_property
     def chosen(self) -> Any:
-        """The options as the backend's own model."""
+        """The options, as an instance of the backend's options class."""
         return self.backend.options.model_validate(dict(self.options))
 
     @cached_property
     def capabilities(self) -> Capabilities:
-        """What the backend declares under these options."""
+        """The capabilities that the backend declares with these options."""
         backend: Any = self.backend
         declared: Capabilities = backend.capabilities(self.chosen)
         return declared
 
     def require_snapshot(self) -> None:
-        """Skip where snapshots are not declared."""
+        """Skip the test if snapshots are not declared."""
         if not self.capabilities.snapshot:
             undeclared("snapshot")
 
     def require_repeatable(self) -> None:
-        """Skip where two runs with one seed may differ."""
+        """Skip the test if two runs with one seed may differ."""
         if self.capabilities.determinism is Determinism.STATISTICAL:
-            undeclared("runs that can be repeated")
+            undeclared("repeatable runs")

@@ -1,4 +1,4 @@
-"""What a suite may leave out, and what it may not: skips by declaration, no test replaced in silence."""
+"""Guard the suites: tests are skipped only by declaration, and never replaced in silence."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ KIT = __name__.rpartition(".")[0]
 
 
 def undeclared(what: str) -> NoReturn:
-    """Skip a test because the backend does not declare what it is about; there is no other reason to skip."""
+    """Skip a test because the backend does not declare its feature; no other reason to skip is allowed."""
     pytest.skip(f"not declared: {what}")
 
 
 def refuse_quiet_edits(cls: type) -> None:
-    """Refuse a class outside the kit that replaces one of its tests without saying why.
+    """Refuse a class outside the kit that replaces a test of the kit without a reason.
 
-    A test, or some of its parameters, may be expected to fail: ``xfail(reason=...)``. In the second case all
-    parameters of the kit must be there, and what is not expected to fail must still be the kit's test.
+    A test, or some of its parameters, may be expected to fail: ``xfail(reason=...)``. With parameters, all
+    parameters of the kit must remain, and those not expected to fail must still run the kit's test.
 
     Raises:
-        TypeError: a test is replaced in another way.
+        TypeError: a test is replaced in any other way.
     """
     if cls.__module__.startswith(KIT):
         return
@@ -34,13 +34,13 @@ def refuse_quiet_edits(cls: type) -> None:
         if not in_part and not _explained(_marks(value)):
             raise TypeError(
                 f"{cls.__name__}.{name} replaces a test of the conformance kit; if the backend cannot pass "
-                f"it yet, call super().{name}() under @pytest.mark.xfail(reason='...'), or mark those of "
-                "its parameters so that fail, and keep the others"
+                f"it yet, call super().{name}() under @pytest.mark.xfail(reason='...'), or mark only "
+                "the parameters that fail and keep the others"
             )
 
 
 def _explained_in_part(test: object, original: object) -> bool:
-    """Return whether a test has the parameters of the original, with nothing but explained failures."""
+    """Return whether a test has the parameters of the original, with only explained failures."""
     marks = [mark for marks, _ in _parameters(test) for mark in marks]
     same = [values for _, values in _parameters(test)] == [values for _, values in _parameters(original)]
     return same and bool(marks) and all(_explained([mark]) for mark in marks)
@@ -51,7 +51,7 @@ def _calls(test: object, name: str) -> bool:
 
 
 def _parameters(test: object) -> Iterator[tuple[list[Any], Any]]:
-    """Give the marks of each set of parameters, and its names and values."""
+    """Return the marks of each set of parameters, by its names and values."""
     for mark in _marks(test):
         if mark.name == "parametrize":
             names, sets = mark.args

@@ -1,6 +1,6 @@
 """The pytest plugin behind ``nrp conformance``: ``pytest -p nrp_core.conformance.plugin --prove JSON ...``.
 
-It runs in a process of its own, because a backend that is being proved may take its process with it.
+It runs in a process of its own, because a backend under test may crash its process.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from nrp_core.errors import NrpError
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add what is proved, and where the report goes."""
+    """Add the options for the backend under test and the report."""
     group = parser.getgroup("nrp conformance")
     group.addoption("--prove", type=lambda text: Proof(**json.loads(text)), help="kind, name, options, level")
-    group.addoption("--write", type=Path, help="the file that gets the report")
+    group.addoption("--write", type=Path, help="the file for the report")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config: pytest.Config) -> pytest.ExitCode | None:
-    """Run nothing if the backend or its options cannot be used; whoever asked tells why."""
+    """Run nothing if the backend or its options cannot be used; the caller reports the reason."""
     proof: Proof = config.getoption("--prove")
     try:
         proof.report([])

@@ -1,4 +1,4 @@
-"""Which installed backend is proved, with what, and how far."""
+"""The backend under test, its options, and the level of the suite."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Proof:
     Args:
         kind: ``brain`` or ``world``.
         name: its entry-point name.
-        options: of the backend, as text.
+        options: the backend's options, as text.
         level: ``contract``, ``core`` or ``full``.
     """
 
@@ -45,10 +45,10 @@ class Proof:
         return type("Installed", (SUITES[self.kind][self.level],), given)
 
     def report(self, results: list[Result]) -> Report:
-        """Return what came of it.
+        """Run the suite and return the report.
 
         Raises:
-            BackendError: there is no such backend, or it does not load or cannot say what it has.
+            BackendError: the backend does not exist, does not load, or cannot state its capabilities.
             ExperimentError: an option does not exist or has a wrong value.
         """
         registry: Registry[Any] = brains() if self.kind == "brain" else worlds()
@@ -63,7 +63,7 @@ class Proof:
         except Exception as error:
             place = extract_tb(error.__traceback__)[-1]
             raise BackendError(
-                f"{self.kind} '{self.name}' cannot say what it has: {type(error).__name__}: {error} "
+                f"{self.kind} '{self.name}' cannot state its capabilities: {type(error).__name__}: {error} "
                 f"({place.filename}:{place.lineno})"
             ) from error
         return Report(
@@ -73,7 +73,7 @@ class Proof:
 
     def run(self) -> Report:
         """Run the suite in this process."""
-        self.report([])  # what is wrong with the backend or its options is said before the tests
+        self.report([])  # report errors of the backend or its options before the tests
         return self.report(run_tests(self.tests))
 
 

@@ -1,4 +1,4 @@
-"""What came of a run of the kit, as data, as JSON and as text."""
+"""The report of a run of the kit, as data, as JSON and as text."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from enum import StrEnum
 from typing import Any
 
 LEVELS = ("contract", "capability", "accuracy", "sequences", "statistical", "cross", "speed")
-"""The questions that tests answer, in the order of asking."""
+"""The levels of tests, in the order of the report."""
 
 _CAUSE = re.compile(r"\AE +(?! |assert|AssertionError)(.+)$")
-"""What pytest tells of an error that is not an assertion: two of those with one text are one fault."""
+"""pytest's line for an error that is not an assertion: errors with one text count as one fault."""
 
 
 class Outcome(StrEnum):
-    """What became of a test."""
+    """The outcome of a test."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -27,15 +27,15 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came of one test.
+    """The result of one test.
 
     Args:
         test: its name, a sentence; parameters in brackets.
-        level: which question it answers.
-        outcome: what became of it.
-        reason: why it was skipped, or how it failed.
-        seconds: how long it took.
-        measured: what it measured, by names that end in a unit.
+        level: its level, such as ``contract``.
+        outcome: its outcome.
+        reason: the reason for a skip, or the text of the failure.
+        seconds: its duration, s.
+        measured: its measurements, by names that end in a unit.
     """
 
     test: str
@@ -47,24 +47,24 @@ class Result:
 
     @property
     def sentence(self) -> str:
-        """The name as people read it."""
+        """The name, with spaces, for people."""
         name, bracket, parameters = self.test.partition("[")
         return name.removeprefix("test_").replace("_", " ") + (f" [{parameters}" if bracket else "")
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What came of a run.
+    """The report of a run.
 
     Args:
         kind: ``brain`` or ``world``.
         name: entry-point name of the backend.
         provider: distribution, version and target.
-        options: as they were given.
-        level: how far was asked.
-        capabilities: what the backend declares.
-        machine: what it ran on.
-        results: one for each test.
+        options: the options, as given.
+        level: the level of the suite.
+        capabilities: the capabilities that the backend declares.
+        machine: the machine of the run.
+        results: one result for each test.
     """
 
     kind: str
@@ -78,7 +78,7 @@ class Report:
 
     @property
     def conforms(self) -> bool:
-        """Whether tests ran and none failed."""
+        """Whether at least one test ran and none failed."""
         return bool(self.results) and not any(result.outcome is Outcome.FAILED for result in self.results)
 
     def to_dict(self) -> dict[str, Any]:
@@ -92,7 +92,7 @@ class Report:
 
 
 def lines(report: Mapping[str, Any]) -> Iterator[str]:
-    """Return a report, as :meth:`Report.to_dict` gives it, as text for people."""
+    """Return a report from :meth:`Report.to_dict` as text for people."""
     results = [Result(**{**result, "outcome": Outcome(result["outcome"])}) for result in report["results"]]
     seen: set[str] = set()
     for level in LEVELS:
@@ -109,15 +109,15 @@ def lines(report: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _shared_causes(results: Sequence[Result]) -> Iterator[str]:
-    """Tell what made several tests fail; whoever has just begun sees what to do next."""
+    """List the errors that made several tests fail, as a first thing to repair."""
     causes = Counter(filter(None, map(_cause, results)))
     for cause, count in causes.most_common():
         if count > 1:
-            yield f"{count} failed by the same: {cause}"
+            yield f"{count} failed with the same error: {cause}"
 
 
 def _cause(result: Result) -> str:
-    """Return the first error of a failure, or nothing if it is an assertion's."""
+    """Return the first error of a failure, or an empty text if it is an assertion."""
     errors = [line for line in result.reason.splitlines() if line.startswith("E ")]
     found = _CAUSE.match(errors[0]) if errors and result.outcome is Outcome.FAILED else None
     return found[1] if found else ""
@@ -129,7 +129,7 @@ def _about(result: Result, *, again: bool) -> Iterator[str]:
     told = measured if result.outcome is Outcome.PASSED else result.reason.partition("\n")[0]
     failed = result.outcome is Outcome.FAILED
     if failed:
-        told = "by the same as above" if again else ""
+        told = "with the same error as above" if again else ""
     yield f"  {marks.get(result.outcome, '~')} {result.sentence}" + (f"  ({told})" if told else "")
     if failed and not again:
         yield from (f"      {line}" for line in result.reason.splitlines())

@@ -1,4 +1,4 @@
-"""Run a suite of the kit and keep what came of every test."""
+"""Run a suite of the kit and collect the result of every test."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ ALONE = (
     "-c", os.devnull, "--rootdir", str(Path(__file__).parent), "-p", "no:cacheprovider",
     "-q", "--tb=short", "--no-summary", "--pyargs", "nrp_core.conformance.suite",
 )  # fmt: skip
-"""Arguments for a pytest that runs the suite and nothing of where it was started."""
+"""Arguments for a pytest that runs only the suite, independent of the current folder."""
 
 under_test: list[type[BackendTests]] = []
 """The last one is what :mod:`nrp_core.conformance.suite` shows to pytest."""
 
 
 def run_tests(tests: type[BackendTests]) -> list[Result]:
-    """Run the tests of a class in a pytest of their own, in this process, and return their results."""
+    """Run the tests of a class in a separate pytest run in this process, and return their results."""
     collector = Collector()
     under_test.append(tests)
-    sys.modules.pop("nrp_core.conformance.suite", None)  # a module is imported once, suites are many
+    sys.modules.pop(
+        "nrp_core.conformance.suite", None
+    )  # a module is imported once, but suites may run several times
     try:
         pytest.main([*ALONE], plugins=[collector])
     finally:
@@ -35,7 +37,7 @@ def run_tests(tests: type[BackendTests]) -> list[Result]:
 
 
 class Collector:
-    """A pytest plugin that keeps results."""
+    """A pytest plugin that collects results."""
 
     def __init__(self) -> None:
         self.results: list[Result] = []
@@ -56,7 +58,7 @@ class Collector:
     def _keep(self, report: pytest.TestReport) -> None:
         test = report.nodeid.partition("::")[2].partition("::")[2]
         if test in self._failed:
-            return  # its clean-up failed as well
+            return  # its teardown failed as well
         properties: dict[str, Any] = dict(report.user_properties)
         level = str(properties.pop("level"))
         outcome, reason = _outcome_of(report)
@@ -78,7 +80,7 @@ def _outcome_of(report: pytest.TestReport) -> tuple[Outcome, str]:
         outcome = Outcome.EXPECTED_TO_FAIL if report.skipped else Outcome.FAILED
         return outcome, report.wasxfail
     if report.skipped:
-        assert isinstance(report.longrepr, tuple)  # of a skip: file, line, reason
+        assert isinstance(report.longrepr, tuple)  # a skip is a tuple: file, line, reason
         return Outcome.SKIPPED, report.longrepr[2].removeprefix("Skipped: ")
     if report.failed:
         return Outcome.FAILED, report.longreprtext

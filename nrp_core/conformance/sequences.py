@@ -1,8 +1,8 @@
-"""Random sequences of calls: whatever is called in whatever order has one meaning.
+"""Random sequences of calls: the state must follow from the calls, in any order.
 
-A machine makes random calls on one simulation and keeps a log of those that matter: a reset empties it, a
-restore cuts it back to where the snapshot was taken. In the end a fresh simulation gets the calls of the
-log alone, its runs joined, and must be where the first one is. Hypothesis shrinks what fails.
+A state machine makes random calls on one simulation and logs those that matter: a reset empties the log, a
+restore truncates it to the time of the snapshot. At the end a new simulation gets only the calls of the
+log, with its runs joined, and must reach the same state. Hypothesis shrinks failing sequences.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ Call = tuple[str, Any]
 
 
 class SequenceMachine(RuleBasedStateMachine):
-    """What the machines of both sides share.
+    """The base of the state machines for brains and worlds.
 
     Args:
         can_restore: whether snapshots are declared.
-        step_ns: runs are multiples of it.
+        step_ns: the unit of the duration of runs, ns.
     """
 
     def __init__(self, *, can_restore: bool, step_ns: int) -> None:
@@ -37,18 +37,18 @@ class SequenceMachine(RuleBasedStateMachine):
 
     @abstractmethod
     def fresh(self) -> Simulation:
-        """Return a simulation at time 0 that was not used before."""
+        """Return a new simulation at time 0."""
 
     @abstractmethod
     def apply(self, simulation: Any, name: str, value: Any) -> None:
-        """Make a call of the log on a simulation."""
+        """Repeat a logged call on a simulation."""
 
     @abstractmethod
     def seen(self, simulation: Any) -> object:
-        """Return all that can be seen of a simulation."""
+        """Return the observable state of a simulation."""
 
     def do(self, name: str, value: Any) -> None:
-        """Make a call and keep it in the log."""
+        """Make a call and log it."""
         self.apply(self.simulation, name, value)
         self.log.append((name, value))
 
@@ -61,7 +61,7 @@ class SequenceMachine(RuleBasedStateMachine):
 
     @rule()
     def reset(self) -> None:
-        """Start anew."""
+        """Reset the simulation."""
         self.simulation.reset()
         self.log = []
 
@@ -81,7 +81,7 @@ class SequenceMachine(RuleBasedStateMachine):
         self.log = list(log)
 
     def teardown(self) -> None:
-        """Compare with a simulation that got the calls of the log alone."""
+        """Compare with a new simulation that gets only the logged calls."""
         again = self.fresh()
         with self.simulation, again:
             self.run(8)
@@ -96,7 +96,7 @@ class SequenceMachine(RuleBasedStateMachine):
 
 
 def check_sequences(machine: Callable[[], SequenceMachine], *, examples: int, length: int) -> None:
-    """Run a machine with sequences that are random but always the same."""
+    """Run a state machine with reproducible random sequences."""
     chosen = settings(
         max_examples=examples, stateful_step_count=length, deadline=None, database=None,
         derandomize=True, suppress_health_check=list(HealthCheck),

@@ -1,4 +1,4 @@
-"""Tests of what is random: a verdict needs two seeds that agree."""
+"""Statistical tests: a failure needs two seeds that agree."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ UNLIKELY = 1e-3
 
 
 def require_likely(probability: Callable[[int], float]) -> float:
-    """Fail only if what was seen is less likely than one in a thousand under both of two fixed seeds.
+    """Fail only if the result has a probability below one in a thousand for both of two fixed seeds.
 
     Args:
-        probability: runs an experiment with a seed and returns the two-sided p-value of what it saw.
+        probability: runs an experiment with a seed and returns the two-sided p-value of its result.
 
     Returns:
         The larger of the two.
     """
     largest = max(probability(seed) for seed in SEEDS)
-    assert largest >= UNLIKELY, f"less likely than 1 in 1000 under both seeds: p = {largest:.2g}"
+    assert largest >= UNLIKELY, f"probability below 1 in 1000 for both seeds: p = {largest:.2g}"
     return largest
 
 

@@ -1,4 +1,4 @@
-"""What pytest collects: the class that is being run."""
+"""The module that pytest collects: it holds the class under test."""
 
 from nrp_core.conformance.run import under_test
 

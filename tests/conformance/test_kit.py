@@ -166,10 +166,10 @@ def test_an_error_of_several_tests_is_told_once_and_an_assertion_each_time():
         "      E   assert []",
         "      E    +  where [] = train()",
         "accuracy",
-        "  ✗ c  (by the same as above)",
+        "  ✗ c  (with the same error as above)",
         "  ✗ d",
         "      E   assert []",
-        "2 failed by the same: NotImplementedError: _build",
+        "2 failed with the same error: NotImplementedError: _build",
         "brain mine does not conform: 4 failed in 0 s",
     ]
 
@@ -183,7 +183,7 @@ def test_a_backend_that_cannot_say_what_it_has_is_told_with_the_place(monkeypatc
             raise NotImplementedError
 
     monkeypatch.setattr(proof, "brains", lambda: SimpleNamespace(load=lambda name: Misspelt()))
-    wrong = r"brain 'mine' cannot say what it has: TypeError: .*'cell' \(.*test_kit\.py:\d+\)"
+    wrong = r"brain 'mine' cannot state its capabilities: TypeError: .*'cell' \(.*test_kit\.py:\d+\)"
     with pytest.raises(BackendError, match=wrong):
         proof.Proof("brain", "mine", {}, "core").run()
 

@@ -132,7 +132,7 @@ class Kernel:
         seed: the seed of every random number.
 
     Attributes:
-        notes: what has no meaning here.
+        notes: calls that are not supported.
     """
 
     def __init__(self, seed: int) -> None:

@@ -16,14 +16,14 @@ from nrp_core.conformance.brain.wiring import WiringTests
 
 
 class BrainContractTests(TimingTests, WiringTests, EachTests, DeviceTests, StateTests, LifeTests):
-    """What every brain does."""
+    """The tests for every brain."""
 
 
 class BrainBackendTests(
     BrainContractTests, CapabilityTests, ChangeTests, ShortTermTests, AccuracyTests, DeviceAccuracyTests
 ):
-    """What a third party runs: contract, capabilities, accuracy."""
+    """The tests for the author of a backend: contract, capabilities, accuracy."""
 
 
 class FullBrainTests(BrainBackendTests, SequenceTests, StatisticalTests, CrossTests, SpeedTests):
-    """All of that, and random sequences, distributions, pairs of brains, and speed."""
+    """All tests: also random sequences, distributions, pairs of brains, and speed."""

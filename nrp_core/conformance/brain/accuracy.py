@@ -1,8 +1,8 @@
 """Accuracy: every declared cell, synapse and device against its equations, within the declared resolution.
 
-A grid may displace an input and an output by one step each. So a voltage may be off by what the
-reference changes within two steps of that time (and a hundredth of what an input does at all, for numbers
-of limited precision), and the n-th spike of a regular train by n + 1 steps.
+A time grid may shift an input and an output by one step each. So the error of a voltage may be the change of
+the reference within two steps of that time, plus a hundredth of an input's effect for limited numerical
+precision. The error of the n-th spike of a regular train may be n + 1 steps.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ CELLS = pytest.mark.parametrize("cell_type", list(SAMPLES))
 EXACT_MV = 1e-3
 """The accuracy of the reference, mV."""
 GRID_PRECISION = 0.01
-"""How exact the numbers of a brain on a grid must be, of the largest change that an input makes."""
+"""The allowed error of values on a grid, as a share of the largest change that an input makes."""
 AMPLITUDE, TAU_MS = 0.2, 20.0
-"""Of both halves of the STDP window."""
+"""The amplitude, and the time constant in ms, of both halves of the STDP window."""
 STDP_PRECISION = 1e-3
-"""How exact the potential of a changed weight must be."""
+"""The allowed relative error of the potential of a changed weight."""
 PAIRED_MS, PROBE_MS, DELAY_MS = 40.0, 240.0, 1.0
 
 
 class AccuracyTests(BrainKit):
-    """How far a brain is from the equations it stands for."""
+    """The error of a brain against the equations of its models."""
 
     level = "accuracy"
 
@@ -56,7 +56,7 @@ class AccuracyTests(BrainKit):
         self.run(brain, 80)
         found = times(heard, 0)
         expected = simulate(sample, until_ms=80 + self.tolerance_ms, i_offset=sample.current_na).spikes
-        told = f"under {sample.current_na} nA it fires at {found}, by its equations at {expected} ms"
+        told = f"under {sample.current_na} nA the cell fires at {found}; its equations give {expected} ms"
         assert abs(len(found) - len(expected)) <= 1, told
         assert len(found) >= 1, told
         errors = [abs(a - b) for a, b in zip(found, expected, strict=False)]
@@ -111,14 +111,13 @@ class AccuracyTests(BrainKit):
         self.note("voltage_error_mv", worst)
         if sample.cell_type in self.capabilities.approximate:
             undeclared(f"exact voltages of {sample.cell_type}")
-        assert excess <= 0, f"off by up to {worst:g} mV, {excess:g} mV more than the resolution explains"
+        assert excess <= 0, f"error of up to {worst:g} mV, {excess:g} mV more than the resolution allows"
 
     @pytest.mark.parametrize("gap", [8.0, -8.0])
     def test_stdp_changes_a_weight_by_the_time_between_spikes(self, gap: float) -> None:
-        """A pairing with a forced spike comes first; a probe long after shows the weight it left.
+        """A spike pair with a forced spike changes the weight; a probe long after measures it.
 
-        With all of the delay in the dendrite a presynaptic spike counts at once and a postsynaptic one
-        after the delay.
+        The whole delay is dendritic: a presynaptic spike acts at once, a postsynaptic one after the delay.
         """
         if STDP not in self.capabilities.synapses or "v" not in self.capabilities.state_variables:
             undeclared("stdp synapses and state variable v")
@@ -135,17 +134,17 @@ class AccuracyTests(BrainKit):
                                  - exp(-(PROBE_MS - heard + off) / TAU_MS))
             for off in (-d, d)
         ]  # fmt: skip
-        # the potential of a weight, not the weight, is what a synapse that does not change can be compared by
+        # compare potentials, not weights, with a static synapse
         low, high = (self._height_of(share * self.sample.weak, [PAIRED_MS + gap]) for share in sorted(left))
         self.note("stdp_change", paired / self._height_of(self.sample.weak, [PAIRED_MS + gap]) - 1)
-        # the other weight of the first potential moves the forced spike a little
+        # the changed weight of the first potential shifts the forced spike a little
         assert low * (1 - STDP_PRECISION) <= paired <= high * (1 + STDP_PRECISION)
 
     def _height_of(self, weight: float, forced: list[float]) -> float:
         return self._probed(connect("pre", "n", weight, DELAY_MS), forced)[0]
 
     def _probed(self, synapse: Projection, forced: list[float]) -> tuple[float, list[float]]:
-        """Return the height (mV) of a late excitatory potential, and when the cell was made to fire."""
+        """Return the amplitude of a late excitatory potential, mV, and the time of the forced spike."""
         sample = self.sample
         force = connect("force", "n", sample.strong, DELAY_MS)
         pre, post = spikes("pre", [PAIRED_MS, PROBE_MS]), spikes("force", forced)
@@ -161,7 +160,7 @@ class AccuracyTests(BrainKit):
 
 
 class DeviceAccuracyTests(BrainKit):
-    """Devices have one definition on all backends; a backend that brings its own keeps to it."""
+    """Devices have one definition for all backends; a backend's own devices must follow it."""
 
     level = "accuracy"
 
@@ -189,7 +188,7 @@ class DeviceAccuracyTests(BrainKit):
         assert area == pytest.approx(2.0, rel=0.01)  # the sum of steps of a smooth function
 
     def test_a_fixed_frequency_source_sends_equidistant_spikes(self) -> None:
-        """They do to a cell what a train of those spikes does."""
+        """They have the same effect on a cell as a train of these spikes."""
         weight, due = self.sample.strong, [50.0 * k for k in range(1, 7)]
         train = connect("s", "n", weight, 1.0, pairs=[(0, 1)])
         brain = self.open(self.cells("n", 2), spikes("s", due), train)
@@ -197,7 +196,7 @@ class DeviceAccuracyTests(BrainKit):
         spec = FixedFrequencySource(rate=20.0, weight=weight, delay=1.0)
         brain.add_source(spec, [0], name="source")
         self.run(brain, 320)
-        # the very first one starts from rest, and some cells fire once more by themselves
+        # the first one starts from rest, and some cells fire once more on their own
         _, first, *others = _firsts(times(heard, 0), apart_ms=25.0)
         _, second, *later = _firsts(times(heard, 1), apart_ms=25.0)
         assert len(others) == 4
@@ -213,7 +212,7 @@ class DeviceAccuracyTests(BrainKit):
         self.run(brain, 120)
         gaps = [b - a for a, b in pairwise(times(heard, 0))]
         one, two = simulate(self.sample, until_ms=40, stop_at=2, **driven).spikes
-        told = f"held for 7 ms it may fire every {two - one:g} ms; it fires every {gaps} ms"
+        told = f"refractory for 7 ms, it may fire every {two - one:g} ms; the cell fires every {gaps} ms"
         assert len(gaps) > 5, told
         assert min(gaps) >= two - one - EXACT_MS, told
         assert sum(gaps) / len(gaps) <= two - one + 2 * self.tolerance_ms, told
@@ -232,7 +231,7 @@ class DeviceAccuracyTests(BrainKit):
         self.run(brain, 25)
         expected = simulate(sample, arrivals, until_ms=25).spikes
         found = times(heard, 2)
-        told = f"it fires at {found}, by its equations at {expected} ms"
+        told = f"it fires at {found}; its equations give {expected} ms"
         assert len(expected) == len(found) == 2, told
         assert found == pytest.approx(expected, abs=3 * self.tolerance_ms + EXACT_MS), told
 
@@ -243,7 +242,7 @@ def _firsts(found: list[float], *, apart_ms: float) -> list[float]:
 
 
 def _potential(dt: float, tau_m: float, tau_syn: float, alpha: bool) -> float:
-    """Return the voltage (mV) that 1 nA leaves on 1 nF after ``dt`` (Rotter & Diesmann 1999)."""
+    """Return the voltage of 1 nF at ``dt`` after a synaptic current of 1 nA, mV (Rotter & Diesmann 1999)."""
     gap = 1 / tau_syn - 1 / tau_m
     rise = (exp(-dt / tau_m) - exp(-dt / tau_syn)) / gap
     if not alpha:
@@ -254,7 +253,7 @@ def _potential(dt: float, tau_m: float, tau_syn: float, alpha: bool) -> float:
 def _released(
     emitted: list[float], u: float, tau_rec: float, tau_facil: float, tau_psc: float
 ) -> list[float]:
-    """Return the shares of the weight of Tsodyks, Uziel & Markram (2000), J Neurosci 20:RC50."""
+    """Return the released shares of the weight by Tsodyks, Uziel & Markram (2000), J Neurosci 20:RC50."""
     shares, use, active, inactive, before = [], 0.0, 0.0, 0.0, emitted[0]
     for t in emitted:
         recovery = exp(-(t - before) / tau_rec)

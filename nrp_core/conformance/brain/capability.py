@@ -1,4 +1,4 @@
-"""Capability: what is declared is there, and what is not is refused rather than silently left out."""
+"""Capability: declared features work, and others are refused rather than silently left out."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from nrp_core.errors import CapabilityError, TimestepError
 from nrp_core.simulation import Determinism
 
 SYNAPSES: dict[str, dict[str, Any]] = {name: law.defaults for name, law in LAWS.items()}
-SYNAPSES[STDP]["w_max"] = 9.0  # the weights of all samples lie below
+SYNAPSES[STDP]["w_max"] = 9.0  # larger than the weights of all samples
 RULE = LAWS[STDP].first_parts
 
 
 class CapabilityTests(BrainKit):
-    """Whether the declaration is true, in both directions."""
+    """The declaration of capabilities is correct, in both directions."""
 
     level = "capability"
 
@@ -77,7 +77,7 @@ class CapabilityTests(BrainKit):
                 try:
                     values = brain.read_state(variable, [0, 2])
                 except CapabilityError:
-                    continue  # a variable of other cells
+                    continue  # a variable that only other cells have
                 readable += 1
                 assert values.shape == (2,)
                 assert all(map(math.isfinite, values))
@@ -132,7 +132,7 @@ class CapabilityTests(BrainKit):
 
     def test_runs_repeat_as_declared(self) -> None:
         if self.capabilities.determinism is Determinism.STATISTICAL:
-            undeclared("runs that can be repeated")
+            undeclared("repeatable runs")
         trains = []
         for _ in range(2):
             brain = self.open(*self.busy())

@@ -1,4 +1,4 @@
-"""Capability: what can be changed while a brain runs changes from then on; what cannot is refused."""
+"""Capability: changes to a running brain act from then on; unsupported changes are refused."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from nrp_core.conformance.guard import undeclared
 from nrp_core.errors import CapabilityError, NetworkError
 
 PRECISION = 0.01
-"""How exact a weight must be kept."""
+"""The allowed relative error of a stored weight."""
 
 
 class ChangeTests(BrainKit):
-    """Parameters of cells, and weights of synapses."""
+    """Changes of cell parameters and synaptic weights at run time."""
 
     level = "capability"
 

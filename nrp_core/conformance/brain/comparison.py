@@ -1,4 +1,4 @@
-"""Cross and speed: beside every other installed brain, and against the clock on the wall."""
+"""Cross and speed: against every other installed brain, and against wall-clock time."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ DURATION_MS = 400.0
 
 
 class CrossTests(BrainKit):
-    """The core gives every brain the same network and the same noise, so what is left is the brain's own."""
+    """Every brain gets the same network and noise, so differences come from the brain itself."""
 
     level = "cross"
 
     def test_rates_agree_with_those_of_every_other_installed_brain(self) -> None:
-        """But for the spread of seeds, and a step that each grid may add to every interval."""
+        """The rates agree within the spread of seeds, and one step of each grid per interval."""
         mine = self._spike_counts(self.backend, self.chosen)
         others = self._others()
         if not others:
@@ -65,7 +65,7 @@ class CrossTests(BrainKit):
 
 
 class SpeedTests(BrainKit):
-    """Reported, never failed."""
+    """Only reported; this test cannot fail."""
 
     level = "speed"
 

@@ -1,4 +1,4 @@
-"""Contract: devices come and go at any time and leave no trace; their noise follows from seed and name."""
+"""Contract: devices are added and removed at any time; seed and name determine their noise."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from nrp_core.errors import CapabilityError
 
 
 class DeviceTests(BrainKit):
-    """What devices do to a network, and when they stop doing it."""
+    """The effect of devices on a network, and its end."""
 
     def test_a_late_device_acts_from_then_on(self) -> None:
         brain = self.open(self.cells("n", 2))
@@ -78,7 +78,7 @@ class DeviceTests(BrainKit):
             assert row.tolist() == read.read_state("v", [1, 0]).tolist()
 
     def test_spikes_of_a_device_that_come_at_once_add_up(self) -> None:
-        """Two half as strong generators on one neuron do what one does."""
+        """Two generators of half the strength on one neuron have the effect of one."""
         sample = self.sample
         brain = self.open(self.cells("n", 2))
         heard = record(brain)
@@ -96,7 +96,7 @@ class DeviceTests(BrainKit):
         brain.add_source(DCSource(amplitude=1.5 * self.sample.current_na), [1], name="staying")
         self.run(brain, 20)
         brain.remove(going)
-        self.run(brain, 120)  # a cell that adapts needs its time
+        self.run(brain, 120)  # an adapting cell needs more time
         assert {neuron for neuron, time in train(heard) if time > 30} == {1}
 
     def test_an_inactive_device_is_silent_and_keeps_its_settings(self) -> None:

@@ -1,4 +1,4 @@
-"""Contract: every cell and every synapse has numbers of its own, whatever its neighbours have."""
+"""Contract: every cell and every synapse has its own parameters and state."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from nrp_core.conformance.brain.kit import BrainKit, record, times, train
 from nrp_core.conformance.brain.parts import connect, spikes
 
 N_MANY = 300
-"""More cells than one byte counts, and than one core of some machines holds."""
+"""More cells than one byte can count, and more than one core of some hardware holds."""
 
 
 class EachTests(BrainKit):
-    """Nothing is taken from the first of a population or projection for all."""
+    """The first cell or synapse does not determine the values of all others."""
 
     def test_each_synapse_has_its_own_weight(self) -> None:
-        """Neither the order of the sources nor that of the targets is the order of the synapses."""
+        """The order of the synapses differs from the order of the sources and of the targets."""
         strong, weak = self.sample.strong, self.sample.weak
         fan = connect("s", "n", [weak, strong, weak, 0.0], 2.0, pairs=[(2, 1), (0, 2), (1, 0), (0, 3)])
         brain = self.open(spikes("s", [5.0], [5.0], [5.0]), self.cells("n", 4), fan)
@@ -29,7 +29,7 @@ class EachTests(BrainKit):
         assert {neuron for neuron, _ in train(heard)} == {5}, "only the third cell has a strong synapse"
 
     def test_each_cell_has_its_own_parameters(self) -> None:
-        """Cells of one population do what each does in a population of its own."""
+        """Each cell of a population behaves as it does in a population of its own."""
         self.require_repeatable()
         sample, n = self.sample, 3
         values = {
@@ -46,7 +46,7 @@ class EachTests(BrainKit):
             assert times(heard, 1 + i) == expected, f"cell {i} of a population with {values}"
 
     def _under_inputs(self, population: Population) -> SpikeRecorderPort:
-        """Run cells with synapses of both kinds, and return what they did."""
+        """Run cells with synapses of both kinds, and return the results."""
         inputs = [(0, i) for i in range(population.size)]
         sample = self.sample
         brain = self.open(

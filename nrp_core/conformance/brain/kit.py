@@ -1,4 +1,4 @@
-"""What the tests of brains share: how one is opened, run and listened to, and how exact it claims to be."""
+"""Helpers for the tests of brains: open, run and record a brain, and its declared resolution."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from nrp_core.conformance.brain.samples import SAMPLES, Sample
 from nrp_core.conformance.guard import undeclared
 
 EXACT_MS = 1e-3
-"""How far the times of a brain without a grid may be off: the accuracy of the reference."""
+"""The allowed time error of a brain without a time grid: the accuracy of the reference."""
 
 Train = list[tuple[int, float]]
 
@@ -33,7 +33,7 @@ class BrainKit(SimulatorTests[BrainBackend, BrainCapabilities]):
 
     @property
     def tolerance_ms(self) -> float:
-        """By how much an event may be displaced: one step of the declared grid."""
+        """The allowed time shift of an event: one step of the declared grid."""
         return milliseconds(self.capabilities.resolution_ns or 0) or EXACT_MS
 
     def grid_ns(self, t_ms: float) -> int:
@@ -43,12 +43,12 @@ class BrainKit(SimulatorTests[BrainBackend, BrainCapabilities]):
 
     @cached_property
     def sample(self) -> Sample:
-        """A cell that the backend has."""
+        """A sample cell that the backend supports."""
         declared = [sample for name, sample in SAMPLES.items() if name in self.capabilities.cells]
         return declared[0] if declared else undeclared("any standard cell")
 
     def cells(self, label: str, size: int = 1, **parameters: Any) -> Population:
-        """Return cells of a type that the backend has, at rest."""
+        """Return cells at rest, of a type that the backend supports."""
         return cells(self.sample, label, size, **parameters)
 
     def open(self, *parts: Part, seed: int = 1) -> Brain:
@@ -60,12 +60,12 @@ class BrainKit(SimulatorTests[BrainBackend, BrainCapabilities]):
         brain.run_until(self.grid_ns(until_ms))
 
     def inhibition(self, pre: str, post: str, weight: float, delay: float = 1.0) -> Projection:
-        """Connect the first cells by an inhibitory synapse of a weight's size."""
+        """Connect the first cells by an inhibitory synapse; ``weight`` is its absolute value."""
         signed = weight * self.sample.inhibitory_sign
         return connect(pre, post, signed, delay, receptor="inhibitory")
 
     def busy(self) -> tuple[Part, ...]:
-        """Return a network in which everything happens: drive, noise, trains, delays, both receptors."""
+        """Return a network with currents, noise, spike trains, delays and both receptors."""
         sample = self.sample
         drive = np.linspace(0.7, 1.2, 5) * sample.current_na
         back = connect(
@@ -93,7 +93,7 @@ def record(brain: Brain, neurons: Iterable[int] | None = None, name: str = "reco
 
 
 def train(port: SpikeRecorderPort, since_ms: float = float("-inf")) -> Train:
-    """Return what was recorded after a time as pairs of neuron and time, in an order that means nothing."""
+    """Return the spikes recorded after a time, as pairs of neuron and time in a canonical order."""
     found = port.spikes(since_ms)
     return sorted(zip(found.neurons.tolist(), found.times_ms.tolist(), strict=True))
 

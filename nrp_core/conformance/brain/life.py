@@ -1,4 +1,4 @@
-"""Contract: what is out of order is refused by an error that says so."""
+"""Contract: calls in a wrong order are refused with a clear error."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.errors import LifecycleError
 
 
 class LifeTests(BrainKit):
-    """From opening to closing."""
+    """The life cycle of a brain, from opening to closing."""
 
     def test_a_fresh_brain_is_at_time_zero_with_the_seed_it_was_given(self) -> None:
         brain = self.open(self.cells("n", 3), seed=12)
@@ -21,7 +21,7 @@ class LifeTests(BrainKit):
         assert self.backend.interface_version == BRAIN_INTERFACE_VERSION
 
     def test_some_declared_cell_is_a_standard_one(self) -> None:
-        """Without one nearly all tests have nothing to work with."""
+        """Nearly all tests need one of the standard cells."""
         declared = self.capabilities.cells
         assert declared & SAMPLES.keys(), f"declared: {sorted(declared)}; standard: {sorted(SAMPLES)}"
 

@@ -1,4 +1,4 @@
-"""Networks out of a few words."""
+"""Short functions that build networks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Numbers = float | Sequence[float]
 
 
 def network(*parts: Part) -> Network:
-    """Put populations and projections together."""
+    """Return a network of populations and projections."""
     populations = {part.label: part for part in parts if isinstance(part, Population)}
     return Network(populations, tuple(part for part in parts if isinstance(part, Projection)))
 
@@ -36,7 +36,7 @@ def spikes(label: str, *trains: Sequence[float]) -> Population:
 
 
 def poisson(label: str, size: int, rate: float) -> Population:
-    """Return cells that emit Poisson trains at a rate (Hz) all the time."""
+    """Return cells that emit Poisson trains at a constant rate, Hz."""
     values = {"rate": rate, "start": 0.0, "duration": 1e10}
     return Population(label, size, "SpikeSourcePoisson", _each(values, size))
 

@@ -1,6 +1,6 @@
 """A fine reference: every standard cell by its published equations, integrated in steps of 10 us.
 
-Runge-Kutta of fourth order in plain Python; it knows nothing of any backend. Names and units are
+Runge-Kutta of fourth order in plain Python, independent of every backend. Names and units are
 PyNN's (ms, mV, nF, nA, uS; ``a`` in nS).
 """
 
@@ -28,17 +28,17 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a cell did: its membrane every :data:`STEP_MS`, and when it fired (ms)."""
+    """The response of a cell: its membrane potential every :data:`STEP_MS`, and its spike times, ms."""
 
     voltages: list[float]
     spikes: list[float]
 
     def voltage(self, t_ms: float) -> float:
-        """Return the membrane (mV) at the step nearest to a time."""
+        """Return the membrane potential at the step nearest to a time, mV."""
         return self.voltages[max(0, min(len(self.voltages) - 1, round(t_ms / STEP_MS)))]
 
     def change(self, t_ms: float, within_ms: float) -> float:
-        """Return by how much (mV) the membrane changes between ``within_ms`` before and after a time."""
+        """Return the change of the membrane potential within ``within_ms`` before and after a time, mV."""
         reach, middle = ceil(within_ms / STEP_MS - 1e-9), round(t_ms / STEP_MS)
         near = self.voltages[max(0, middle - reach) : middle + reach + 1]
         return max(near) - min(near)
@@ -52,11 +52,11 @@ def simulate(
 
     Args:
         sample: the cell.
-        arrivals: when what reaches it; times are multiples of :data:`STEP_MS`.
-        until_ms: how long.
-        current_na: a constant current beside ``i_offset``.
-        stop_at: end after so many spikes.
-        parameters: what differs from the sample's.
+        arrivals: the spikes that reach it; times are multiples of :data:`STEP_MS`.
+        until_ms: the duration, ms.
+        current_na: a constant current in addition to ``i_offset``, nA.
+        stop_at: stop after this number of spikes.
+        parameters: changes of the sample's parameters.
     """
     cell = _cell(sample, {**sample.all_parameters, **parameters}, current_na)
     due: dict[int, list[Arrival]] = {}
@@ -79,13 +79,13 @@ def simulate(
 
 
 def first_spike_ms(sample: Sample, arrivals: Sequence[Arrival], *, current_na: float = 0.0) -> float:
-    """Return when a cell that rests fires first."""
+    """Return the time of the first spike of a cell that starts at rest."""
     until = max((arrival.time_ms for arrival in arrivals), default=0.0) + 50.0
     return simulate(sample, arrivals, until_ms=until, current_na=current_na, stop_at=1).spikes[0]
 
 
 class _Cell:
-    """A cell: ``y`` holds the membrane, its own variables, then two for each synaptic time course."""
+    """A cell: ``y`` holds the membrane potential, its own variables, then two per synaptic time course."""
 
     def __init__(self, sample: Sample, p: Mapping[str, float], own: State, membrane: Slopes) -> None:
         self.p = p
@@ -99,7 +99,7 @@ class _Cell:
         self.conductances = "_cond_" in sample.cell_type
 
     def receive(self, arrival: Arrival, *, refractory: bool) -> None:
-        """Let a spike act; a jump of a membrane that is held does not."""
+        """Apply a spike; it cannot change a membrane potential that is clamped."""
         inhibitory = arrival.receptor == "inhibitory"
         if self.jumps:
             self.y[0] += 0.0 if refractory else arrival.weight
@@ -110,7 +110,7 @@ class _Cell:
             self.y[self.n_own + 2 * inhibitory] += arrival.weight
 
     def advance(self, held_ms: float) -> float | None:
-        """Take one step, the membrane held for its first part; return when within it the cell fired."""
+        """Take one step, with the membrane clamped in its first part; return the spike time within it."""
         if self.jumps and self.y[0] >= self.threshold:
             self._fire_and_go_on(STEP_MS)
             return 0.0
@@ -132,7 +132,7 @@ class _Cell:
         self._step(rest_ms, held=self.refractory_ms > 0.0)
 
     def reset(self) -> None:
-        """Do what a spike does to the cell itself."""
+        """Apply the effect of a spike on the cell itself."""
         self.y[0] = self.p["v_reset"]
 
     def _step(self, h: float, *, held: bool) -> None:

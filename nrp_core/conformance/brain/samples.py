@@ -1,4 +1,4 @@
-"""Sample cells: for every standard cell, parameters and inputs under which it is known what it does."""
+"""Sample cells: for every standard cell, parameters and inputs with a known response."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from nrp_core.brain.network.cells.types import CELLS
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """A cell that rests when left alone.
+    """A cell that rests without input.
 
     Args:
         cell_type: PyNN's name.
-        parameters: what differs from PyNN's defaults.
-        current_na: a current under which it fires regularly.
+        parameters: the parameters that differ from PyNN's defaults.
+        current_na: a current at which it fires regularly, nA.
         strong: a weight with which one excitatory spike makes it fire once.
-        weak: a weight that stays far below the threshold.
-        rest_mv: where its membrane rests, if neither at ``v_rest`` nor at PyNN's initial value.
+        weak: a weight whose potential stays far below the threshold.
+        rest_mv: its resting potential, if not ``v_rest`` or PyNN's initial value.
     """
 
     cell_type: str
@@ -30,13 +30,13 @@ class Sample:
 
     @property
     def all_parameters(self) -> dict[str, float]:
-        """Every parameter by PyNN's name."""
+        """All parameters, by PyNN's names."""
         defaults = {name: known.default for name, known in CELLS[self.cell_type].parameters.items()}
         return {**defaults, **self.parameters}
 
     @property
     def initial_values(self) -> dict[str, float]:
-        """The membrane at rest."""
+        """The resting potential, mV."""
         initial = {name: known.default for name, known in CELLS[self.cell_type].state.items()}
         rest_mv = self.parameters.get("v_rest", self.rest_mv)
         if rest_mv is not None:
@@ -49,7 +49,7 @@ class Sample:
         return 1 if "_cond_" in self.cell_type else -1
 
 
-_LEAKY = {  # a reset below the rest, so that neither is taken for the other
+_LEAKY = {  # the reset is below the resting potential, so that tests can tell them apart
     "v_rest": -65.0, "v_reset": -68.0, "v_thresh": -50.0, "tau_m": 10.0, "cm": 0.25, "tau_refrac": 10.0,
 }  # fmt: skip
 _CURRENTS = _LEAKY | {"tau_syn_E": 2.0, "tau_syn_I": 3.0}

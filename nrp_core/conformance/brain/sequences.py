@@ -17,7 +17,7 @@ from nrp_core.conformance.sequences import SequenceMachine, check_sequences
 
 
 class SequenceTests(BrainKit):
-    """Any order of calls."""
+    """Calls in random order."""
 
     level = "sequences"
 

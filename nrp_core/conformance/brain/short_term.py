@@ -1,4 +1,4 @@
-"""Capability: synapses that depress keep what they have released, each its own."""
+"""Capability: each depressing synapse has its own state of release."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from nrp_core.conformance.brain.parts import connect, spikes
 from nrp_core.conformance.guard import undeclared
 
 USE = 0.98
-"""The share that the first spike releases; the strong synapse is so strong that this makes a cell fire."""
+"""The share that the first spike releases; with the strong synapse it makes a cell fire."""
 
 
 class ShortTermTests(BrainKit):
-    """A first spike makes a cell fire, and a second one soon after does not."""
+    """A first spike makes a cell fire; a second one soon after does not."""
 
     level = "capability"
 

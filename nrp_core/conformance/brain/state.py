@@ -1,4 +1,4 @@
-"""Contract: a reset brain is a fresh one, and a restored one has never been away."""
+"""Contract: a reset brain equals a new one, and a restored one continues as if never interrupted."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Watched = tuple[Brain, SpikeRecorderPort]
 
 
 class StateTests(BrainKit):
-    """What a state is: everything that the future depends on."""
+    """A state contains everything that the future depends on."""
 
     def test_a_reset_brain_equals_a_fresh_one(self) -> None:
         self.require_repeatable()
@@ -35,7 +35,7 @@ class StateTests(BrainKit):
         assert train(heard) == expected
 
     def test_a_reset_forgets_what_is_on_its_way(self) -> None:
-        """Spikes in flight, a refractory membrane and a current are of the old run."""
+        """Spikes in flight, a refractory membrane and a current of the old run are gone."""
         self.require_repeatable()
         brain = self.open(
             spikes("s", [2.0]), self.cells("n"), self.cells("m"),
@@ -65,7 +65,7 @@ class StateTests(BrainKit):
         assert train(heard_first) == train(heard)
 
     def test_a_reset_repeats_the_noise(self) -> None:
-        """By default a reset keeps the seed in force."""
+        """By default a reset keeps the current seed."""
         self.require_repeatable()
         brain, heard = self._with_devices(seed=7)
         self.run(brain, 40)
@@ -88,13 +88,13 @@ class StateTests(BrainKit):
         assert train(heard_there) == train(heard)
 
     def test_a_snapshot_keeps_spikes_in_flight(self) -> None:
-        """Taken while a spike is on its way along a synapse of the network."""
+        """The snapshot is taken while a spike travels along a synapse of the network."""
         slow = connect("s", "n", self.sample.strong, 14.0)
         found = self._continued((spikes("s", [5.0]), self.cells("n"), slow), 12.0, 40.0)
         assert [neuron for neuron, _ in found] == [1]
 
     def test_a_snapshot_keeps_what_a_device_has_sent(self) -> None:
-        """Taken between the emission of a device's spike and its arrival."""
+        """The snapshot is taken between the emission of a device's spike and its arrival."""
 
         def drive(brain: Brain) -> None:
             spec = FixedFrequencySource(rate=100.0, weight=self.sample.strong, delay=8.0, duration=11.0)
@@ -103,7 +103,7 @@ class StateTests(BrainKit):
         assert len(self._continued((self.cells("n"),), 14.0, 40.0, drive)) == 1
 
     def test_a_snapshot_keeps_the_refractory_time(self) -> None:
-        """Taken after a spike, while the membrane cannot rise."""
+        """The snapshot is taken after a spike, while the membrane is refractory."""
         self.require_snapshot()
         driven = self.cells("n", i_offset=3 * self.sample.current_na)
         heard = record(first := self.open(driven))
@@ -114,7 +114,7 @@ class StateTests(BrainKit):
         self._continued((driven,), fired[0] + 1.5, 60.0)
 
     def test_a_snapshot_keeps_the_membrane_and_its_synapses(self) -> None:
-        """Taken between an input and the spike that it leads to."""
+        """The snapshot is taken between an input and the spike that it causes."""
         driven = self.cells("n", i_offset=0.8 * self.sample.current_na)
         parts = (spikes("s", [3.0]), driven, connect("s", "n", self.sample.weak, 1.0))
         assert self._continued(parts, 5.0, 60.0), "no cell fired"
@@ -158,7 +158,7 @@ class StateTests(BrainKit):
         self, parts: tuple[Part, ...], stop_ms: float, until_ms: float,
         setup: Callable[[Brain], None] = lambda _: None,
     ) -> Train:  # fmt: skip
-        """Check that running on from a snapshot equals never having left; return what happens after it."""
+        """Check that a restored run equals an uninterrupted one; return its events after the snapshot."""
         self.require_snapshot()
 
         def opened() -> Watched:

@@ -1,4 +1,4 @@
-"""Statistical: what is random has the distribution it should have, not only the mean.
+"""Statistical: random values have the right distribution, not only the right mean.
 
 16 000 events find a bias of the rate by 5 % with a probability of 0.998.
 """

@@ -1,4 +1,4 @@
-"""Contract: runs end where they were told to, windows tile, writes act from now on and not before."""
+"""Contract: runs end at the requested time, windows do not overlap, and writes act from now on."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.conformance.brain.reference import Arrival, first_spike_ms
 
 
 class TimingTests(BrainKit):
-    """What a brain does when."""
+    """The timing of a brain."""
 
     def test_every_spike_is_reported_in_the_window_it_lies_in(self) -> None:
         brain = self.open(*self.busy())

@@ -1,4 +1,4 @@
-"""Contract: what is connected acts, what is not does not; selections mean what they say."""
+"""Contract: connected cells act on each other, others do not; selections select the right neurons."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nrp_core.errors import NeuronSelectionError
 
 
 class WiringTests(BrainKit):
-    """Who reaches whom."""
+    """Connections between cells."""
 
     def test_spikes_reach_the_connected_cell_and_no_other(self) -> None:
         hit = connect("s", "n", self.sample.strong, 1.0, pairs=[(1, 2)])
@@ -96,7 +96,7 @@ class WiringTests(BrainKit):
         assert train(some)
 
     def test_every_kind_of_cell_can_be_heard_under_its_own_id(self) -> None:
-        """Global ids run through the populations in the order of their definition, sources included."""
+        """Global ids number all populations in the order of their definition, including sources."""
         strong = self.sample.strong
         brain = self.open(
             self.cells("a", 2), spikes("s", [4.0], []), self.cells("b", 2),

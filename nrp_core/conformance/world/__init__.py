@@ -15,14 +15,14 @@ from nrp_core.conformance.world.topics import TopicTests
 
 
 class WorldContractTests(TopicTests, MotionTests, DrivingTests, SeeingTests, StateTests):
-    """What every world does."""
+    """The tests for every world."""
 
 
 class WorldBackendTests(
     WorldContractTests, CapabilityTests, BodyTests, JointTests, SensingTests, ChangingTests
 ):
-    """What a third party runs: contract and capabilities."""
+    """The tests for the author of a backend: contract and capabilities."""
 
 
 class FullWorldTests(WorldBackendTests, SequenceTests, CrossTests, SpeedTests):
-    """All of that, and random sequences, pairs of worlds, and speed."""
+    """All tests: also random sequences, pairs of worlds, and speed."""

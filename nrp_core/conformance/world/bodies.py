@@ -1,4 +1,4 @@
-"""Capability: bodies have the shapes, places, masses and joints that the scene gives each of them."""
+"""Capability: each body has the shapes, poses, masses and joints that the scene defines."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ SHAPES: list[tuple[Geometry, Pose, float]] = [
     (Cylinder(0.1, 0.6), LYING, 0.3),
     (Box((0.6, 0.3, 0.2)), LYING, 0.35),
 ]
-"""Shapes, where they are in their link, and how high the link is when they stand on the ground."""
+"""Shapes, their pose in the link, and the height of the link when they stand on the ground."""
 MOMENTS = (0.2, 0.3, 0.4)
 
 
 class BodyTests(WorldKit):
-    """What a file says of a body is what the engine moves."""
+    """The engine moves the bodies that the file describes."""
 
     level = "capability"
 
@@ -48,7 +48,7 @@ class BodyTests(WorldKit):
     def test_a_shape_ends_where_its_size_and_its_place_say(
         self, geometry: Geometry, pose: Pose, height: float
     ) -> None:
-        """It is let down along a rail until it touches the ground."""
+        """The body is lowered along a rail until it touches the ground."""
         self.require("dynamics")
         link = Link("link", inertial=Inertial(1.0), collisions=(Collision("shape", geometry, pose),))
         rail = Joint("rail", "prismatic", "world", "link", axis=(0.0, 0.0, 1.0), damping=20.0)
@@ -57,7 +57,7 @@ class BodyTests(WorldKit):
         assert 0.1 + float(world.joint_states("lift").positions[0]) == pytest.approx(0.0, abs=0.01)
 
     def test_what_slides_is_held_by_its_friction(self) -> None:
-        """Gravity is tilted by so much that one box holds and the other one does not."""
+        """Gravity is tilted so that one box holds and the other one slides."""
         self.require("dynamics")
         boxes = [
             self._rubbing(thing(name, Box((0.4, 0.4, 0.2)), at(0, y, 0.1), mass=1.0), friction)
@@ -73,7 +73,7 @@ class BodyTests(WorldKit):
 
     @pytest.mark.parametrize("axis", [0, 1, 2])
     def test_a_torque_turns_by_the_moment_about_its_axis_of_the_world(self, axis: int) -> None:
-        """The body stands turned by 90 degrees, so that its own x points along the world's y."""
+        """The body is rotated by 90 degrees, so that its x axis points along the world's y axis."""
         self.require("joint_control")
         box = thing("box", Box((0.2, 0.2, 0.2)), at(0, 0, 5, yaw=pi / 2), mass=2.0)
         inertial = Inertial(2.0, inertia=(*MOMENTS, 0.0, 0.0, 0.0))
@@ -114,7 +114,7 @@ class BodyTests(WorldKit):
         assert world.joint_states("pendulum").positions == pytest.approx([-0.5], abs=0.03)
 
     def test_an_axis_is_along_the_frame_of_its_joint(self) -> None:
-        """The joint's frame is turned about z: its x is the model's y."""
+        """The joint's frame is rotated about z: its x axis is the model's y axis."""
         self.require("dynamics")
         model = pendulum()
         turned = replace(model.joints[0], pose=Pose.from_rpy((0, 0, 0), 0.0, 0.0, pi / 2), axis=(1, 0, 0))
@@ -125,7 +125,7 @@ class BodyTests(WorldKit):
         assert world.model_motion("pendulum").pose.rpy[1] == pytest.approx(angle, abs=1e-6)
 
     def test_a_link_turns_about_axes_of_the_world(self) -> None:
-        """The link lies turned about x in its model: the axis of its joint is its own -z."""
+        """The link is rotated about x in its model: the axis of its joint is its own -z axis."""
         self.require("dynamics")
         self.require("links")
         model = pendulum()

@@ -1,4 +1,4 @@
-"""Capability: what is declared is there, and what is not is refused rather than silently left out."""
+"""Capability: declared features work, and others are refused rather than silently left out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.world.scene.model import Sphere
 
 
 class CapabilityTests(WorldKit):
-    """Whether the declaration is true, in both directions."""
+    """The declaration of capabilities is correct, in both directions."""
 
     level = "capability"
 

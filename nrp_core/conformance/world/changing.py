@@ -1,4 +1,4 @@
-"""Capability: joints follow, pushes push, models come and go; what is not declared is refused."""
+"""Capability: joints, forces and models change at run time; undeclared changes are refused."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ INERTIA = 0.02 + ARM_KG * ARM_M**2
 
 
 def arm(kind: str = "position") -> Model:
-    """Return a bob that a controlled joint along y holds to the world at height 2, its mass ahead of it."""
+    """Return a pendulum bob on a controlled joint along y at height 2, its mass ahead of the joint."""
     inertial = Inertial(ARM_KG, ScenePose((ARM_M, 0.0, 0.0)), (0.02, 0.02, 0.02, 0.0, 0.0, 0.0))
     joint = Joint("joint", "revolute", "world", "bob", ScenePose(), (0, 1, 0), -2.0, 2.0)
     control = JointController("joint", kind, "/arm/cmd", Pid(200.0, 0.0, 20.0))  # type: ignore[arg-type]
@@ -33,7 +33,7 @@ def arm(kind: str = "position") -> Model:
 
 
 class ChangingTests(WorldKit):
-    """What may be done to a world while it runs."""
+    """Changes to a running world."""
 
     level = "capability"
 

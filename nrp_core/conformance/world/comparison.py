@@ -1,4 +1,4 @@
-"""Cross and speed: beside every other installed world, and against the clock on the wall."""
+"""Cross and speed: against every other installed world, and against wall-clock time."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.world import World
 
 WAY_M, PIXELS = 1.5, 0.02
-"""How far the robot goes, and the share of pixels in which renderers may differ: the edges of things."""
+"""The distance that the robot drives, and the share of pixels that may differ: the edges of objects."""
 
 
 class CrossTests(WorldKit):
-    """The same scene and the same commands beside every other installed world."""
+    """The same scene and commands in every other installed world."""
 
     level = "cross"
 
@@ -64,7 +64,7 @@ class CrossTests(WorldKit):
 
 
 class SpeedTests(WorldKit):
-    """Reported, never failed."""
+    """Only reported; this test cannot fail."""
 
     level = "speed"
 

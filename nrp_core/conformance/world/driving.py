@@ -1,4 +1,4 @@
-"""Contract: a robot goes where it is told, says where it is, and stops when nobody speaks."""
+"""Contract: a robot follows commands, reports its odometry, and stops without commands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nrp_core.world.scene.model import Box
 from nrp_core.world.world import World
 
 SLIP = 0.05
-"""The share of a commanded way that tyres and starting up may cost."""
+"""The share of a commanded distance that may be lost to tyres and acceleration."""
 
 
 class DrivingTests(WorldKit):

@@ -1,4 +1,4 @@
-"""Capability: joints that turn about every axis, about two, or as others do, move as mechanics says."""
+"""Capability: ball, universal and mimic joints move according to mechanics."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ BOB = Inertial(MASS_KG, Pose((0.0, 0.0, -ARM_M)), (MOMENT, MOMENT, MOMENT, 0.0, 
 WHILE_S = 0.2
 CARRIER = Inertial(1e-9, inertia=(1e-12, 1e-12, 1e-12, 0.0, 0.0, 0.0))
 SIDEWAYS = (0.6, -0.4, 0.0)
-"""A pull (m/s^2) under which a bob that hangs sets out towards x and to the right."""
+"""A gravity, m/s^2, that accelerates a hanging bob towards x and to the right."""
 
 
 def hanging(*joints: Joint, between: tuple[Link, ...] = ()) -> Model:
-    """Return a bob below joints that hold it at height 2."""
+    """Return a bob that hangs on joints at height 2."""
     return Model("bob", (Link("bob", inertial=BOB), *between), joints, pose=at(0, 0, 2))
 
 
@@ -34,7 +34,7 @@ def ball() -> Model:
 
 
 def gears() -> Model:
-    """Return two masses on rails along x; the second goes back twice as far as the first goes ahead."""
+    """Return two masses on rails along x; the second moves back twice as far as the first moves ahead."""
     links = [Link(name, inertial=Inertial(mass)) for name, mass in (("first", 1.0), ("second", 0.1))]
     rails = [Joint(f"{link.name}_rail", "prismatic", "world", link.name, axis=(1, 0, 0)) for link in links]
     rails[1] = replace(rails[1], mimic=Mimic("first_rail", -2.0, 0.05))
@@ -42,12 +42,12 @@ def gears() -> Model:
 
 
 class JointTests(WorldKit):
-    """What joints let move, and what they carry."""
+    """The motion that joints allow, and the loads that they carry."""
 
     level = "capability"
 
     def test_a_light_link_between_two_joints_lets_its_child_turn_about_both(self) -> None:
-        """A universal joint: the link between its axes weighs next to nothing."""
+        """A universal joint: the link between its axes has almost no mass."""
         self.require("dynamics")
         first = Joint("first", "continuous", "world", "cross", axis=(1, 0, 0))
         second = Joint("second", "continuous", "cross", "bob", axis=(0, 1, 0))
@@ -58,7 +58,7 @@ class JointTests(WorldKit):
         assert rates == pytest.approx({"first": -self._rate(0.4), "second": -self._rate(0.6)}, rel=0.05)
 
     def test_a_spring_swings_about_where_it_carries_its_load(self) -> None:
-        """After half a period it is as far beyond that as it began before it."""
+        """After half a period its displacement from equilibrium is the opposite of the initial one."""
         self.require("dynamics")
         stiffness, rest = 500.0, 0.1
         spring = Joint("rail", "prismatic", "world", "bob", axis=(0, 0, 1), stiffness=stiffness, rest=rest)
@@ -77,7 +77,7 @@ class JointTests(WorldKit):
         assert angles == pytest.approx({name: rate * half_s for name, rate in rates.items()}, abs=2e-3)
 
     def test_the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child(self) -> None:
-        """The bob is turned about the vertical first, by a fifth of a turn."""
+        """The bob is first rotated about the vertical, by a fifth of a turn."""
         self._require_balls()
         self.require("changes")
         world = self.open(ball(), gravity=SIDEWAYS)
@@ -92,7 +92,7 @@ class JointTests(WorldKit):
         assert rates == pytest.approx(dict(along), abs=1e-6)
 
     def test_a_joint_goes_as_far_as_the_one_that_it_follows_says(self) -> None:
-        """By the law of levers, the first mass carries the second one four times over."""
+        """By the law of the lever, the first mass carries four times the second one."""
         self._require_coupled()
         pull = 1.4
         world = self.open(gears(), gravity=(pull, 0.0, 0.0))
@@ -121,7 +121,7 @@ class JointTests(WorldKit):
     def _after_a_while(
         self, world: World, model: str, t_s: float = WHILE_S
     ) -> tuple[dict[str, float], dict[str, float]]:
-        """Return where the joints of a model are then and how fast, by name."""
+        """Return the positions and velocities of a model's joints at a time, by name."""
         self.run(world, t_s)
         states = world.joint_states(model)
         positions, velocities = (
@@ -131,7 +131,7 @@ class JointTests(WorldKit):
         return positions, velocities
 
     def _rate(self, pull: float) -> float:
-        """Return how fast the bob turns then by a pull at its centre of mass."""
+        """Return the bob's angular velocity after ``WHILE_S`` of the acceleration ``pull``, rad/s."""
         return MASS_KG * pull * ARM_M / INERTIA * self.grid_ns(WHILE_S) * 1e-9
 
     def _require_balls(self) -> None:

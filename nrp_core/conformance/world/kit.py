@@ -1,4 +1,4 @@
-"""What the tests of worlds share: how one is opened, driven and looked at."""
+"""Helpers for the tests of worlds: open, drive and observe a world."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class WorldKit(SimulatorTests[WorldBackend, WorldCapabilities]):
         world.run_until(self.grid_ns(until_s))
 
     def drive(self, world: World, forward: float, turn: float, for_s: float, robot: str = "robot") -> None:
-        """Command a robot again and again, for some time."""
+        """Command a robot repeatedly, for some time."""
         commands = world.advertise(f"/{robot}/cmd_vel")
         start_s = seconds(world.now_ns)
         for step in range(round(for_s * COMMANDS_HZ)):
@@ -59,26 +59,26 @@ class WorldKit(SimulatorTests[WorldBackend, WorldCapabilities]):
             self.run(world, start_s + (step + 1) / COMMANDS_HZ)
 
     def look(self, world: World, robot: str = "robot") -> Picture:
-        """Return the next picture of a robot's camera, as numbers that can be subtracted."""
+        """Return the next image of a robot's camera, as signed integers."""
         self.require_camera()
         pictures = world.subscribe(f"/{robot}/camera")
         self.run(world, seconds(world.now_ns) + 1 / CAMERA_HZ)
         stamped = pictures.latest
-        assert stamped is not None, "no picture within one period"
+        assert stamped is not None, "no image within one period"
         world.unsubscribe(pictures)
         return np.asarray(stamped.message.data, dtype=np.int64)
 
     def movable(self, *models: Model) -> tuple[Model, ...]:
-        """Return those of some models that the world can have; without dynamics, none that only falls."""
+        """Return the models that the world supports; without dynamics, free bodies are left out."""
         return tuple(m for m in models if self.capabilities.dynamics or m.static or m.drives)
 
     def require(self, capability: str) -> None:
-        """Skip where a capability is not declared."""
+        """Skip the test if a capability is not declared."""
         if not getattr(self.capabilities, capability):
             undeclared(capability.replace("_", " "))
 
     def require_camera(self) -> None:
-        """Skip where there are no cameras."""
+        """Skip the test if cameras are not declared."""
         if not self.capabilities.renderers:
             undeclared("cameras")
 
@@ -94,19 +94,19 @@ def paint(world: World, visual: str, rgba: Rgba) -> None:
 
 
 def states(world: World) -> dict[str, ModelMotion]:
-    """Return where every movable model is and how it moves."""
+    """Return the pose and velocity of every movable model."""
     return {model.name: world.model_motion(model.name) for model in world.scene.models if not model.static}
 
 
 def where(picture: Picture, channel: int) -> npt.NDArray[np.bool_]:
-    """Return the pixels in which one channel exceeds both others clearly."""
+    """Return the pixels in which one channel clearly exceeds both others."""
     others = np.delete(picture, channel, axis=2).max(axis=2)
     return np.asarray(picture[:, :, channel] > others + 60)
 
 
 def centre(mask: npt.NDArray[np.bool_]) -> tuple[float, float]:
     """Return the mean row and column of the pixels that are set, from -1 (top, left) to 1."""
-    assert mask.any(), "the thing is not in the picture"
+    assert mask.any(), "the object is not in the image"
     rows, columns = np.nonzero(mask)
     height, width = mask.shape
     return float((2 * rows.mean() + 1) / height - 1), float((2 * columns.mean() + 1) / width - 1)

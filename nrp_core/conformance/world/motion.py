@@ -1,7 +1,7 @@
 """Contract: SI units, x forward, y left, z up, quaternions x, y, z, w; bodies fall, rest and push.
 
-Tolerances: a method of first order with the declared step errs by ``g t step`` in what has fallen
-freely; what touches may sink by a hundredth of its size.
+Tolerances: a first-order method with the declared step has an error of ``g t step`` for a freely falling
+body; bodies in contact may penetrate by a hundredth of their size.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ AXES: list[tuple[Vector, Vector]] = [
 
 
 class MotionTests(WorldKit):
-    """What bodies do."""
+    """The motion of bodies."""
 
     @pytest.mark.parametrize("direction", [(0, 0, -1), (1, 0, 0), (0, -1, 0)])
     def test_a_thing_falls_along_gravity_by_half_g_t_squared(self, direction: Vector) -> None:
@@ -73,7 +73,7 @@ class MotionTests(WorldKit):
             self.run(world, 0.02)
 
     def test_a_turned_box_has_its_sides_where_they_belong(self) -> None:
-        """A long box that was turned upright stands on its end: half its length is its height."""
+        """A long box, rotated upright, stands on its end: the height of its centre is half its length."""
         self.require("dynamics")
         upright = Pose.from_rpy((0, 0, 0.52), 0.0, pi / 2, 0.0)
         world = self.open(floor(), thing("box", Box((1.0, 0.5, 0.5)), upright, mass=4.0))
@@ -104,7 +104,7 @@ class MotionTests(WorldKit):
         assert world.model_motion("robot").pose.position[0] > 0.9
 
     def test_a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit(self) -> None:
-        """The mass lies ahead of the joint; falling from x to -z is a positive turn about y."""
+        """The mass is ahead of the joint; falling from x to -z is a positive rotation about y."""
         self.require("dynamics")
         world = self.open(pendulum())
         self.run(world, 0.1)

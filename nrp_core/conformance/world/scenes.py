@@ -1,4 +1,4 @@
-"""Scenes out of a few words: things, walls, a robot with wheels and a camera. Sizes in m, masses in kg."""
+"""Short functions that build scenes: objects, walls, a wheeled robot with a camera. Units: m, kg."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def thing(
     name: str, geometry: Geometry, pose: Pose = Pose(), *,
     mass: float = 0.0, rgba: Rgba = GREY, solid: bool = True,
 ) -> Model:  # fmt: skip
-    """Return a thing of one link, static unless it has a mass; its visual is ``<name>/link/visual``."""
+    """Return a model of one link, static unless it has a mass; its visual is ``<name>/link/visual``."""
     moment = 0.02 * mass
     inertial = Inertial(mass, inertia=(moment, moment, moment, 0.0, 0.0, 0.0)) if mass else None
     touching = (Collision("collision", geometry),) if solid else ()
@@ -46,7 +46,7 @@ def thing(
 
 
 def at(x: float, y: float, z: float, *, yaw: float = 0.0) -> Pose:
-    """Return a pose that is turned about z only."""
+    """Return a pose that is rotated about z only."""
     return Pose.from_rpy((x, y, z), 0.0, 0.0, yaw)
 
 
@@ -63,14 +63,14 @@ def screen(name: str, y: float, rgba: Rgba, *, x: float = 3.0, z: float = CAMERA
 def robot(
     name: str = "robot", x: float = 0.0, y: float = 0.0, *, yaw: float = 0.0, tilt: float = 0.0
 ) -> Model:
-    """Return a robot with four wheels that stands on the floor, its camera over the middle of it.
+    """Return a robot with four wheels that stands on the floor, its camera above its centre.
 
     Args:
-        name: of the model, below which its topics lie.
-        x: where it stands.
-        y: likewise.
-        yaw: where it looks, rad.
-        tilt: by how much its camera looks down, rad.
+        name: the model name, and the prefix of its topics.
+        x: the x position, m.
+        y: the y position, m.
+        yaw: the heading, rad.
+        tilt: the downward tilt of its camera, rad.
     """
     body = Box((0.8, 0.4, 0.2))
     base = Link(
@@ -116,7 +116,7 @@ def _wheel(corner: str, x: float, y: float) -> Link:
 
 
 def pendulum(damping: float = 2.0) -> Model:
-    """Return a bob that a joint along y holds to the world at height 2, its mass ahead of the joint."""
+    """Return a pendulum bob on a joint along y at height 2, its mass ahead of the joint."""
     bob = Link("bob", Pose(), Inertial(2.0, Pose((0.5, 0.0, 0.0)), (0.02, 0.02, 0.02, 0.0, 0.0, 0.0)))
     joint = Joint("joint", "revolute", "world", "bob", Pose(), (0, 1, 0), -0.5, 0.6, damping=damping)
     return Model("pendulum", (bob,), (joint,), pose=at(0, 0, 2), joint_states_topic="/pendulum/joint_states")

@@ -28,7 +28,7 @@ from nrp_core.world.scene.model import Box, Rgba
 from nrp_core.world.sensors.camera import Camera
 
 PIXEL = 2.0 / WIDTH
-"""The width of a pixel where the picture goes from -1 to 1."""
+"""The width of a pixel in image coordinates from -1 to 1."""
 
 
 class SeeingTests(WorldKit):
@@ -51,7 +51,7 @@ class SeeingTests(WorldKit):
         assert centre(where(seen, 1))[0] < -0.1 < centre(where(seen, 0))[0]
 
     def test_a_camera_looks_along_the_x_axis_of_its_robot(self) -> None:
-        """The screen lies on the left of the world's x axis; the robot has turned to it."""
+        """The screen is on the left of the world's x axis; the robot faces it."""
         beside = thing("beside", Box((1.0, 0.1, 1.0)), at(0, 3, CAMERA_HEIGHT), rgba=RED, solid=False)
         seen = self.look(self.open(floor(), robot(yaw=pi / 2), beside))
         assert centre(where(seen, 0)) == pytest.approx((0.0, 0.0), abs=3 * PIXEL)
@@ -64,7 +64,7 @@ class SeeingTests(WorldKit):
         assert centre(where(tilted, 0))[0] < centre(where(level, 0))[0] - 5 * PIXEL
 
     def test_a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it(self) -> None:
-        """A pinhole with 90 degrees: 1 m at 2.95 m takes 1/5.9 of the width, and as many rows."""
+        """In a 90 degree pinhole camera, 1 m at 2.95 m covers 1/5.9 of the width, and as many rows."""
         mask = where(self.look(self.open(floor(), robot(), screen("screen", 0.0, RED))), 0)
         width = mask.shape[1]
         expected = width / (2 * 2.95)
@@ -113,7 +113,7 @@ class SeeingTests(WorldKit):
             assert (told.r, told.g, told.b, told.a) == pytest.approx(expected)
 
     def test_a_picture_shows_the_moment_of_its_stamp(self) -> None:
-        """What a camera served while its robot turned is what a world sees that came there blindly."""
+        """A turning robot sees the same as one that took the same path without reading images."""
         self.require_camera()
         self.require_repeatable()
         scene = floor(), robot(), screen("screen", 0.0, RED)
@@ -136,11 +136,13 @@ class SeeingTests(WorldKit):
         links = tuple(moved if link is eye else link for link in model.links)
         seen = self.look(self.open(floor(), replace(model, links=links), screen("screen", 0.0, RED, x=3.5)))
         row, column = centre(where(seen, 0))
-        assert column == pytest.approx(0.6 / 3, abs=3 * PIXEL), "it is left of the robot: things move right"
-        assert row > 0.1, "it is higher up: things move down"
+        assert column == pytest.approx(0.6 / 3, abs=3 * PIXEL), (
+            "the camera is left of the robot: objects must move right"
+        )
+        assert row > 0.1, "the camera is higher: objects must move down"
 
     def test_a_visual_is_where_and_as_it_lies_in_its_link(self) -> None:
-        """A high slab that was turned about x and moved to the left lies on its side there."""
+        """A high slab that is rotated about x and moved to the left lies on its side there."""
         slab = screen("slab", 0.0, RED)
         (link,) = slab.links
         lying = Pose.from_rpy((0.0, 0.9, 0.0), pi / 2, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Capability: lasers, inertial sensors, contacts and loads agree with geometry and with Newton."""
+"""Capability: laser, inertial, contact and force sensors agree with geometry and Newton's laws."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def carrier(*sensors: Sensor, pose: Pose = at(0, 0, 0.5), size: float = 0.2) -> 
 
 
 class SensingTests(WorldKit):
-    """What sensors tell."""
+    """The values of sensors."""
 
     level = "capability"
 
@@ -70,7 +70,7 @@ class SensingTests(WorldKit):
         ball = thing("ball", Sphere(0.5), at(3, 0, 5), mass=1.0)
         world = self.open(ball, carrier(LASER, pose=at(0, 0, 0.5)), floor())
         assert self._sensed(world, "/scan", 0.02).ranges[45] == inf
-        expected = 3 - (0.5**2 - 0.4**2) ** 0.5  # the laser has come to lie 0.4 below the middle of the ball
+        expected = 3 - (0.5**2 - 0.4**2) ** 0.5  # the laser is now 0.4 m below the centre of the ball
         assert self._sensed(world, "/scan", 2.0).ranges[45] == pytest.approx(expected, abs=0.05)
 
     def test_an_imu_feels_gravity_at_rest_and_nothing_in_free_fall(self) -> None:
@@ -132,7 +132,7 @@ class SensingTests(WorldKit):
         try:
             depth = world.engine.depth("robot", "eye", "camera")
         except CapabilityError:
-            return  # a renderer may draw colours alone
+            return  # a renderer may draw colours only
         assert depth[depth.shape[0] // 2] == pytest.approx(np.full(depth.shape[1], 3.0), abs=0.02)
 
     def _sensed(self, world: World, topic: str, for_s: float = 0.02) -> Any:

@@ -17,7 +17,7 @@ from nrp_core.world.world import World
 
 
 class SequenceTests(WorldKit):
-    """Any order of calls."""
+    """Calls in random order."""
 
     level = "sequences"
 

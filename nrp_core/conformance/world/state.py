@@ -1,4 +1,4 @@
-"""Contract: a reset world is a fresh one, a restored one has never been away, two share nothing."""
+"""Contract: a reset world equals a new one, a restored one continues exactly, two share no state."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nrp_core.world.world import World
 
 
 def busy() -> tuple[Model, ...]:
-    """Return a scene in which things soon touch each other."""
+    """Return a scene in which objects soon touch each other."""
     return (
         floor(), robot(), robot("other", 0.2, 1.5),
         thing("box", Box((0.3, 0.3, 0.3)), at(0.7, 0.05, 0.2), mass=1.0),
@@ -26,7 +26,7 @@ def busy() -> tuple[Model, ...]:
 
 
 class StateTests(WorldKit):
-    """What a state is: everything that the future depends on."""
+    """A state contains everything that the future depends on."""
 
     def test_a_reset_world_equals_a_fresh_one(self) -> None:
         self.require_repeatable()
@@ -38,7 +38,7 @@ class StateTests(WorldKit):
         assert self._went(world, 20) == expected
 
     def test_a_reset_world_that_nobody_commands_equals_a_fresh_one(self) -> None:
-        """Commands may hide what an engine keeps of contacts and motors."""
+        """Without commands, the state of contacts and motors in the engine shows."""
         self.require_repeatable()
         expected = self._went(self._open_busy(), 5, silent=True)
         world = self._open_busy()
@@ -172,7 +172,7 @@ class StateTests(WorldKit):
         return self.open(*self.movable(*busy()), seed=seed)
 
     def _continued(self, setup: Callable[[World], None], *, steps: int = 12, silent: bool = False) -> None:
-        """Check that running on from a snapshot equals never having left, also in another world."""
+        """Check that a restored run equals an uninterrupted one, also in another world."""
         self.require_snapshot()
         self.require_repeatable()
         world, fresh = self._open_busy(), self._open_busy()
@@ -192,7 +192,7 @@ class StateTests(WorldKit):
         return states(world)
 
     def _go(self, world: World, step: int, *, silent: bool = False) -> None:
-        """Take a step that depends on its number alone."""
+        """Take a step that depends only on its number."""
         if not silent:
             world.advertise("/robot/cmd_vel").publish(twist(0.6, 0.2 * (step % 5 - 2)))
             world.advertise("/other/cmd_vel").publish(twist(-0.3, 0.1 * (step % 3)))

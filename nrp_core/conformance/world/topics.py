@@ -1,4 +1,4 @@
-"""Contract: which topics there are, what they carry, when, and what they refuse."""
+"""Contract: the topics, their messages and timing, and the messages that they refuse."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SERVED = {
 
 
 class TopicTests(WorldKit):
-    """Talking to a world."""
+    """Messages to and from a world."""
 
     @pytest.mark.parametrize("name", sorted(SERVED))
     def test_what_is_in_the_scene_is_served_with_its_type_direction_and_rate(self, name: str) -> None:

@@ -76,7 +76,7 @@ def test_its_conformance_fails_and_says_what_to_write_first(made):
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 1
     *_, cause, verdict = done.stdout.splitlines()
-    assert "failed by the same: NotImplementedError: _build: make " in cause
+    assert "failed with the same error: NotImplementedError: _build: make " in cause
     assert "brain acme does not conform" in verdict
 
 
