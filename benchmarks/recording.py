@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import MCAP_NAME, Pictures
 
 EXPERIMENT = "braitenberg_husky"
@@ -53,15 +53,15 @@ def measure(duration_s: float, overrides: list[str]) -> Rounds:
         folder = Path(stack.enter_context(TemporaryDirectory()))
         names = [UNRECORDED, *LIMITS]
         runs = {name: stack.enter_context(Run(load_experiment(EXPERIMENT, overrides))) for name in names}
-        capsules = [Capsule(runs[kept], folder / kept, pictures=kept) for kept in LIMITS]
+        folders = [RecordingFolder(runs[kept], folder / kept, pictures=kept) for kept in LIMITS]
         for run in runs.values():
             run.run_until(WARM_UP_S)
         rounds: Rounds = {name: [] for name in names}
         for i in range(1, int((duration_s - WARM_UP_S) / ROUND_S) + 1):
             for name in (*names[i % 3 :], *names[: i % 3]):
                 rounds[name].append(spent(runs[name], WARM_UP_S + i * ROUND_S))
-        for capsule in capsules:
-            capsule.close("finished")
+        for recording_folder in folders:
+            recording_folder.close("finished")
         sizes = {kept: (folder / kept / MCAP_NAME).stat().st_size for kept in LIMITS}
         print(
             "size: "

@@ -14,7 +14,7 @@ from typing import Any
 
 from nrp_core.brain.backends import brains
 from nrp_core.conformance.proof import Proof
-from nrp_core.conformance.report import Result
+from nrp_core.conformance.report import KitResult
 from nrp_core.world.backends import worlds
 
 TARGET = Path(__file__).parent / "reference" / "backends.md"
@@ -88,14 +88,14 @@ def _undeclared(report: Data) -> list[str]:
 
 
 def _failed(report: Data) -> list[str]:
-    return [Result(**result).sentence for result in report["results"] if result["outcome"] == "failed"]
+    return [KitResult(**result).sentence for result in report["results"] if result["outcome"] == "failed"]
 
 
 def measured(reports: list[Data]) -> Iterator[str]:
     """Return a table of what was measured."""
     found = [
         {
-            f"{Result(**result).sentence}: {name}": value
+            f"{KitResult(**result).sentence}: {name}": value
             for result in report["results"]
             for name, value in result["measured"].items()
         }

@@ -10,7 +10,7 @@ from nrp_core.clock import from_seconds
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Pictures, check_folder
 
@@ -59,13 +59,15 @@ def run(
             simulation.run(until_s)
         else:
             snapshots_ns = None if snapshots_s is None else from_seconds(snapshots_s)
-            capsule = Capsule(simulation, folder, pictures=pictures, files=files, snapshots_ns=snapshots_ns)
+            capsule = RecordingFolder(
+                simulation, folder, pictures=pictures, files=files, snapshots_ns=snapshots_ns
+            )
             _run_recorded(simulation, until_s, capsule)
         simulation.write_csv(None if folder is None else folder / "csv")
         return simulation.result()
 
 
-def _run_recorded(simulation: Run, until_s: float | None, capsule: Capsule) -> None:
+def _run_recorded(simulation: Run, until_s: float | None, capsule: RecordingFolder) -> None:
     state = "failed"
     try:
         simulation.run(until_s)

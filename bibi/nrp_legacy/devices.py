@@ -16,7 +16,7 @@ from nrp_core.dsl.devices.devices import (
     CurrentGenerator,
     Device,
     NoiseCurrentGenerator,
-    Setting,
+    SettableAttribute,
     SineCurrentGenerator,
     SpikeGenerator,
 )
@@ -29,7 +29,7 @@ _SMALL = frozenset({"amplitude", "offset", "mean", "stdev", "weight", "cm", "i_o
 """Settings in nA, uS or nF, which NEST has in pA, nS or pF."""
 
 
-class _Forgiving(Setting):
+class _Forgiving(SettableAttribute):
     """An attribute with another name or unit; invalid values become the nearest valid value.
 
     Args:

@@ -24,7 +24,7 @@ from nrp_legacy.shims.modules import module
 from nrp_legacy.shims.tuples import as_in_ros1
 
 __extends_dsl__ = True
-"""Errors here are reported at the caller; see :mod:`nrp_core.dsl.parameters.place`."""
+"""Errors here are reported at the caller; see :mod:`nrp_core.dsl.parameters.source_line`."""
 
 SPELLINGS = {
     "std": "stdev", "weights": "weight", "delays": "delay", "target": "receptor_type", "initial_rate": "rate",

@@ -51,7 +51,7 @@ def load(
     return loaded
 
 
-def sources_of(element: Element, root: Element, library: Library, notes: Notes) -> list[listing.Source]:
+def sources_of(element: Element, root: Element, library: Library, notes: Notes) -> list[listing.PythonSource]:
     """Return the code that :func:`load` would execute.
 
     Raises:
@@ -64,7 +64,7 @@ def sources_of(element: Element, root: Element, library: Library, notes: Notes) 
     if not is_active(element):
         names = [item.name for item in tree.body if isinstance(item, ast.FunctionDef) and item.decorator_list]
         tree.body += ast.parse("\n".join(f"{name}.active = False" for name in names)).body
-    return [listing.Source(source.path, tree, has_columns=False)]
+    return [listing.PythonSource(source.path, tree, has_columns=False)]
 
 
 def part_source(element: Element, root: Element, library: Library) -> list[Source]:

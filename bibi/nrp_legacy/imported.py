@@ -80,11 +80,11 @@ class ImportedMaker(ShimmedMaker):
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
         self.names = self._begun(experiment)
-        sources: list[listing.Source] = []
+        sources: list[listing.PythonSource] = []
         for i, path in enumerate(experiment.transfer_functions):
             with collector.during(Code.NRP210, "transfer_functions", i, level=Level.WARNING):
                 tree = Source.of_file(path).tree(self._note)
-                sources.append(listing.Source(path, tree))
+                sources.append(listing.PythonSource(path, tree))
         yield self._listing(sources, collector)
 
     def _load(self, path: Path) -> list[TransferFunction]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from nrp_core.brain.network.data import Network
 from nrp_core.dsl.functions.function import Flow, TransferFunction
-from nrp_core.dsl.loading.listing import Listing, Source
+from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.errors import NrpError
 from nrp_core.experiment.making.collector import Collector
@@ -115,7 +115,7 @@ class ShimmedMaker(Maker, ABC):
         # of equal priority, those to the robot ran before those to the brain
         return sorted(functions, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
 
-    def _listing(self, sources: Iterable[Source], collector: Collector) -> Listing:
+    def _listing(self, sources: Iterable[PythonSource], collector: Collector) -> Listing:
         """Return pieces of code that share the names of the platform, once all notes are taken."""
         pieces = tuple(sources)
         collector.findings += dict.fromkeys(self._notes)
@@ -209,7 +209,7 @@ class LegacyMaker(ShimmedMaker):
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
         self.names = self._begun(experiment)
-        sources: list[Source] = []
+        sources: list[PythonSource] = []
         for element in self.bibi.functions:
             with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
                 sources += sources_of(element, self.bibi.element, self.library, self._note)

@@ -24,7 +24,7 @@ LIBRARIES = Path("/etc/ld.so.cache")
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ChildResult:
     """How a child process ended.
 
     Args:
@@ -50,7 +50,7 @@ def inquire(
     timeout_s: float = 30.0,
     anew: bool = False,
     keep_failures: bool = True,
-) -> Answer:
+) -> ChildResult:
     """Run ``python -m module arguments...`` in a child process and return how it ended.
 
     Args:
@@ -68,14 +68,14 @@ def inquire(
     if not anew:
         # nobody may have asked yet, or an older version
         with suppress(OSError, ValueError, KeyError, TypeError):
-            return Answer(**json.loads(kept.read_text())["answer"])
+            return ChildResult(**json.loads(kept.read_text())["answer"])
     answer = _run(question, timeout_s)
     if keep_failures or answer.exit_code == 0:
         _keep(kept, {"question": question[1:], "answer": asdict(answer)})
     return answer
 
 
-def _run(command: list[str], timeout_s: float) -> Answer:
+def _run(command: list[str], timeout_s: float) -> ChildResult:
     pipe = subprocess.PIPE
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace",
@@ -86,8 +86,8 @@ def _run(command: list[str], timeout_s: float) -> Answer:
         except subprocess.TimeoutExpired:
             os.killpg(child.pid, signal.SIGKILL)
             child.communicate()
-            return Answer(None)
-        return Answer(child.returncode, output, errors[-2000:])
+            return ChildResult(None)
+        return ChildResult(child.returncode, output, errors[-2000:])
 
 
 def _keep(path: Path, answer: dict[str, object]) -> None:

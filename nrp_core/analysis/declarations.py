@@ -20,7 +20,7 @@ from nrp_core.dsl.devices.kinds import DeviceKind
 from nrp_core.dsl.functions.decorators import Neuron2Robot, Robot2Neuron
 from nrp_core.dsl.functions.function import TIME, TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource, MapVariable
-from nrp_core.dsl.loading.listing import Listing, Source
+from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters.binding import Mapping
 from nrp_core.dsl.parameters.topics import PreprocessedTopic
 from nrp_core.dsl.selection.selectors import Selector
@@ -52,7 +52,7 @@ class Declarations(Statements):
         super().__init__({name: Known(value) for name, value in listing.names.items()}, ours, Path(), changed)
         self.functions: list[Declared] = []
         self.findings: list[Finding] = []
-        self.slices: list[tuple[Source, ast.expr, Selector, slice]] = []
+        self.slices: list[tuple[PythonSource, ast.expr, Selector, slice]] = []
         self.is_complete = True
         self._is_wrong = False
         self._is_read = True
@@ -67,7 +67,7 @@ class Declarations(Statements):
             function.names = {**self.names, **dict.fromkeys(changed, UNKNOWN), **function.names}
 
     @property
-    def neighbours(self) -> list[Source]:
+    def neighbours(self) -> list[PythonSource]:
         """The modules beside its files that they import."""
         return list(self._imports.neighbours.sources.values())
 

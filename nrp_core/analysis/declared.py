@@ -11,7 +11,7 @@ from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Shape
 from nrp_core.dsl.functions.decorators import Robot2Neuron
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.listing import Source
+from nrp_core.dsl.loading.listing import PythonSource
 from nrp_core.dsl.parameters.binding import Adapter, Binding, Mapping
 from nrp_core.findings import Code, Finding, Level
 
@@ -50,7 +50,7 @@ class Declared:
 
     function: TransferFunction
     node: Function
-    source: Source
+    source: PythonSource
     names: dict[str, Shape]
     nodes: dict[str, ast.expr]
     is_read: bool = True
@@ -65,7 +65,9 @@ class Declared:
         return next(one for one in self.node.args.args if one.arg == name)
 
 
-def found_in(source: Source, code: Code, node: ast.AST, message: str, level: Level = Level.ERROR) -> Finding:
+def found_in(
+    source: PythonSource, code: Code, node: ast.AST, message: str, level: Level = Level.ERROR
+) -> Finding:
     """Return a finding about a node of a source."""
     line, column = getattr(node, "lineno", None), getattr(node, "col_offset", 0) + 1
     return Finding(code, message, level, source.path, line, column if source.has_columns else None)

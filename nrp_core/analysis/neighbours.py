@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from nrp_core.analysis.shapes import UNKNOWN, Names
 from nrp_core.analysis.statements import Statements, changed_in
-from nrp_core.dsl.loading.listing import Source, python_listing
+from nrp_core.dsl.loading.listing import PythonSource, python_listing
 from nrp_core.errors import ExperimentError, TransferFunctionError
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class Neighbours:
     """
 
     def __init__(self, written: Iterable[str]) -> None:
-        self.sources: dict[Path, Source] = {}
+        self.sources: dict[Path, PythonSource] = {}
         self.errors: list[ExperimentError] = []
         self._written = dict.fromkeys(written, UNKNOWN)
         self._found: dict[Path, Names | None] = {}
@@ -56,7 +56,7 @@ class Neighbours:
             self._found[path] = self._read(source, imports)
         return self._found[path]
 
-    def _read(self, source: Source, imports: ImportsOf) -> Names | None:
+    def _read(self, source: PythonSource, imports: ImportsOf) -> Names | None:
         if any(_hides(node) for node in ast.walk(source.tree)):
             return None
         module = _Module(source, imports)
@@ -76,7 +76,7 @@ class _Module(Statements):
         is_whole: whether all its names are known.
     """
 
-    def __init__(self, source: Source, imports: ImportsOf) -> None:
+    def __init__(self, source: PythonSource, imports: ImportsOf) -> None:
         super().__init__({}, (), source.path, changed_in(source.tree))
         self._imports = imports
         self.errors: list[ExperimentError] = []

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from nrp_core.dsl.devices.devices import Device, Reading, Setting
+from nrp_core.dsl.devices.devices import Device, ReadOnlyAttribute, SettableAttribute
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.parameters.binding import Adapter
 from nrp_core.dsl.parameters.topics import SubscribedTopic
@@ -143,7 +143,7 @@ def _of_adapter(adapter: Adapter, name: str) -> Shape | None:
         return None
     if isinstance(adapter, SubscribedTopic) and name == "value":
         return instance_of(adapter.info.type)
-    if isinstance(getattr(type(adapter), name), Reading) and name in UNITS:
+    if isinstance(getattr(type(adapter), name), ReadOnlyAttribute) and name in UNITS:
         return Number(UNITS[name])
     if isinstance(getattr(type(adapter), name), FunctionType):
         return Known(getattr(adapter, name))
@@ -224,8 +224,8 @@ def can_set(adapter: Adapter, name: str) -> bool:
     """Whether a function can set an attribute that there is."""
     owner = adapter[0] if isinstance(adapter, DeviceGroup) else adapter
     found = getattr(type(owner), name)
-    if isinstance(found, Reading):
-        return isinstance(found, Setting)
+    if isinstance(found, ReadOnlyAttribute):
+        return isinstance(found, SettableAttribute)
     if isinstance(found, property):
         return found.fset is not None
     if isinstance(owner, SubscribedTopic):

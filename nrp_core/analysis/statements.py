@@ -12,9 +12,9 @@ from inspect import Parameter, Signature
 from pathlib import Path
 from typing import Any
 
-from nrp_core.analysis.bodies import assigned
 from nrp_core.analysis.evaluation import FAILURES, Evaluation, UnreadableError, items_of, truth_of, value_of
 from nrp_core.analysis.events import Call
+from nrp_core.analysis.function_body import assigned
 from nrp_core.analysis.scopes import SCOPES, own_nodes
 from nrp_core.analysis.shapes import UNKNOWN, Known, Row, Shape
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from nrp_core.analysis.bodies import Body
 from nrp_core.analysis.declarations import Declarations
 from nrp_core.analysis.declared import Declared, found_in
 from nrp_core.analysis.evaluation import UnreadableError
 from nrp_core.analysis.events import Event
+from nrp_core.analysis.function_body import FunctionBody
 from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
 from nrp_core.brain.backends import brains
@@ -21,7 +21,7 @@ from nrp_core.brain.network.data import Network
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.dsl.functions.function import TIME, TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.loading.listing import Listing, Source
+from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters import binding
 from nrp_core.dsl.parameters.binding import Adapter, Binding
 from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
@@ -93,8 +93,8 @@ class _Reading(Maker):
     def __init__(self, maker: Maker, build: ChildBuilder) -> None:
         self._maker, self._build = maker, build
         self.read: list[Listing] = []
-        self.neighbours: dict[Path, Source] = {}
-        self.slices: list[tuple[Source, ast.expr, Selector, slice]] = []
+        self.neighbours: dict[Path, PythonSource] = {}
+        self.slices: list[tuple[PythonSource, ast.expr, Selector, slice]] = []
         self.declared: list[Declared] = []
         self.is_complete = True
 
@@ -166,7 +166,7 @@ class Study(Examination):
         return self._reading.read
 
     @property
-    def neighbours(self) -> list[Source]:
+    def neighbours(self) -> list[PythonSource]:
         """The modules that these import from beside them."""
         return list(self._reading.neighbours.values())
 
@@ -236,7 +236,9 @@ class Study(Examination):
         self.collector.findings.append(finding)
 
 
-def _beyond(slices: list[tuple[Source, ast.expr, Selector, slice]], root: BrainRoot) -> Iterator[Finding]:
+def _beyond(
+    slices: list[tuple[PythonSource, ast.expr, Selector, slice]], root: BrainRoot
+) -> Iterator[Finding]:
     """Yield where a slice is longer than what it is of: it is cut off without a word."""
     for source, node, neurons, index in slices:
         try:
@@ -270,7 +272,7 @@ def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:
         for name, adapter in adapters.items()
         if type(adapter) is not Adapter and not _is_changed(declared.function.mappings[name].reads)
     }
-    return Body(names, declared.node.body).events
+    return FunctionBody(names, declared.node.body).events
 
 
 def _is_changed(topic: Topic | None) -> bool:

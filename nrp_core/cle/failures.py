@@ -8,7 +8,7 @@ from pathlib import Path
 from nrp_core.cle.time_limit import TimeLimitExceeded
 from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.parameters.place import line_in
+from nrp_core.dsl.parameters.source_line import line_in
 from nrp_core.errors import ExperimentError, TransferFunctionRaisedError
 
 

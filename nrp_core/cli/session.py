@@ -26,14 +26,14 @@ from nrp_core.quantities import time_ns
 from nrp_core.recording.layout import Pictures, check_folder
 
 if TYPE_CHECKING:
-    from nrp_core.recording.folder.capsule import Capsule
+    from nrp_core.recording.folder.recording_folder import RecordingFolder
     from nrp_core.recording.folder.used_files import FilesRead
 
 OFF = "off"
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class RunRequest:
     """What the command line asks for.
 
     Args:
@@ -60,7 +60,7 @@ class Request:
 class Session:
     """Carries out one request."""
 
-    def __init__(self, request: Request) -> None:
+    def __init__(self, request: RunRequest) -> None:
         self._request = request
         self._error: NrpError | None = None
         self._interrupted = False
@@ -153,11 +153,11 @@ class Session:
         if folder is None:
             self._run_guarded(simulation, until_s)
             return []
-        from nrp_core.recording.folder.capsule import Capsule
+        from nrp_core.recording.folder.recording_folder import RecordingFolder
 
         request = self._request
         snapshots_ns = None if request.snapshots == OFF else time_ns(request.snapshots)
-        capsule = Capsule(
+        recording_folder = RecordingFolder(
             simulation, folder, pictures=request.pictures, files=files, snapshots_ns=snapshots_ns
         )
         state = "failed"
@@ -166,12 +166,12 @@ class Session:
             if self._error is None:
                 state = "interrupted" if self._interrupted else "finished"
         finally:
-            self._complete(capsule, state)
-        return capsule.warnings
+            self._complete(recording_folder, state)
+        return recording_folder.warnings
 
-    def _complete(self, capsule: Capsule, state: str) -> None:
+    def _complete(self, recording_folder: RecordingFolder, state: str) -> None:
         try:
-            capsule.close(state)
+            recording_folder.close(state)
         except NrpError as error:
             self._error = self._error or error
 

@@ -20,7 +20,7 @@ from typing import Any
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core._support.jsonable import plain
-from nrp_core._support.probe import Answer, inquire
+from nrp_core._support.probe import ChildResult, inquire
 from nrp_core.brain.backends import brains
 from nrp_core.errors import NrpError
 from nrp_core.registry import Provider, Registry
@@ -96,7 +96,7 @@ def _told(kind: str, provider: Provider, data: dict[str, Any]) -> Surveyed:
     return Surveyed(kind, provider, not reason, data["capabilities"], reason, remedy, diagnoses)
 
 
-def _how_it_died(answer: Answer, timeout_s: float) -> str:
+def _how_it_died(answer: ChildResult, timeout_s: float) -> str:
     if answer.exit_code is None:
         return f"importing it took more than {timeout_s:g} s"
     if answer.exit_code < 0:

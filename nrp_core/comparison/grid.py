@@ -19,13 +19,13 @@ from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.ranges import Range
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.recording.folder.capsule import named_files
+from nrp_core.recording.folder.recording_folder import named_files
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class GridCell:
     """One run of the grid.
 
     Args:
@@ -42,7 +42,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Grid:
+class RunGrid:
     """All runs that are compared.
 
     Args:
@@ -75,7 +75,7 @@ class Grid:
     def of(
         cls, experiment: str, brains: Sequence[str], worlds: Sequence[str], seeds: int,
         overrides: Sequence[str] = (), varied: Mapping[str, Range] | None = None,
-    ) -> Grid:  # fmt: skip
+    ) -> RunGrid:  # fmt: skip
         """Return a grid of consecutive seeds, the experiment's own first; by default with its own backends.
 
         Settings that the experiment itself varies are varied as well, unless an override says otherwise.
@@ -98,11 +98,11 @@ class Grid:
         )
 
     @property
-    def cells(self) -> list[Cell]:
+    def cells(self) -> list[GridCell]:
         """Every run; those of one seed follow each other, so that a part of the grid is useful already."""
-        return [Cell(b, w, seed) for seed, b, w in product(self.seeds, self.brains, self.worlds)]
+        return [GridCell(b, w, seed) for seed, b, w in product(self.seeds, self.brains, self.worlds)]
 
-    def settings(self, cell: Cell) -> list[str]:
+    def settings(self, cell: GridCell) -> list[str]:
         """Return the overrides of one run."""
         return [
             *self.overrides,
@@ -113,7 +113,7 @@ class Grid:
             "pace=max",
         ]
 
-    def folder(self, results: Path, cell: Cell) -> Path:
+    def folder(self, results: Path, cell: GridCell) -> Path:
         """Return the folder of a run; its name holds everything that the run depends on."""
         sides = zip(self._sides(), (cell.brain, cell.world), strict=True)
         providers = [str(registry.provider(name)) for (registry, _), name in sides]
@@ -121,7 +121,7 @@ class Grid:
         digest = hashlib.blake2b(json.dumps(told).encode(), digest_size=4).hexdigest()
         return results / f"{cell}-{digest}"
 
-    def load(self, cell: Cell) -> Experiment:
+    def load(self, cell: GridCell) -> Experiment:
         """Return the experiment of one run."""
         return load_experiment(self.experiment, self.settings(cell))
 

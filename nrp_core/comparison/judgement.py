@@ -82,7 +82,7 @@ class Contrast:
         return Relation.OPEN
 
 
-class Cells(NamedTuple):
+class PairValues(NamedTuple):
     """The values of one pair of backends."""
 
     brain: str
@@ -115,7 +115,7 @@ class Part:
     varies: bool
     n_seeds: int
     contrasts: tuple[Contrast, ...]
-    cells: tuple[Cells, ...] = ()
+    cells: tuple[PairValues, ...] = ()
 
     @property
     def answer(self) -> Answer:

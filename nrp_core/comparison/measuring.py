@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.comparison.grid import Cell, Grid
-from nrp_core.comparison.judgement import Cells, Contrast, Factor, Judgement, Part, corrected
+from nrp_core.comparison.grid import GridCell, RunGrid
+from nrp_core.comparison.judgement import Contrast, Factor, Judgement, PairValues, Part, corrected
 from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.comparison.statistics import (
@@ -22,13 +22,13 @@ from nrp_core.comparison.statistics import (
     shift_of_excess,
 )
 
-Runs = Mapping[Cell, RunSignals]
+Runs = Mapping[GridCell, RunSignals]
 
 _FEWEST_SEEDS = 3
 """The spread of distances needs three seeds."""
 
 
-def judge(grid: Grid, runs: Runs, metrics: Sequence[Metric], margins: Margins) -> list[Judgement]:
+def judge(grid: RunGrid, runs: Runs, metrics: Sequence[Metric], margins: Margins) -> list[Judgement]:
     """Measure everything and judge what each metric depends on.
 
     A failed run counts for the finding only: where it stopped measures nothing else.
@@ -45,7 +45,7 @@ def judge(grid: Grid, runs: Runs, metrics: Sequence[Metric], margins: Margins) -
     return corrected(judged)
 
 
-def _parts(grid: Grid, runs: Runs, metric: Metric, margins: Margins) -> list[Part]:
+def _parts(grid: RunGrid, runs: Runs, metric: Metric, margins: Margins) -> list[Part]:
     resolution = max((metric.resolution(run) for run in runs.values()), default=0.0)
     if isinstance(metric, ScalarMetric):
         return _of_numbers(grid, runs, metric, margins, resolution)
@@ -57,13 +57,13 @@ def _parts(grid: Grid, runs: Runs, metric: Metric, margins: Margins) -> list[Par
 
 
 def _of_numbers(
-    grid: Grid, runs: Runs, metric: ScalarMetric, margins: Margins, resolution: float
+    grid: RunGrid, runs: Runs, metric: ScalarMetric, margins: Margins, resolution: float
 ) -> list[Part]:
     nothing: Mapping[str, float | None] = {}
     measured = {cell: metric.values(runs[cell]) if cell in runs else nothing for cell in grid.cells}
     tables = {
         name: np.array([
-            [[_number(measured[Cell(b, w, s)].get(name)) for s in grid.seeds] for w in grid.worlds]
+            [[_number(measured[GridCell(b, w, s)].get(name)) for s in grid.seeds] for w in grid.worlds]
             for b in grid.brains
         ])
         for name in dict.fromkeys(name for values in measured.values() for name in values)
@@ -78,8 +78,8 @@ def _of_numbers(
 
 
 def _of_table(
-    grid: Grid, metric: ScalarMetric, name: str, table: FloatArray, margin: Margin, resolution: float,
-    cells: tuple[Cells, ...],
+    grid: RunGrid, metric: ScalarMetric, name: str, table: FloatArray, margin: Margin, resolution: float,
+    cells: tuple[PairValues, ...],
 ) -> Part:  # fmt: skip
     sd = _spread(table, is_share=metric.is_share)
     estimated = Estimate.of_matched_shares if metric.is_share else Estimate.of
@@ -99,10 +99,10 @@ def _number(value: float | None) -> float:
     return np.nan if value is None else float(value)
 
 
-def _cells(grid: Grid, values: Mapping[Cell, float | None]) -> tuple[Cells, ...]:
+def _cells(grid: RunGrid, values: Mapping[GridCell, float | None]) -> tuple[PairValues, ...]:
     """Return the values of each pair of backends in the order of the seeds, without missing ones."""
     return tuple(
-        Cells(b, w, [float(v) for s in grid.seeds if (v := values[Cell(b, w, s)]) is not None])
+        PairValues(b, w, [float(v) for s in grid.seeds if (v := values[GridCell(b, w, s)]) is not None])
         for b in grid.brains
         for w in grid.worlds
     )
@@ -129,7 +129,7 @@ def _spread(table: FloatArray, *, is_share: bool = False) -> float:
     return pooled_sd([float(values.std(ddof=1)) for values in cells if len(values) > 1])
 
 
-def _differences(grid: Grid, table: FloatArray) -> Iterator[tuple[Factor, str, str, FloatArray]]:
+def _differences(grid: RunGrid, table: FloatArray) -> Iterator[tuple[Factor, str, str, FloatArray]]:
     """Return every contrast with its value for each seed that has one."""
     brains, worlds = list(enumerate(grid.brains)), list(enumerate(grid.worlds))
     for (i, one), (j, other) in combinations(brains, 2):
@@ -146,7 +146,7 @@ def _differences(grid: Grid, table: FloatArray) -> Iterator[tuple[Factor, str, s
 
 
 def _of_distances(
-    grid: Grid, runs: Runs, metric: DistanceMetric, margins: Margins, resolution: float
+    grid: RunGrid, runs: Runs, metric: DistanceMetric, margins: Margins, resolution: float
 ) -> list[Part]:
     nothing: Mapping[str, Any] = {}
     features = {cell: metric.features(runs[cell]) if cell in runs else nothing for cell in grid.cells}
@@ -155,11 +155,11 @@ def _of_distances(
 
 
 def _of_distance(
-    grid: Grid, metric: DistanceMetric, name: str, features: Mapping[Cell, Mapping[str, Any]],
+    grid: RunGrid, metric: DistanceMetric, name: str, features: Mapping[GridCell, Mapping[str, Any]],
     margins: Margins, resolution: float,
 ) -> Part:  # fmt: skip
     pairs = [(b, w) for b in grid.brains for w in grid.worlds]
-    seeds = [s for s in grid.seeds if all(name in features[Cell(b, w, s)] for b, w in pairs)]
+    seeds = [s for s in grid.seeds if all(name in features[GridCell(b, w, s)] for b, w in pairs)]
     margin = margins.of(metric, name)
     if len(seeds) < _FEWEST_SEEDS:
         return Part(name, resolution, margin.in_sd, resolution, 0.0, False, len(seeds), ())
@@ -182,7 +182,7 @@ class _Distances:
     """Distances between the runs of two pairs of backends, each computed once."""
 
     def __init__(
-        self, metric: DistanceMetric, name: str, features: Mapping[Cell, Mapping[str, Any]],
+        self, metric: DistanceMetric, name: str, features: Mapping[GridCell, Mapping[str, Any]],
         seeds: Sequence[int],
     ) -> None:  # fmt: skip
         self._metric, self._name, self._features, self._seeds = metric, name, features, seeds
@@ -192,7 +192,7 @@ class _Distances:
         """Return the distances, shape ``(n_seeds, n_seeds)``, from the runs of one pair to the other's."""
         if (one, other) not in self._known:
             a, b = (
-                [self._features[Cell(*pair, s)][self._name] for s in self._seeds] for pair in (one, other)
+                [self._features[GridCell(*pair, s)][self._name] for s in self._seeds] for pair in (one, other)
             )
             if one == other:
                 found = np.zeros((len(a), len(a)))
@@ -208,7 +208,7 @@ class _Distances:
         return excess_values(self.between(one, one), self.between(one, other), self.between(other, other))
 
 
-def _excesses(grid: Grid, matrix: _Distances) -> Iterator[tuple[Factor, str, str, FloatArray]]:
+def _excesses(grid: RunGrid, matrix: _Distances) -> Iterator[tuple[Factor, str, str, FloatArray]]:
     """Return every contrast with its value for each seed, the mean over the backends of the other side."""
     for one, other in combinations(grid.brains, 2):
         excess = [matrix.excess((one, world), (other, world)) for world in grid.worlds]

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from nrp_core.comparison.divergence import Deviation, Divergence, deviations, divergence_of
-from nrp_core.comparison.grid import Cell, Grid
+from nrp_core.comparison.grid import GridCell, RunGrid
 from nrp_core.comparison.judgement import Answer, Judgement, combined
 from nrp_core.comparison.measuring import judge
 from nrp_core.comparison.metrics.base import DistanceMetric, Margins, Metric, ScalarMetric
@@ -31,15 +31,15 @@ class GridDiff:
     """
 
     name: str
-    grid: Grid
-    runs: Mapping[Cell, RunSignals]
+    grid: RunGrid
+    runs: Mapping[GridCell, RunSignals]
     judgements: Sequence[Judgement]
     divergences: Sequence[Divergence]
     folder: Path
 
     @classmethod
     def of(
-        cls, grid: Grid, runs: Mapping[Cell, RunSignals], metrics: Sequence[Metric], margins: Margins,
+        cls, grid: RunGrid, runs: Mapping[GridCell, RunSignals], metrics: Sequence[Metric], margins: Margins,
         folder: Path,
     ) -> GridDiff:  # fmt: skip
         """Measure, judge, and find where runs diverge."""
@@ -58,17 +58,17 @@ class GridDiff:
         return combined(one.answer for one in self.finding)
 
     @property
-    def failures(self) -> dict[Cell, str]:
+    def failures(self) -> dict[GridCell, str]:
         """Runs that ended early, and why."""
         errors = {cell: run.result.get("error") for cell, run in self.runs.items()}
         return {cell: str(error) for cell, error in errors.items() if error}
 
 
-def _partings(grid: Grid, runs: Mapping[Cell, RunSignals]) -> list[Divergence]:
+def _partings(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Divergence]:
     """Compare every backend with the one that was named first, for the first seed."""
     seed, (brain, *brains), (world, *worlds) = grid.seeds[0], grid.brains, grid.worlds
-    pairs = [(Cell(brain, w, seed), Cell(b, w, seed)) for b in brains for w in grid.worlds]
-    pairs += [(Cell(b, world, seed), Cell(b, w, seed)) for w in worlds for b in grid.brains]
+    pairs = [(GridCell(brain, w, seed), GridCell(b, w, seed)) for b in brains for w in grid.worlds]
+    pairs += [(GridCell(b, world, seed), GridCell(b, w, seed)) for w in worlds for b in grid.brains]
     return [divergence_of(runs[one], runs[other]) for one, other in pairs]
 
 

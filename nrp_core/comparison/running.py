@@ -12,11 +12,11 @@ from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from threading import Thread
 
-from nrp_core.comparison.grid import Cell, Grid
+from nrp_core.comparison.grid import GridCell, RunGrid
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import RUN_NAME, Pictures
 from nrp_core.recording.reading.recording import Recording
 
@@ -27,7 +27,7 @@ WHOLE = ("finished", "failed")
 """States of a recording that another run would not change."""
 
 
-def run_grid(grid: Grid, results: Path, workers: int, tell: Progress) -> dict[Cell, RunSignals]:
+def run_grid(grid: RunGrid, results: Path, workers: int, tell: Progress) -> dict[GridCell, RunSignals]:
     """Make the runs that are not recorded yet.
 
     Args:
@@ -52,7 +52,7 @@ def run_grid(grid: Grid, results: Path, workers: int, tell: Progress) -> dict[Ce
     return {cell: RunSignals(Recording(folder)) for cell, folder in folders.items()}
 
 
-def record(grid: Grid, cell: Cell, folder: Path) -> None:
+def record(grid: RunGrid, cell: GridCell, folder: Path) -> None:
     """Record one run into a folder, with hashes instead of images; an incomplete recording is removed first.
 
     Raises:
@@ -60,7 +60,7 @@ def record(grid: Grid, cell: Cell, folder: Path) -> None:
     """
     shutil.rmtree(folder, ignore_errors=True)
     with Run(grid.load(cell)) as run:
-        capsule = Capsule(run, folder, pictures=Pictures.HASH, snapshots_ns=None)
+        recording_folder = RecordingFolder(run, folder, pictures=Pictures.HASH, snapshots_ns=None)
         state = "interrupted"
         try:
             run.run()
@@ -72,10 +72,10 @@ def record(grid: Grid, cell: Cell, folder: Path) -> None:
         except SimulationError:
             state = "failed"
         finally:
-            capsule.close(state)
+            recording_folder.close(state)
 
 
-def _run_all(grid: Grid, folders: dict[Cell, Path], workers: int) -> Iterator[Cell]:
+def _run_all(grid: RunGrid, folders: dict[GridCell, Path], workers: int) -> Iterator[GridCell]:
     """Run cells and yield each when it is done."""
     workers = min(workers, len(folders))
     if workers < 2:
@@ -111,7 +111,7 @@ def _follow_parent() -> None:
     Thread(target=end, daemon=True).start()
 
 
-def _require_done(future: Future[None], cell: Cell) -> None:
+def _require_done(future: Future[None], cell: GridCell) -> None:
     try:
         future.result()
     except BrokenProcessPool as error:

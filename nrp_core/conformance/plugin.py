@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.conformance.proof import Proof
-from nrp_core.conformance.run import Collector, under_test
+from nrp_core.conformance.run import ResultCollector, under_test
 from nrp_core.errors import NrpError
 
 
@@ -38,13 +38,13 @@ def pytest_configure(config: pytest.Config) -> None:
     """Choose the suite."""
     proof: Proof = config.getoption("--prove")
     under_test.append(proof.tests)
-    config.pluginmanager.register(Collector(), "nrp-conformance-results")
+    config.pluginmanager.register(ResultCollector(), "nrp-conformance-results")
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Write the report."""
     collector = session.config.pluginmanager.get_plugin("nrp-conformance-results")
-    assert isinstance(collector, Collector)
+    assert isinstance(collector, ResultCollector)
     proof: Proof = session.config.getoption("--prove")
     _write(session.config, proof.report(collector.results).to_dict())
 

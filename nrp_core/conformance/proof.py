@@ -14,7 +14,7 @@ from nrp_core._support.machine import describe
 from nrp_core.brain.backends import brains
 from nrp_core.conformance import SUITES
 from nrp_core.conformance.base import BackendTests
-from nrp_core.conformance.report import Report, Result
+from nrp_core.conformance.report import KitReport, KitResult
 from nrp_core.conformance.run import run_tests
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.schema_findings import reason
@@ -44,7 +44,7 @@ class Proof:
         given = {"backend_name": self.name, "options": dict(self.options)}
         return type("Installed", (SUITES[self.kind][self.level],), given)
 
-    def report(self, results: list[Result]) -> Report:
+    def report(self, results: list[KitResult]) -> KitReport:
         """Run the suite and return the report.
 
         Raises:
@@ -66,12 +66,12 @@ class Proof:
                 f"{self.kind} '{self.name}' cannot state its capabilities: {type(error).__name__}: {error} "
                 f"({place.filename}:{place.lineno})"
             ) from error
-        return Report(
+        return KitReport(
             self.kind, self.name, plain(registry.provider(self.name)), self.options, self.level,
             plain(declared), describe(), results,
         )  # fmt: skip
 
-    def run(self) -> Report:
+    def run(self) -> KitReport:
         """Run the suite in this process."""
         self.report([])  # report errors of the backend or its options before the tests
         return self.report(run_tests(self.tests))

@@ -26,7 +26,7 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class KitResult:
     """The result of one test.
 
     Args:
@@ -53,7 +53,7 @@ class Result:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class KitReport:
     """The report of a run.
 
     Args:
@@ -74,7 +74,7 @@ class Report:
     level: str
     capabilities: Mapping[str, Any]
     machine: Mapping[str, Any]
-    results: list[Result]
+    results: list[KitResult]
 
     @property
     def conforms(self) -> bool:
@@ -93,7 +93,7 @@ class Report:
 
 def lines(report: Mapping[str, Any]) -> Iterator[str]:
     """Return a report from :meth:`Report.to_dict` as text for people."""
-    results = [Result(**{**result, "outcome": Outcome(result["outcome"])}) for result in report["results"]]
+    results = [KitResult(**{**result, "outcome": Outcome(result["outcome"])}) for result in report["results"]]
     seen: set[str] = set()
     for level in LEVELS:
         chosen = [result for result in results if result.level == level]
@@ -108,7 +108,7 @@ def lines(report: Mapping[str, Any]) -> Iterator[str]:
     yield f"{report['kind']} {report['name']} {verdict}: {told or 'no tests'} in {seconds:.0f} s"
 
 
-def _shared_causes(results: Sequence[Result]) -> Iterator[str]:
+def _shared_causes(results: Sequence[KitResult]) -> Iterator[str]:
     """List the errors that made several tests fail, as a first thing to repair."""
     causes = Counter(filter(None, map(_cause, results)))
     for cause, count in causes.most_common():
@@ -116,14 +116,14 @@ def _shared_causes(results: Sequence[Result]) -> Iterator[str]:
             yield f"{count} failed with the same error: {cause}"
 
 
-def _cause(result: Result) -> str:
+def _cause(result: KitResult) -> str:
     """Return the first error of a failure, or an empty text if it is an assertion."""
     errors = [line for line in result.reason.splitlines() if line.startswith("E ")]
     found = _CAUSE.match(errors[0]) if errors and result.outcome is Outcome.FAILED else None
     return found[1] if found else ""
 
 
-def _about(result: Result, *, again: bool) -> Iterator[str]:
+def _about(result: KitResult, *, again: bool) -> Iterator[str]:
     marks = {Outcome.PASSED: "✓", Outcome.FAILED: "✗", Outcome.SKIPPED: "-"}
     measured = ", ".join(f"{name} {value:.3g}" for name, value in result.measured.items())
     told = measured if result.outcome is Outcome.PASSED else result.reason.partition("\n")[0]

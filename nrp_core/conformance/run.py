@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from nrp_core.conformance.base import BackendTests
-from nrp_core.conformance.report import Outcome, Result
+from nrp_core.conformance.report import KitResult, Outcome
 
 ALONE = (
     "-c", os.devnull, "--rootdir", str(Path(__file__).parent), "-p", "no:cacheprovider",
@@ -22,9 +22,9 @@ under_test: list[type[BackendTests]] = []
 """The last one is what :mod:`nrp_core.conformance.suite` shows to pytest."""
 
 
-def run_tests(tests: type[BackendTests]) -> list[Result]:
+def run_tests(tests: type[BackendTests]) -> list[KitResult]:
     """Run the tests of a class in a separate pytest run in this process, and return their results."""
-    collector = Collector()
+    collector = ResultCollector()
     under_test.append(tests)
     sys.modules.pop(
         "nrp_core.conformance.suite", None
@@ -36,11 +36,11 @@ def run_tests(tests: type[BackendTests]) -> list[Result]:
     return collector.results
 
 
-class Collector:
+class ResultCollector:
     """A pytest plugin that collects results."""
 
     def __init__(self) -> None:
-        self.results: list[Result] = []
+        self.results: list[KitResult] = []
         self._failed: set[str] = set()
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
@@ -53,7 +53,7 @@ class Collector:
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
-            self.results.append(Result("collection", "contract", Outcome.FAILED, report.longreprtext))
+            self.results.append(KitResult("collection", "contract", Outcome.FAILED, report.longreprtext))
 
     def _keep(self, report: pytest.TestReport) -> None:
         test = report.nodeid.partition("::")[2].partition("::")[2]
@@ -64,7 +64,7 @@ class Collector:
         outcome, reason = _outcome_of(report)
         if outcome is Outcome.FAILED:
             self._failed.add(test)
-        self.results.append(Result(test, level, outcome, reason, round(report.duration, 4), properties))
+        self.results.append(KitResult(test, level, outcome, reason, round(report.duration, 4), properties))
 
 
 def _level_of(item: pytest.Item) -> str:

@@ -362,7 +362,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     asked: list[str] = []
     run = probe._run
 
-    def counted(command: list[str], timeout_s: float) -> probe.Answer:
+    def counted(command: list[str], timeout_s: float) -> probe.ChildResult:
         asked.extend(one for one in command if one == analysis_network.CHILD)
         return run(command, timeout_s)
 

@@ -19,7 +19,7 @@ from nrp_core.brain.devices.sources import DCSource, PoissonSource
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
 from nrp_core.brain.remote.columns import SharedColumns
-from nrp_core.brain.remote.liveness import Watch
+from nrp_core.brain.remote.liveness import Watchdog
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError, NetworkError, SimulationError
 
@@ -179,7 +179,7 @@ def test_a_process_that_hangs_while_it_opens_is_one_clear_error(tmp_path):
 def test_a_process_that_works_longer_than_the_limit_is_waited_for():
     script = "import os; end = 0.6\nwhile os.times().user < end: pass"
     process = subprocess.Popen(["sh", "-c", f"{sys.executable} -c '{script}'; true"])  # a child does the work
-    watch, looks = Watch(process.pid, 0.2, AssertionError), 0
+    watch, looks = Watchdog(process.pid, 0.2, AssertionError), 0
     while process.poll() is None:
         time.sleep(watch.between_looks_s)
         if process.poll() is None:

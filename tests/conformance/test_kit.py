@@ -13,7 +13,7 @@ from nrp_core.conformance import SUITES, BrainBackendTests, WorldBackendTests, p
 from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.brain.reference import Arrival, simulate
 from nrp_core.conformance.brain.samples import SAMPLES
-from nrp_core.conformance.report import LEVELS, Outcome, Report, Result, lines
+from nrp_core.conformance.report import LEVELS, KitReport, KitResult, Outcome, lines
 from nrp_core.conformance.run import run_tests
 from nrp_core.conformance.statistics import of_chi_square, of_normal, require_likely
 from nrp_core.errors import BackendError
@@ -128,15 +128,15 @@ def test_a_run_keeps_what_came_of_every_test():
     assert {result.level for result in found.values()} == {"accuracy"}
 
 
-def _report(*results: Result) -> Report:
-    return Report("brain", "mine", {"version": "1"}, {}, "core", {}, {}, list(results))
+def _report(*results: KitResult) -> KitReport:
+    return KitReport("brain", "mine", {"version": "1"}, {}, "core", {}, {}, list(results))
 
 
 def test_a_report_tells_skips_failures_and_what_was_measured():
     report = _report(
-        Result("test_a_cell_fires[HH]", "accuracy", Outcome.PASSED, measured={"error_ms": 0.25}),
-        Result("test_time_passes", "contract", Outcome.FAILED, "assert 1 == 2"),
-        Result("test_snapshots", "capability", Outcome.SKIPPED, "not declared: snapshot"),
+        KitResult("test_a_cell_fires[HH]", "accuracy", Outcome.PASSED, measured={"error_ms": 0.25}),
+        KitResult("test_time_passes", "contract", Outcome.FAILED, "assert 1 == 2"),
+        KitResult("test_snapshots", "capability", Outcome.SKIPPED, "not declared: snapshot"),
     )
     assert list(lines(report.to_dict())) == [
         "contract",
@@ -153,10 +153,10 @@ def test_a_report_tells_skips_failures_and_what_was_measured():
 def test_an_error_of_several_tests_is_told_once_and_an_assertion_each_time():
     unwritten = "brain.py:20: in _build\n    raise NotImplementedError\nE   NotImplementedError: _build"
     report = _report(
-        Result("test_a", "contract", Outcome.FAILED, unwritten),
-        Result("test_b", "contract", Outcome.FAILED, "E   assert []\nE    +  where [] = train()"),
-        Result("test_c", "accuracy", Outcome.FAILED, unwritten),
-        Result("test_d", "accuracy", Outcome.FAILED, "E   assert []"),
+        KitResult("test_a", "contract", Outcome.FAILED, unwritten),
+        KitResult("test_b", "contract", Outcome.FAILED, "E   assert []\nE    +  where [] = train()"),
+        KitResult("test_c", "accuracy", Outcome.FAILED, unwritten),
+        KitResult("test_d", "accuracy", Outcome.FAILED, "E   assert []"),
     )
     assert list(lines(report.to_dict())) == [
         "contract",
@@ -190,7 +190,7 @@ def test_a_backend_that_cannot_say_what_it_has_is_told_with_the_place(monkeypatc
 
 def test_a_run_without_tests_proves_nothing():
     assert not _report().conforms
-    assert _report(Result("test_a", "contract", Outcome.PASSED)).conforms
+    assert _report(KitResult("test_a", "contract", Outcome.PASSED)).conforms
 
 
 def test_every_test_answers_one_of_the_questions():

@@ -27,7 +27,7 @@ from nrp_core.errors import SimulationError, TopicError, TransferFunctionRaisedE
 from nrp_core.experiment.making.prepare import Plan, Side
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -64,7 +64,7 @@ def test_a_brain_process_that_is_killed_is_one_error_and_the_recording_is_comple
 ) -> None:
     folder = tmp_path / "recording"
     with Run(load_experiment("braitenberg_husky", [*SMALL, f"on_error={on_error}"]), revise=elsewhere) as run:
-        capsule = Capsule(run, folder)
+        recording_folder = RecordingFolder(run, folder)
         process = run.brain._process  # type: ignore[attr-defined]
 
         def kill(*_: object) -> None:
@@ -75,7 +75,7 @@ def test_a_brain_process_that_is_killed_is_one_error_and_the_recording_is_comple
         (hooks.after_step if moment == "between two steps" else hooks.before_step).append(kill)
         with pytest.raises(SimulationError, match=r"the process of the brain \(.*\) was ended by SIGKILL"):
             run.run()
-        capsule.close("failed")
+        recording_folder.close("failed")
         assert "SIGKILL" in str(run.result().error)
         assert run.loop.failures == []
     recording = Recording(folder)

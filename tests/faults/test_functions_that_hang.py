@@ -17,7 +17,7 @@ from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.errors import ExperimentError, TransferFunctionRaisedError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.reading.recording import Recording
 
 QUICK = "function_time_limit=1 s"
@@ -71,10 +71,10 @@ def test_a_function_that_hangs_ends_the_run_with_one_error_that_names_it(
     hanging: Callable[..., Any], way: str, tmp_path: Path
 ) -> None:
     with Run(hanging(way)) as run:
-        capsule = Capsule(run, tmp_path / "recording")
+        recording_folder = RecordingFolder(run, tmp_path / "recording")
         with pytest.raises(TransferFunctionRaisedError) as caught:
             run.run()
-        capsule.close("failed")
+        recording_folder.close("failed")
         assert run.loop.steps == 3
     first, second = str(caught.value).splitlines()[:2]
     place, said = first.split(": ", 1)

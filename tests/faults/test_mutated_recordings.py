@@ -12,11 +12,11 @@ from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.export import Format, export
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import FILES_FOLDER, MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
-from nrp_core.recording.replay.replay import Replay, Request
+from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.recording.writing import writer
 
 FILES = (MCAP_NAME, MCAP_NAME, MCAP_NAME, RUN_NAME, "experiment.yaml", f"{FILES_FOLDER}/husky.sdf")
@@ -30,9 +30,9 @@ def whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(writer, "FLUSH_S", 0.0)
     settings = ["world.options.image_scale=0.05", "duration=0.2 s", "criteria=null"]
     with Run(load_experiment("braitenberg_husky", settings)) as run:
-        capsule = Capsule(run, tmp_path / "whole", snapshots_ns=100_000_000)
+        recording_folder = RecordingFolder(run, tmp_path / "whole", snapshots_ns=100_000_000)
         run.run()
-        capsule.close("finished")
+        recording_folder.close("finished")
     return tmp_path / "whole"
 
 
@@ -59,7 +59,7 @@ def test_a_mutated_recording_gives_what_is_whole_of_it_or_is_refused(whole: Path
         assert isinstance(recording.run, dict)
         export(recording, Format.CSV, target / "csv")
         if number % REPLAYED == 0:
-            with Replay(recording, Request()) as replay:
+            with Replay(recording, ReplayRequest()) as replay:
                 outcome = replay.verify()
             assert outcome.difference is None or "husky.sdf" in str(outcome.warnings), outcome
 

@@ -24,7 +24,7 @@ import os, sys, time
 from pathlib import Path
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import Capsule
 
 folder, hangs_at_ns = Path(sys.argv[1]), int(sys.argv[2])
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.comparison.divergence import Divergence, divergence_of
-from nrp_core.comparison.grid import Cell, Grid
+from nrp_core.comparison.grid import GridCell, RunGrid
 from nrp_core.comparison.judgement import Answer, Factor, Part, Relation
 from nrp_core.comparison.metrics.base import Margins, all_metrics
 from nrp_core.comparison.result import GridDiff, PairDiff
@@ -98,7 +98,7 @@ def copies(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 @pytest.fixture(scope="module")
 def diff(copies: None, tmp_path_factory: pytest.TempPathFactory) -> GridDiff:
     folder = tmp_path_factory.mktemp("results")
-    grid = Grid.of("braitenberg_husky", BRAINS, WORLDS, SEEDS, SETTINGS)
+    grid = RunGrid.of("braitenberg_husky", BRAINS, WORLDS, SEEDS, SETTINGS)
     runs = run_grid(grid, folder, 1, lambda done, total, last: None)
     return GridDiff.of(grid, runs, all_metrics(), Margins(), folder)
 
@@ -115,7 +115,7 @@ def relations(part: Part, factor: Factor) -> dict[tuple[str, str], Relation]:
 
 def divergence(diff: GridDiff, one: tuple[str, str], other: tuple[str, str]) -> Divergence:
     seed = diff.grid.seeds[0]
-    return divergence_of(diff.runs[Cell(*one, seed)], diff.runs[Cell(*other, seed)])
+    return divergence_of(diff.runs[GridCell(*one, seed)], diff.runs[GridCell(*other, seed)])
 
 
 def test_a_wheel_that_is_two_percent_larger_is_named_with_its_size(diff: GridDiff) -> None:
@@ -135,7 +135,7 @@ def test_a_larger_wheel_parts_runs_in_the_world_while_brain_and_commands_are_the
 
 def test_a_mirrored_camera_is_named_and_not_the_device_that_it_drives(copies: None, tmp_path: Path) -> None:
     settings = ("world.options.image_scale=0.1", "duration=0.1 s")
-    grid = Grid.of("braitenberg_husky", ("event",), ("mujoco", "mirrored"), 1, settings)
+    grid = RunGrid.of("braitenberg_husky", ("event",), ("mujoco", "mirrored"), 1, settings)
     runs = run_grid(grid, tmp_path, 1, lambda done, total, last: None)
     first = divergence_of(*runs.values()).first
     assert first is not None
@@ -143,9 +143,9 @@ def test_a_mirrored_camera_is_named_and_not_the_device_that_it_drives(copies: No
 
 
 def test_a_setting_that_somebody_sets_is_not_drawn_anew() -> None:
-    grid = Grid.of("braitenberg_husky", (), (), 1, ("events.left_red.at=0.5 s",))
+    grid = RunGrid.of("braitenberg_husky", (), (), 1, ("events.left_red.at=0.5 s",))
     assert grid.varied == {}
-    assert list(Grid.of("braitenberg_husky", (), (), 1).varied) == ["events.left_red.at"]
+    assert list(RunGrid.of("braitenberg_husky", (), (), 1).varied) == ["events.left_red.at"]
 
 
 def test_a_delay_of_one_step_more_is_named_by_the_spike_that_is_late(diff: GridDiff) -> None:
@@ -179,7 +179,7 @@ def test_a_copy_without_a_bug_is_the_same_to_the_last_bit(diff: GridDiff) -> Non
 
 def test_two_recordings_are_laid_side_by_side(diff: GridDiff) -> None:
     seed = diff.grid.seeds[0]
-    folders = [diff.grid.folder(diff.folder, Cell("event", world, seed)) for world in WORLDS]
+    folders = [diff.grid.folder(diff.folder, GridCell("event", world, seed)) for world in WORLDS]
     pair = PairDiff.of(*folders, all_metrics())
     assert not pair.is_identical
     response = next(row for row in pair.measured if row.metric.name == "drive_response")
@@ -194,7 +194,9 @@ def test_two_recordings_are_laid_side_by_side(diff: GridDiff) -> None:
 def test_the_braitenberg_finding_depends_on_no_simulator_as_far_as_a_few_seeds_tell(tmp_path: Path) -> None:
     varied = {"events.left_red.at": Range(1, 7, "s")}
     settings = ("world.options.image_scale=0.1", "duration=16 s")
-    grid = Grid.of("braitenberg_husky", ("event", "spinnaker"), ("mujoco", "pybullet"), 7, settings, varied)
+    grid = RunGrid.of(
+        "braitenberg_husky", ("event", "spinnaker"), ("mujoco", "pybullet"), 7, settings, varied
+    )
     runs = run_grid(grid, tmp_path, 2, lambda done, total, last: None)
     diff = GridDiff.of(grid, runs, all_metrics(), Margins(), tmp_path)
     assert diff.failures == {}

@@ -9,7 +9,7 @@ from rosbags.highlevel import AnyReader
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.figures import plot
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, Pictures, Role
 from nrp_core.recording.reading.recording import Recording
@@ -25,10 +25,10 @@ def run(request: pytest.FixtureRequest) -> Iterator[Run]:
 
 
 def test_a_recording_of_real_engines_is_read_by_anybody(run: Run, tmp_path: Path) -> None:
-    capsule = Capsule(run, tmp_path / "out", pictures=Pictures.JPEG)
+    recording_folder = RecordingFolder(run, tmp_path / "out", pictures=Pictures.JPEG)
     run.run()
-    capsule.close("finished")
-    assert capsule.warnings == []
+    recording_folder.close("finished")
+    assert recording_folder.warnings == []
     with AnyReader([tmp_path / "out" / MCAP_NAME]) as reader:
         types = {connection.topic: connection.msgtype for connection in reader.connections}
         counts = {connection.topic: connection.msgcount for connection in reader.connections}
@@ -45,9 +45,9 @@ def test_a_recording_of_real_engines_is_read_by_anybody(run: Run, tmp_path: Path
 
 def test_exact_pictures_are_what_the_camera_gave(run: Run, tmp_path: Path) -> None:
     camera = run.world.subscribe(CAMERA, depth=100)
-    capsule = Capsule(run, tmp_path / "out")
+    recording_folder = RecordingFolder(run, tmp_path / "out")
     run.run()
-    capsule.close("finished")
+    recording_folder.close("finished")
     seen = {stamped.t_ns: stamped.message.data for stamped in camera.kept()}
     recorded = list(Recording(tmp_path / "out").messages({CAMERA}))
     assert [one.t_ns for one in recorded] == list(seen)
@@ -55,9 +55,9 @@ def test_exact_pictures_are_what_the_camera_gave(run: Run, tmp_path: Path) -> No
 
 
 def test_the_figure_of_real_engines_is_drawn_from_the_recording(run: Run, tmp_path: Path) -> None:
-    capsule = Capsule(run, tmp_path / "out")
+    recording_folder = RecordingFolder(run, tmp_path / "out")
     run.run()
-    capsule.close("finished")
+    recording_folder.close("finished")
     recording = Recording(tmp_path / "out")
     assert len(recording.with_role(Role.SINK)) == 2
     plot(recording, tmp_path / "figure.png")

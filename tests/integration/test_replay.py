@@ -23,13 +23,13 @@ from nrp_core.dsl import Neuron2Robot, Topic
 from nrp_core.errors import ExperimentError, SnapshotError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
 from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
-from nrp_core.recording.replay.replay import Outcome, Replay, Request
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.rigid.motion import ModelMotion
@@ -51,8 +51,8 @@ class Made:
     def recording(self) -> Recording:
         return Recording(self.folder)
 
-    def replay(self, request: Request | None = None, *, verify: bool = True) -> Outcome:
-        with FilesRead() as files, Replay(self.recording, request or Request(), files=files) as again:
+    def replay(self, request: ReplayRequest | None = None, *, verify: bool = True) -> ReplayResult:
+        with FilesRead() as files, Replay(self.recording, request or ReplayRequest(), files=files) as again:
             return again.verify() if verify else again.go()
 
     def edited(self, folder: Path, before: str, after: str) -> Path:
@@ -69,12 +69,12 @@ def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("made") / "recording"
     overrides = [*SETTINGS, f"brain.backend={brain}", f"world.backend={world}"]
     with FilesRead() as files, Run(load_experiment("braitenberg_husky", overrides)) as run:
-        capsule = Capsule(run, folder, files=files, snapshots_ns=S)
+        recording_folder = RecordingFolder(run, folder, files=files, snapshots_ns=S)
         run.run_until(1.5)
         run.publish("/screens/right/color", "red")
         run.run()
-        capsule.close("finished")
-        assert capsule.warnings == []
+        recording_folder.close("finished")
+        assert recording_folder.warnings == []
         yield Made(folder, run.result().to_dict())
 
 
@@ -101,7 +101,7 @@ def test_a_step_has_four_hashes_and_the_chain_of_all_before(made: Made) -> None:
 
 
 def test_a_future_that_nobody_edited_is_the_same_where_both_have_steps(made: Made, tmp_path: Path) -> None:
-    made.replay(Request(from_ns=round(1.24 * S), record=tmp_path / "future"), verify=False)
+    made.replay(ReplayRequest(from_ns=round(1.24 * S), record=tmp_path / "future"), verify=False)
     compared = PairDiff.of(made.folder, tmp_path / "future", all_metrics())
     assert compared.is_identical
     assert compared.divergence.steps == 150 - 62
@@ -114,14 +114,14 @@ def test_a_future_that_nobody_edited_is_the_same_where_both_have_steps(made: Mad
 
 @pytest.mark.parametrize("from_s", [1.0, 1.24, 2.98])
 def test_it_goes_on_from_within_as_it_went_on(made: Made, from_s: float) -> None:
-    outcome = made.replay(Request(from_ns=round(from_s * S)))
+    outcome = made.replay(ReplayRequest(from_ns=round(from_s * S)))
     assert outcome.identical
     assert (outcome.from_ns, outcome.until_ns) == (int(from_s) * S, 3 * S)
 
 
 @pytest.mark.parametrize("side", ["brain", "world"])
 def test_a_recorded_side_gives_the_other_what_it_gave(made: Made, side: str) -> None:
-    outcome = made.replay(Request(recorded=frozenset({side})))  # type: ignore[arg-type]
+    outcome = made.replay(ReplayRequest(recorded=frozenset({side})))  # type: ignore[arg-type]
     assert (outcome.difference, outcome.steps) == (None, 150)
 
 
@@ -129,29 +129,29 @@ def test_a_recorded_side_gives_the_other_what_it_gave(made: Made, side: str) -> 
 def test_a_recorded_body_senses_as_late_as_it_did(delay_ms: int, tmp_path: Path) -> None:
     late = [f"world.sensors={{'/husky/camera': {{delay: {delay_ms} ms, drop_out: 0.2}}}}", "duration=0.8 s"]
     with FilesRead() as files, Run(load_experiment("braitenberg_husky", [*SETTINGS, *late])) as run:
-        capsule = Capsule(run, tmp_path / "late", files=files)
+        recording_folder = RecordingFolder(run, tmp_path / "late", files=files)
         run.run()
-        capsule.close("finished")
+        recording_folder.close("finished")
     recorded = Made(tmp_path / "late", {})
     (first, *_) = recorded.recording.messages({"/husky/camera"})
     assert first.t_ns >= delay_ms * 1_000_000
     for side in ("world", "brain"):
-        outcome = recorded.replay(Request(recorded=frozenset({side})))  # type: ignore[arg-type]
+        outcome = recorded.replay(ReplayRequest(recorded=frozenset({side})))  # type: ignore[arg-type]
         assert (outcome.difference, outcome.error) == (None, None)
 
 
 def test_a_recorded_laser_measures_to_the_last_bit_what_it_measured(tmp_path: Path) -> None:
     with FilesRead() as files, Run(load_experiment("slalom_pioneer", ["duration=2 s"])) as run:
-        capsule = Capsule(run, tmp_path / "slalom", files=files)
+        recording_folder = RecordingFolder(run, tmp_path / "slalom", files=files)
         run.run()
-        capsule.close("finished")
-    outcome = Made(tmp_path / "slalom", {}).replay(Request(recorded=frozenset({"world"})))
+        recording_folder.close("finished")
+    outcome = Made(tmp_path / "slalom", {}).replay(ReplayRequest(recorded=frozenset({"world"})))
     assert (outcome.difference, outcome.steps) == (None, 100)
 
 
 def test_a_transfer_function_is_tested_against_a_recorded_body(made: Made, tmp_path: Path) -> None:
     edited = made.edited(tmp_path, "100 * (", "99 * (")
-    outcome = made.replay(Request(recorded=frozenset({"world"}), functions=[edited]))
+    outcome = made.replay(ReplayRequest(recorded=frozenset({"world"}), functions=[edited]))
     assert outcome.difference is not None
     assert (outcome.difference.signal, outcome.difference.group) == ("/husky/cmd_vel", "outputs")
     assert "angular.z" in outcome.difference.now
@@ -159,7 +159,9 @@ def test_a_transfer_function_is_tested_against_a_recorded_body(made: Made, tmp_p
 
 def test_an_edited_future_begins_where_it_was_edited_and_can_be_verified(made: Made, tmp_path: Path) -> None:
     edited, folder = made.edited(tmp_path, "100 * (", "-100 * ("), tmp_path / "future"
-    outcome = made.replay(Request(from_ns=round(1.6 * S), functions=[edited], record=folder), verify=False)
+    outcome = made.replay(
+        ReplayRequest(from_ns=round(1.6 * S), functions=[edited], record=folder), verify=False
+    )
     assert outcome.difference is not None
     assert outcome.difference.t_ns == round(1.62 * S)
     assert outcome.until_ns == 3 * S
@@ -171,12 +173,12 @@ def test_an_edited_future_begins_where_it_was_edited_and_can_be_verified(made: M
         "recording": "recording", "t_ns": round(1.6 * S), "chain": past[round(1.6 * S)]
     }  # fmt: skip
     assert future.replay().identical
-    assert future.replay(Request(from_ns=2 * S)).identical
+    assert future.replay(ReplayRequest(from_ns=2 * S)).identical
 
 
 def test_the_same_functions_edited_in_change_nothing(made: Made, tmp_path: Path) -> None:
     same = made.edited(tmp_path, "100 * (", "100.0 * (")
-    assert made.replay(Request(from_ns=round(1.6 * S), functions=[same])).identical
+    assert made.replay(ReplayRequest(from_ns=round(1.6 * S), functions=[same])).identical
 
 
 def test_a_changed_message_or_a_changed_file_is_found(made: Made, tmp_path: Path) -> None:
@@ -238,12 +240,12 @@ def test_somebody_elses_program_reads_every_message(made: Made) -> None:
 @pytest.mark.parametrize(
     ("request_", "message"),
     [
-        (Request(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s; the next is at 1\.62 s"),
-        (Request(from_ns=9 * S), "there is no step at 9 s; the recording goes to 3 s"),
-        (Request(from_ns=S, recorded=frozenset({"world"})), "only be run from the beginning"),
+        (ReplayRequest(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s; the next is at 1\.62 s"),
+        (ReplayRequest(from_ns=9 * S), "there is no step at 9 s; the recording goes to 3 s"),
+        (ReplayRequest(from_ns=S, recorded=frozenset({"world"})), "only be run from the beginning"),
     ],
 )
-def test_what_cannot_be_replayed_is_an_error(made: Made, request_: Request, message: str) -> None:
+def test_what_cannot_be_replayed_is_an_error(made: Made, request_: ReplayRequest, message: str) -> None:
     with pytest.raises(ExperimentError, match=message):
         made.replay(request_)
 
@@ -299,7 +301,7 @@ def changed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     folder = tmp_path_factory.mktemp("changed")
     overrides = [*SETTINGS, f"brain.backend={brain}", f"world.backend={world}", "duration=2.4 s"]
     with FilesRead() as files, Run(load_experiment("braitenberg_husky", overrides)) as run:
-        capsule = Capsule(run, folder / "recording", files=files, snapshots_ns=S)
+        recording_folder = RecordingFolder(run, folder / "recording", files=files, snapshots_ns=S)
         listing = (Path(str(run.loop.functions[0].place.path)).parent / "listing1.py").read_text()
         run.run_until(0.6)
         (folder / "slower.py").write_text(listing.replace("20 * min", "5 * min"))
@@ -316,8 +318,8 @@ def changed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
         run.world.delete("box")
         run.change(remove=["linear_twist"])
         run.run()
-        capsule.close("finished")
-        assert capsule.warnings == []
+        recording_folder.close("finished")
+        assert recording_folder.warnings == []
     (folder / "slower.py").unlink()
     return Made(folder / "recording", {})
 
@@ -331,7 +333,7 @@ def test_what_was_done_from_outside_is_done_again(changed: Made) -> None:
 
 @pytest.mark.parametrize("from_s", [1.2, 2.2])
 def test_it_goes_on_from_within_what_was_done_from_outside(changed: Made, from_s: float) -> None:
-    assert changed.replay(Request(from_ns=round(from_s * S))).difference is None
+    assert changed.replay(ReplayRequest(from_ns=round(from_s * S))).difference is None
 
 
 @pytest.mark.parametrize("from_s", [1.2, 2.2])
@@ -339,17 +341,19 @@ def test_what_goes_on_from_there_knows_what_was_done_before(
     changed: Made, from_s: float, tmp_path: Path
 ) -> None:
     folder, from_ns = tmp_path / "future", round(from_s * S)
-    assert changed.replay(Request(from_ns=from_ns, record=folder), verify=False).difference is None
+    assert changed.replay(ReplayRequest(from_ns=from_ns, record=folder), verify=False).difference is None
     future = Made(folder, {})
     assert future.recording.run["state"] == "finished"
-    whole, from_within = future.replay(), future.replay(Request(from_ns=round(2.3 * S)))
+    whole, from_within = future.replay(), future.replay(ReplayRequest(from_ns=round(2.3 * S)))
     assert (whole.difference, whole.from_ns, whole.until_ns) == (None, from_ns, round(2.4 * S))
     assert from_within.difference is None
 
 
 def test_edited_functions_take_the_place_of_those_that_were_changed(changed: Made, tmp_path: Path) -> None:
     edited, folder = changed.edited(tmp_path, "20 * min", "2 * min"), tmp_path / "future"
-    request = Request(from_ns=round(1.2 * S), until_ns=round(1.9 * S), functions=[edited], record=folder)
+    request = ReplayRequest(
+        from_ns=round(1.2 * S), until_ns=round(1.9 * S), functions=[edited], record=folder
+    )
     outcome = changed.replay(request, verify=False)
     assert outcome.warnings == [
         "from 1.2 s on the transfer functions are those of the files; how they were changed while the run "
@@ -360,7 +364,7 @@ def test_edited_functions_take_the_place_of_those_that_were_changed(changed: Mad
 
 def test_an_edited_file_may_lack_what_was_taken_away_later(changed: Made, tmp_path: Path) -> None:
     edited = changed.edited(tmp_path, "def linear_twist", "def twist")
-    outcome = changed.replay(Request(from_ns=S, functions=[edited]), verify=False)
+    outcome = changed.replay(ReplayRequest(from_ns=S, functions=[edited]), verify=False)
     assert (outcome.error, outcome.until_ns) == (None, round(2.4 * S))
 
 
@@ -372,26 +376,26 @@ def test_what_cannot_be_done_again_is_said_by_the_replay(tmp_path: Path) -> None
     folder = tmp_path / "recording"
     experiment = "braitenberg_husky", [*SETTINGS, "duration=0.2 s"]
     with FilesRead() as files, Run(load_experiment(*experiment)) as run:
-        capsule = Capsule(run, folder, files=files, snapshots_ns=S // 10)
+        recording_folder = RecordingFolder(run, folder, files=files, snapshots_ns=S // 10)
         run.run_until(0.04)
         run.brain.add_sink(LeakyIntegratorAlpha(), [0], name="probe")
         run.step()
         run.change([stand], remove=["linear_twist"])
         run.run()
-        capsule.close("finished")
+        recording_folder.close("finished")
         lost = [
             "a replay does without what was done from Python to devices of the brain: probe",
             "a replay does without stand: only transfer functions from files are recorded",
         ]
-        assert capsule.warnings == lost
+        assert recording_folder.warnings == lost
     outcome = Made(folder, {}).replay()
     assert outcome.warnings == lost[:1]
     assert outcome.difference is not None
     assert outcome.difference.signal == "/brain/devices/probe/voltage"
     with pytest.raises(SnapshotError, match=r"other devices.*; a replay does without .* probe; .* stand"):
-        Made(folder, {}).replay(Request(from_ns=S // 10))
+        Made(folder, {}).replay(ReplayRequest(from_ns=S // 10))
 
 
 @pytest.mark.parametrize("side", ["brain", "world"])
 def test_a_recorded_side_knows_what_was_done_from_outside(changed: Made, side: str) -> None:
-    assert changed.replay(Request(recorded=frozenset({side}))).difference is None  # type: ignore[arg-type]
+    assert changed.replay(ReplayRequest(recorded=frozenset({side}))).difference is None  # type: ignore[arg-type]

@@ -12,11 +12,11 @@ from nrp_world_mujoco.engine import MujocoEngine
 from nrp_core.errors import SnapshotError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS
 from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
-from nrp_core.recording.replay.replay import Outcome, Replay, Request
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult
 
 MS = 10**6
 FROM_NS = 500 * MS
@@ -28,9 +28,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording with snapshots every 0.2 s."""
     folder = tmp_path_factory.mktemp("made") / "recording"
     with FilesRead() as files, Run(load_experiment("braitenberg_husky", SETTINGS)) as run:
-        capsule = Capsule(run, folder, files=files, snapshots_ns=200 * MS)
+        recording_folder = RecordingFolder(run, folder, files=files, snapshots_ns=200 * MS)
         run.run()
-        capsule.close("finished")
+        recording_folder.close("finished")
     return folder
 
 
@@ -42,11 +42,11 @@ def recording(made: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def continued(made: Path, tmp_path: Path) -> Path:
     """A recording that begins within another, with a snapshot."""
-    replayed(made, Request(from_ns=FROM_NS, record=tmp_path / "continued"))
+    replayed(made, ReplayRequest(from_ns=FROM_NS, record=tmp_path / "continued"))
     return tmp_path / "continued"
 
 
-def replayed(folder: Path, request: Request) -> Outcome:
+def replayed(folder: Path, request: ReplayRequest) -> ReplayResult:
     with FilesRead() as files, Replay(Recording(folder), request, files=files) as again:
         return again.go()
 
@@ -80,7 +80,7 @@ def test_a_recording_tells_whose_code_made_it(recording: Path) -> None:
 
 
 def test_snapshots_that_fit_are_used_and_nothing_is_said(recording: Path) -> None:
-    outcome = replayed(recording, Request(from_ns=FROM_NS))
+    outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
     assert (outcome.identical, outcome.from_ns, outcome.warnings) == (True, 400 * MS, [])
 
 
@@ -94,14 +94,14 @@ def test_snapshots_that_fit_are_used_and_nothing_is_said(recording: Path) -> Non
 def test_snapshots_of_other_code_are_left_alone(
     recording: Path, change: Callable[..., object], whose: str
 ) -> None:
-    outcome = replayed(changed(recording, change), Request(from_ns=FROM_NS))
+    outcome = replayed(changed(recording, change), ReplayRequest(from_ns=FROM_NS))
     assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
     assert outcome.warnings == [f"the snapshots were made by {whose}; the run starts at 0 instead"]
 
 
 @pytest.mark.usefixtures("made_of_two_numbers")
 def test_a_snapshot_that_an_engine_makes_nothing_of_is_no_obstacle(recording: Path) -> None:
-    outcome = replayed(recording, Request(from_ns=FROM_NS))
+    outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
     assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
     (warning,) = outcome.warnings
     assert warning.startswith("MujocoEngine failed to restore at 0 s: ")
@@ -111,15 +111,15 @@ def test_a_snapshot_that_an_engine_makes_nothing_of_is_no_obstacle(recording: Pa
 def test_a_snapshot_of_another_scene_is_none_of_this_one(recording: Path) -> None:
     (room,) = recording.rglob("room.sdf")
     room.write_text(room.read_text().replace("</world>", '<light name="more" type="point"/></world>'))
-    outcome = replayed(recording, Request(from_ns=FROM_NS))
+    outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
     assert outcome.from_ns == 0
     assert outcome.warnings[0] == "room.sdf is not what was recorded"
     assert "the snapshot was taken with scene " in outcome.warnings[1]
 
 
 def test_where_a_recording_begins_with_a_snapshot_that_one_is_used_and_it_is_said(continued: Path) -> None:
-    assert replayed(continued, Request()).warnings == []
-    outcome = replayed(changed(continued, of_other_code), Request())
+    assert replayed(continued, ReplayRequest()).warnings == []
+    outcome = replayed(changed(continued, of_other_code), ReplayRequest())
     assert (outcome.identical, outcome.from_ns) == (True, FROM_NS)
     assert outcome.warnings == ["the snapshots were made by other code of nrp_brain_event; they may not fit"]
 
@@ -127,7 +127,7 @@ def test_where_a_recording_begins_with_a_snapshot_that_one_is_used_and_it_is_sai
 @pytest.mark.usefixtures("made_of_two_numbers")
 def test_where_it_does_not_fit_the_error_says_why_and_what_can_be_done(continued: Path) -> None:
     with pytest.raises(SnapshotError) as refused:
-        replayed(changed(continued, of_other_code), Request())
+        replayed(changed(continued, of_other_code), ReplayRequest())
     message = str(refused.value)
     assert message.startswith("MujocoEngine failed to restore at 0 s: ")
     assert "it was made by other code of nrp_brain_event" in message

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core._support.probe import Answer, ask, inquire
+from nrp_core._support.probe import ChildResult, ask, inquire
 
 
 @pytest.fixture
@@ -18,13 +18,13 @@ def module(site: Path) -> Path:
 
 def test_an_answer_holds_what_the_child_wrote_and_how_it_ended(module: Path) -> None:
     module.write_text("import sys; print(sys.argv[1]); print('oh', file=sys.stderr); sys.exit(3)")
-    assert inquire("asked", "yes") == Answer(3, "yes\n", "oh\n")
+    assert inquire("asked", "yes") == ChildResult(3, "yes\n", "oh\n")
     assert not ask("asked", "yes")
 
 
 def test_a_child_that_is_killed_shows_the_signal(module: Path) -> None:
     module.write_text("import os; os.kill(os.getpid(), 9)")
-    assert inquire("asked") == Answer(-9)
+    assert inquire("asked") == ChildResult(-9)
 
 
 def test_a_child_that_does_not_end_is_ended_with_whatever_it_started(module: Path, tmp_path: Path) -> None:
@@ -32,7 +32,7 @@ def test_a_child_that_does_not_end_is_ended_with_whatever_it_started(module: Pat
     module.write_text(
         f"import os; open(r'{tmp_path}/pid', 'w').write(str(os.getpid())); os.system({grandchild!r})"
     )
-    assert inquire("asked", timeout_s=0.5) == Answer(None)
+    assert inquire("asked", timeout_s=0.5) == ChildResult(None)
     group = (tmp_path / "pid").read_text()
     for _ in range(500):  # the system takes a moment
         if not alive(group):

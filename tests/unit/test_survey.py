@@ -120,9 +120,9 @@ def test_an_answer_is_kept_until_a_file_changes(
     first = looked("good")
     asked: list[object] = []
 
-    def run(command: list[str], timeout_s: float) -> probe.Answer:
+    def run(command: list[str], timeout_s: float) -> probe.ChildResult:
         asked.append(command)
-        return probe.Answer(1)
+        return probe.ChildResult(1)
 
     monkeypatch.setattr(probe, "_run", run)
     assert looked("good") == first

@@ -13,7 +13,7 @@ from nrp_core.analysis.declarations import Declarations
 from nrp_core.analysis.declared import Declared
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.functions.monitors import MonitoringFunction
-from nrp_core.dsl.loading.listing import Listing, Source
+from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.errors import TransferFunctionError
 from nrp_core.world.messages.base import type_name
 
@@ -39,7 +39,7 @@ def rows_of_python(found: Sequence[tuple[PythonTransferFunction, Part]]) -> Iter
         )
 
 
-def _source(part: Part) -> Source | None:
+def _source(part: Part) -> PythonSource | None:
     try:
         return part.source()
     except TransferFunctionError:

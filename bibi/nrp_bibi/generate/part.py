@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType
 
-from nrp_core.dsl.loading.listing import Source
+from nrp_core.dsl.loading.listing import PythonSource
 from nrp_core.errors import TransferFunctionError
 
 
@@ -24,13 +24,13 @@ class Part:
     path: Path
     lines: tuple[int, ...]
 
-    def source(self) -> Source:
+    def source(self) -> PythonSource:
         """Return the syntax tree, with the line numbers of the source file.
 
         Raises:
             TransferFunctionError: it is not Python.
         """
-        return Source.of(self.text, self.path, self.lines)
+        return PythonSource.of(self.text, self.path, self.lines)
 
     def compiled(self) -> CodeType:
         """Return compiled code whose errors name the source file and line.

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from nrp_core.brain.files.sonata.models import LEAK_NS, NEST_CELLS, Model, Parameter
+from nrp_core.brain.files.sonata.models import LEAK_NS, NEST_CELLS, CellModel, Parameter
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
@@ -33,18 +33,18 @@ _REPEATING: Mapping[str, tuple[str, float, float]] = {
 }  # fmt: skip
 _IZHIKEVICH = {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0}
 
-CELLS: Final[Mapping[str, Model]] = {
+CELLS: Final[Mapping[str, CellModel]] = {
     **NEST_CELLS,
     "iaf_neuron": NEST_CELLS["iaf_psc_alpha"],
-    "izhikevich": Model(
+    "izhikevich": CellModel(
         "Izhikevich",
         {**{name: Parameter(name, 1.0, value) for name, value in _IZHIKEVICH.items()},
          "i_offset": Parameter("I_e", _KILO, 0.0)},
     ),
-    "hh_cond_exp_traub": Model(
+    "hh_cond_exp_traub": CellModel(
         "HH_cond_exp", {name: Parameter(*pair) for name, pair in _PAIRS.items()}, _KILO
     ),
-    PARROT: Model("IF_curr_delta", {name: Parameter(*pair) for name, pair in _REPEATING.items()}),
+    PARROT: CellModel("IF_curr_delta", {name: Parameter(*pair) for name, pair in _REPEATING.items()}),
 }  # fmt: skip
 """Models of cells; a parrot is one that any weight makes spike."""
 SPIKE_RECORDERS: Final = ("spike_detector", "spike_recorder")

@@ -10,7 +10,7 @@ from nrp_core.analysis.study import Study
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError, NrpError, did_you_mean
-from nrp_core.experiment.events.ground_positions import Proximity, Whereabouts
+from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
 from nrp_core.experiment.model.event_schema import END, START, During, TopicIs
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Key
@@ -91,7 +91,7 @@ def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
     """Look for models that begin where they are to come to."""
     if study.scene is None:
         return
-    where = Whereabouts(MockWorld(scene=study.scene))
+    where = GroundPositions(MockWorld(scene=study.scene))
     for name, criterion in study.experiment.criteria.items():
         near = criterion.near
         if near is None or criterion.within_of is not None:

@@ -11,7 +11,7 @@ from pyflakes.checker import Checker
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
-from nrp_core.dsl.loading.listing import Source
+from nrp_core.dsl.loading.listing import PythonSource
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
@@ -31,7 +31,7 @@ def names_are_defined_and_used(study: Study) -> Iterator[Finding]:
         yield from _names_of([source], set())
 
 
-def _names_of(sources: Iterable[Source], known: set[str]) -> Iterator[Finding]:
+def _names_of(sources: Iterable[PythonSource], known: set[str]) -> Iterator[Finding]:
     for source in sources:
         checker = Checker(source.tree, str(source.path), builtins=known)
         for found in checker.messages:

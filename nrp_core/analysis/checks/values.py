@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from types import FunctionType, MethodType
 from typing import Any
 
-from nrp_core.analysis.bodies import ORDERS
 from nrp_core.analysis.events import Add, Call, Compute, Divide, Multiply, Return, Write
+from nrp_core.analysis.function_body import ORDERS
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import UNITS, Instance, Items, Known, Number, Row, Shape, names_of
 from nrp_core.analysis.study import Examined

@@ -14,7 +14,7 @@ _TIMES: Final = slice(11, 15)
 _LOOKS: Final = 4
 
 
-class Watch:
+class Watchdog:
     """Notices that a process does nothing for so long that it will not answer any more.
 
     It counts looks and reads no clock: while this program was stopped itself, or the machine slept, nobody

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from nrp_core.brain.remote import far_end
 from nrp_core.brain.remote.columns import SharedColumns
-from nrp_core.brain.remote.liveness import Watch
+from nrp_core.brain.remote.liveness import Watchdog
 from nrp_core.brain.remote.messages import Channel, Numbers
 from nrp_core.errors import BackendLoadError, SimulationError
 
@@ -53,7 +53,7 @@ class BrainProcess:
             self._process = subprocess.Popen(
                 command, pass_fds=descriptors, stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
             )
-        self._watch = Watch(self._process.pid, time_limit_s, self._hangs)
+        self._watch = Watchdog(self._process.pid, time_limit_s, self._hangs)
         _time_out(ours, self._watch.between_looks_s)
         self._channel = Channel(ours, self.columns, self._watch.look)
         self._greeted = self._opened = self._waiting = False

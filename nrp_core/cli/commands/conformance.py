@@ -29,7 +29,7 @@ class Kind(StrEnum):
     WORLD = "world"
 
 
-class Level(StrEnum):
+class KitLevel(StrEnum):
     """How far is asked; each level contains the one before it."""
 
     CONTRACT = "contract"
@@ -45,8 +45,8 @@ def conformance(
         typer.Option("--options", "-o", metavar="KEY=VALUE", help="An option of the backend; repeatable."),
     ] = None,
     level: Annotated[
-        Level, typer.Option(help="core adds capabilities and accuracy, full statistics, pairs and speed.")
-    ] = Level.CORE,
+        KitLevel, typer.Option(help="core adds capabilities and accuracy, full statistics, pairs and speed.")
+    ] = KitLevel.CORE,
     report: Annotated[
         Path | None, typer.Option("--report", metavar="FILE", help="Write the report as JSON as well.")
     ] = None,
@@ -90,7 +90,7 @@ def _parsed(options: list[str]) -> dict[str, str]:
     return {key: value for key, _, value in pairs}
 
 
-def _run(kind: Kind, name: str, options: dict[str, str], level: Level) -> Any:
+def _run(kind: Kind, name: str, options: dict[str, str], level: KitLevel) -> Any:
     """Run the kit in a process of its own; what its pytest tells goes to standard error."""
     from nrp_core.conformance.run import ALONE
     from nrp_core.errors import ExperimentError, NrpError

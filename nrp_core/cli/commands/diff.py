@@ -15,7 +15,7 @@ from nrp_core.cli.output import document
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from nrp_core.comparison.grid import Grid
+    from nrp_core.comparison.grid import RunGrid
     from nrp_core.comparison.metrics.base import Margins, Metric
     from nrp_core.comparison.result import GridDiff, PairDiff
 
@@ -98,13 +98,13 @@ def diff(
 
 def _grid(
     experiment: str, brains: str, worlds: str, seeds: int, settings: list[str], vary: list[str]
-) -> Grid:
-    from nrp_core.comparison.grid import Grid
+) -> RunGrid:
+    from nrp_core.comparison.grid import RunGrid
     from nrp_core.experiment.model.ranges import keyed_range
 
     with usage_errors("--vary"):
         varied = dict(map(keyed_range, vary))
-    grid = Grid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied)
+    grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied)
     if len(grid.brains) * len(grid.worlds) < 2:
         raise typer.BadParameter(
             "takes two names, or the other of the two does", param_hint="--brains, --worlds"
@@ -113,7 +113,7 @@ def _grid(
 
 
 def _compared(
-    grid: Grid, metrics: list[Metric], margins: Margins, results: Path, jobs: int | None
+    grid: RunGrid, metrics: list[Metric], margins: Margins, results: Path, jobs: int | None
 ) -> GridDiff:
     from nrp_core._support.machine import cores
     from nrp_core.cli.progress import display

@@ -12,7 +12,7 @@ from nrp_core.cli.options import Json, usage_errors
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
-    from nrp_core.recording.replay.replay import Outcome
+    from nrp_core.recording.replay.replay import ReplayResult
 
 RECORDED = "recorded"
 
@@ -59,7 +59,7 @@ def replay(
     from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.recording.layout import check_folder
     from nrp_core.recording.reading.recording import Recording
-    from nrp_core.recording.replay.replay import Replay, Request
+    from nrp_core.recording.replay.replay import Replay, ReplayRequest
 
     if verify and record is not None:
         raise typer.BadParameter("what stops at a difference is not recorded", param_hint="--verify")
@@ -71,7 +71,13 @@ def replay(
     sides = frozenset(
         name for name, given in (("brain", brain), ("world", world)) if _is_recorded(name, given)
     )
-    request = Request(sides, _ns("--from", start), _ns("--until", until), tuple(functions or ()), record)  # type: ignore[arg-type]
+    request = ReplayRequest(
+        sides,  # type: ignore[arg-type]
+        _ns("--from", start),
+        _ns("--until", until),
+        tuple(functions or ()),
+        record,
+    )
     with display() as shown, FilesRead() as files, Replay(source, request, shown.say, files=files) as again:
         outcome = again.verify() if verify else again.go()
         result = again.run.result()
@@ -88,14 +94,14 @@ def replay(
     raise typer.Exit(NO if verify and not outcome.identical else 0)
 
 
-def _said(outcome: Outcome) -> str:
+def _said(outcome: ReplayResult) -> str:
     if outcome.difference is not None:
         return typer.style("differs", fg="red", bold=True) + f" first at {outcome.difference}"
     span = f"{outcome.from_ns * 1e-9:g} s to {outcome.until_ns * 1e-9:g} s, {outcome.steps} steps"
     return typer.style("identical", fg="green", bold=True) + f": {span}"
 
 
-def _data(outcome: Outcome) -> dict[str, Any]:
+def _data(outcome: ReplayResult) -> dict[str, Any]:
     from nrp_core._support.jsonable import plain
 
     return dict(plain(outcome))

@@ -66,11 +66,11 @@ def run(
 
     Ctrl-C ends it between two steps: what was recorded is complete, and the exit code is 130.
     """
-    from nrp_core.cli.session import Request, Session
+    from nrp_core.cli.session import RunRequest, Session
     from nrp_core.findings import InvalidExperimentError
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed, pace=pace)
-    request = Request(experiment, settings, until, record, pictures, snapshots, plot, control)
+    request = RunRequest(experiment, settings, until, record, pictures, snapshots, plot, control)
     try:
         code = Session(request).run(as_json=json)
     except InvalidExperimentError as error:

@@ -11,18 +11,18 @@ from nrp_core.cli.options import Json
 from nrp_core.cli.output import document
 
 
-class Subject(StrEnum):
+class SchemaSubject(StrEnum):
     """What there is a schema of."""
 
     EXPERIMENT = "experiment"
 
 
 def schema(
-    subject: Annotated[Subject, typer.Argument(metavar="SUBJECT", help="What to describe.")],
+    subject: Annotated[SchemaSubject, typer.Argument(metavar="SUBJECT", help="What to describe.")],
     json: Json = False,  # noqa: ARG001  it is a JSON document anyway
 ) -> None:
     """Print the JSON Schema of a file format, for editors."""
     from nrp_core.experiment.reading.schema import experiment_schema
 
-    schemas = {Subject.EXPERIMENT: experiment_schema}
+    schemas = {SchemaSubject.EXPERIMENT: experiment_schema}
     document(schemas[subject]())

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _COLORS = {"error": "red", "warning": "yellow", "note": "blue"}
 
 
-class Format(StrEnum):
+class FindingFormat(StrEnum):
     """How findings are written."""
 
     TEXT = "text"
@@ -33,8 +33,8 @@ def validate(
     overrides: Overrides = None,
     models: Models = None,
     format: Annotated[  # noqa: A002  the name of the option
-        Format, typer.Option("--format", envvar="NRP_FORMAT", help="How to write what is found.")
-    ] = Format.TEXT,
+        FindingFormat, typer.Option("--format", envvar="NRP_FORMAT", help="How to write what is found.")
+    ] = FindingFormat.TEXT,
     json: Json = False,
 ) -> None:
     """Check an experiment without starting a simulator."""
@@ -42,18 +42,18 @@ def validate(
 
     findings = validate_file(experiment, overrides_of(overrides, brain=brain, world=world, models=models))
     code = _exit_code(findings)
-    _write(findings, Format.JSON if json else format, is_valid=code == 0)
+    _write(findings, FindingFormat.JSON if json else format, is_valid=code == 0)
     raise typer.Exit(code)
 
 
-def _write(findings: list[Finding], form: Format, *, is_valid: bool) -> None:
+def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool) -> None:
     from nrp_core.analysis.formats import github, sarif
 
-    if form is Format.JSON:
+    if form is FindingFormat.JSON:
         document({"valid": is_valid, "findings": [finding.to_dict() for finding in findings]})
-    elif form is Format.SARIF:
+    elif form is FindingFormat.SARIF:
         document(sarif(findings))
-    elif form is Format.GITHUB:
+    elif form is FindingFormat.GITHUB:
         for line in github(findings):
             typer.echo(line)
     else:

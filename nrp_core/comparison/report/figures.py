@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.comparison.grid import Cell, Grid
+from nrp_core.comparison.grid import GridCell, RunGrid
 from nrp_core.comparison.judgement import Answer, Contrast, Factor, Judgement, Part, Relation
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.comparison.signals import RunSignals
@@ -114,7 +114,7 @@ def _varied(part: Part) -> bool:
     return len({value for cell in part.cells for value in cell.values}) > 1
 
 
-def _strip(axes: Axes, grid: Grid, judged: Judgement, part: Part) -> None:
+def _strip(axes: Axes, grid: RunGrid, judged: Judgement, part: Part) -> None:
     metric, everything = judged.metric, [value for cell in part.cells for value in cell.values]
     middle = float(np.mean(everything)) if everything else 0.0
     axes.axvspan(middle - part.margin, middle + part.margin, color="#ececec", linewidth=0)
@@ -214,7 +214,7 @@ def trajectories(diff: GridDiff) -> Figure | None:
         axes.set_aspect("equal", adjustable="box")
         axes.label_outer()
         for seed in grid.seeds:
-            drawn |= _draw_ways(axes, diff.runs[Cell(brain, world, seed)], grid.brains.index(brain))
+            drawn |= _draw_ways(axes, diff.runs[GridCell(brain, world, seed)], grid.brains.index(brain))
     for axes in panels.flat[len(pairs) :]:
         axes.set_axis_off()
     return figure if drawn else None
@@ -242,7 +242,7 @@ def apart(diff: GridDiff) -> Figure | None:
         axes = figure.add_subplot(len(robots), 1, number)
         times_s, places = _places(runs, robot)
         seeds = [
-            _gap(places, Cell(b, w, s), Cell(b, w, t))
+            _gap(places, GridCell(b, w, s), GridCell(b, w, t))
             for b in grid.brains for w in grid.worlds for s, t in combinations(grid.seeds, 2)
         ]  # fmt: skip
         if seeds:
@@ -259,25 +259,25 @@ def apart(diff: GridDiff) -> Figure | None:
     return figure
 
 
-def _places(runs: Mapping[Cell, RunSignals], robot: str) -> tuple[FloatArray, dict[Cell, FloatArray]]:
+def _places(runs: Mapping[GridCell, RunSignals], robot: str) -> tuple[FloatArray, dict[GridCell, FloatArray]]:
     """Return the position of a robot in every run at a few hundred common times."""
     times_s = min((run.times_s for run in runs.values()), key=len)
     times_s = times_s[:: max(1, len(times_s) // 400)]
     return times_s, {cell: run.held(run.motion(robot), times_s)[:, :2] for cell, run in runs.items()}
 
 
-def _gap(places: Mapping[Cell, FloatArray], one: Cell, other: Cell) -> FloatArray:
+def _gap(places: Mapping[GridCell, FloatArray], one: GridCell, other: GridCell) -> FloatArray:
     gap: FloatArray = np.linalg.norm(places[one] - places[other], axis=1)
     return gap
 
 
-def _gaps(grid: Grid, places: Mapping[Cell, FloatArray]) -> Iterator[tuple[str, list[FloatArray]]]:
+def _gaps(grid: RunGrid, places: Mapping[GridCell, FloatArray]) -> Iterator[tuple[str, list[FloatArray]]]:
     """Return the gaps between runs of one seed on two backends."""
     for a, b in combinations(grid.brains, 2):
-        pairs = [(Cell(a, w, s), Cell(b, w, s)) for w in grid.worlds for s in grid.seeds]
+        pairs = [(GridCell(a, w, s), GridCell(b, w, s)) for w in grid.worlds for s in grid.seeds]
         yield f"{a} / {b}", [_gap(places, *pair) for pair in pairs]
     for a, b in combinations(grid.worlds, 2):
-        pairs = [(Cell(x, a, s), Cell(x, b, s)) for x in grid.brains for s in grid.seeds]
+        pairs = [(GridCell(x, a, s), GridCell(x, b, s)) for x in grid.brains for s in grid.seeds]
         yield f"{a} / {b}", [_gap(places, *pair) for pair in pairs]
 
 

@@ -21,7 +21,7 @@ from nrp_core.errors import NeuronSelectionError
 Port = SourcePort | SinkPort
 
 
-class Reading:
+class ReadOnlyAttribute:
     """An attribute that shows the port's attribute of the same name."""
 
     def __init__(self, doc: str) -> None:
@@ -37,7 +37,7 @@ class Reading:
         raise AttributeError(f"{device.parameter}.{self.name} can only be read")
 
 
-class Setting(Reading):
+class SettableAttribute(ReadOnlyAttribute):
     """An attribute that also sets the port's attribute of the same name."""
 
     def __set__(self, device: Device, value: Any) -> None:
@@ -78,7 +78,7 @@ class Device(Adapter):
     @classmethod
     def attributes(cls) -> list[str]:
         """Return the names of the attributes that a function can read or set."""
-        return [name for name in dir(cls) if isinstance(getattr(cls, name), (Reading, property))]
+        return [name for name in dir(cls) if isinstance(getattr(cls, name), (ReadOnlyAttribute, property))]
 
     @property
     def active(self) -> bool:
@@ -114,38 +114,38 @@ class SpikeGenerator(Device):
     """A Poisson generator or a source of equidistant spikes."""
 
     __slots__ = ()
-    rate = Setting("Spikes per second and neuron: one number, or one for each neuron.")
+    rate = SettableAttribute("Spikes per second and neuron: one number, or one for each neuron.")
 
 
 class CurrentGenerator(Device):
     """A constant current."""
 
     __slots__ = ()
-    amplitude = Setting("Current into each neuron, nA: one number, or one for each neuron.")
+    amplitude = SettableAttribute("Current into each neuron, nA: one number, or one for each neuron.")
 
 
 class SineCurrentGenerator(CurrentGenerator):
     """A sinusoidal current."""
 
     __slots__ = ()
-    offset = Setting("Mean current into each neuron, nA.")
-    frequency = Setting("Frequency, Hz.")
-    phase = Setting("Phase at the start, degrees.")
+    offset = SettableAttribute("Mean current into each neuron, nA.")
+    frequency = SettableAttribute("Frequency, Hz.")
+    phase = SettableAttribute("Phase at the start, degrees.")
 
 
 class NoiseCurrentGenerator(Device):
     """A noisy current."""
 
     __slots__ = ()
-    mean = Setting("Mean current into each neuron, nA: one number, or one for each neuron.")
-    stdev = Setting("Its standard deviation, nA.")
+    mean = SettableAttribute("Mean current into each neuron, nA: one number, or one for each neuron.")
+    stdev = SettableAttribute("Its standard deviation, nA.")
 
 
 class LeakyIntegratorDevice(Device):
     """A leaky integrator of the spikes of all its neurons."""
 
     __slots__ = ()
-    voltage = Reading("Membrane voltage now, mV.")
+    voltage = ReadOnlyAttribute("Membrane voltage now, mV.")
 
     def shown(self) -> str:
         return f"voltage = {self.voltage:g}"
@@ -155,7 +155,7 @@ class PopulationRateDevice(Device):
     """The smoothed firing rate of all its neurons together."""
 
     __slots__ = ()
-    rate = Reading("Sum of the firing rates now, Hz.")
+    rate = ReadOnlyAttribute("Sum of the firing rates now, Hz.")
 
     def shown(self) -> str:
         return f"rate = {self.rate:g}"

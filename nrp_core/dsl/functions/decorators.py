@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from nrp_core.dsl.functions.collector import register
 from nrp_core.dsl.functions.function import TIME, Flow, TransferFunction
-from nrp_core.dsl.parameters.place import Place
+from nrp_core.dsl.parameters.source_line import SourceLine
 from nrp_core.dsl.parameters.topics import Topic
 
 
@@ -25,7 +25,7 @@ class _FunctionDecorator:
         *,
         priority: int = 0,
     ) -> None:
-        self.place = Place.of_caller()
+        self.place = SourceLine.of_caller()
         if not (triggers is None or isinstance(triggers, (str, list, tuple))):
             raise self.place.error(f"triggers are names of parameters, not {triggers!r}")
         if not (throttling_rate is None or _is_positive(throttling_rate)):

@@ -11,7 +11,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.clock import seconds
 from nrp_core.dsl.functions.throttle import Throttle
 from nrp_core.dsl.parameters.binding import Adapter, Binding, Mapping
-from nrp_core.dsl.parameters.place import Place
+from nrp_core.dsl.parameters.source_line import SourceLine
 from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
 from nrp_core.errors import ExperimentError, LifecycleError, TopicError, did_you_mean
 from nrp_core.world.world import World
@@ -56,7 +56,7 @@ class TransferFunction:
     ) -> None:
         self.function = function
         self.name = function.__name__
-        self.place = Place.of_code(inspect.unwrap(function).__code__)
+        self.place = SourceLine.of_code(inspect.unwrap(function).__code__)
         self.__doc__ = function.__doc__
         self.flow, self.topic, self.priority = flow, topic, priority
         self.parameters = self._parameters_of(function)

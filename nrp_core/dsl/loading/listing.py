@@ -19,7 +19,7 @@ _PLACED = (ast.stmt, ast.expr, ast.arg, ast.keyword, ast.alias, ast.excepthandle
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class PythonSource:
     """A piece of Python.
 
     Args:
@@ -33,7 +33,7 @@ class Source:
     has_columns: bool = True
 
     @classmethod
-    def of(cls, text: str, path: Path, lines: Sequence[int] | None = None) -> Source:
+    def of(cls, text: str, path: Path, lines: Sequence[int] | None = None) -> PythonSource:
         """Read a text.
 
         Args:
@@ -83,7 +83,7 @@ class Listing:
         folders: whose modules they can import, besides those beside them.
     """
 
-    sources: tuple[Source, ...]
+    sources: tuple[PythonSource, ...]
     names: Mapping[str, Any] = field(default_factory=file_names)
     scope: Scope | None = None
     folders: tuple[Path, ...] = ()
@@ -107,4 +107,4 @@ def python_listing(path: Path) -> Listing:
         raise TransferFunctionError(f"it cannot be read: {error.strerror}", path=path) from None
     except (SyntaxError, UnicodeDecodeError):
         raise TransferFunctionError("this is not text in the encoding that it states", path=path) from None
-    return Listing((Source.of(text, path),))
+    return Listing((PythonSource.of(text, path),))

@@ -65,7 +65,7 @@ def file_names() -> dict[str, Any]:
 
     What can be changed, such as ``nrp.tf_lib.cam``, is its own.
     """
-    library = _copy(tf_lib, cam=tf_lib.Camera())
+    library = _copy(tf_lib, cam=tf_lib.PinholeCamera())
     return {**message_packages(), "nrp": _copy(dsl, tf_lib=library), "Topic": dsl.Topic}
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, final
 
 from nrp_core.brain.interface import Brain
-from nrp_core.dsl.parameters.place import Place
+from nrp_core.dsl.parameters.source_line import SourceLine
 from nrp_core.dsl.selection.selection import BrainRoot
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.world.world import World
@@ -81,7 +81,7 @@ class Mapping(ABC):
     writes: Topic | None = None
 
     def __init__(self, parameter: str) -> None:
-        self.place = Place.of_caller()
+        self.place = SourceLine.of_caller()
         if not isinstance(parameter, str):
             raise self.place.error(f"a mapping begins with the name of a parameter, not {parameter!r}")
         self.parameter = parameter

@@ -9,7 +9,7 @@ from typing import Any
 from nrp_core.dsl.parameters.binding import Adapter
 from nrp_core.dsl.parameters.brief import brief
 from nrp_core.dsl.parameters.messages import message_type
-from nrp_core.dsl.parameters.place import Place
+from nrp_core.dsl.parameters.source_line import SourceLine
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Publication, Stamped, TopicInfo
@@ -36,7 +36,7 @@ class Topic:
     topic_type: Any = None
 
     def __post_init__(self) -> None:
-        place = Place.of_caller()
+        place = SourceLine.of_caller()
         if not isinstance(self.name, str) or not self.name:
             raise place.error(f"a topic has a name such as '/husky/camera', not {self.name!r}")
         if self.topic_type is not None:
@@ -50,7 +50,7 @@ class Topic:
         """Return a topic given as such or by its name."""
         if isinstance(given, (Topic, str)):
             return given if isinstance(given, Topic) else cls(given)
-        raise Place.of_caller().error(f"expected a Topic or the name of one, not {given!r}")
+        raise SourceLine.of_caller().error(f"expected a Topic or the name of one, not {given!r}")
 
     @property
     def process(self) -> Callable[[Any], Any]:
@@ -87,7 +87,7 @@ class PreprocessedTopic(Topic):
     def __post_init__(self) -> None:
         Topic.__post_init__(self)
         if not callable(self.pre_processing):
-            raise Place.of_caller().error(
+            raise SourceLine.of_caller().error(
                 f"topic '{self.name}': pre_processing is a function, not {self.pre_processing!r:.60}"
             )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_core.dsl.tf_lib.camera import Camera, cam
+from nrp_core.dsl.tf_lib.camera import PinholeCamera, cam
 from nrp_core.dsl.tf_lib.vision import (
     ColorValues,
     RedShares,
@@ -13,8 +13,8 @@ from nrp_core.dsl.tf_lib.vision import (
 )
 
 __all__ = [
-    "Camera",
     "ColorValues",
+    "PinholeCamera",
     "RedShares",
     "cam",
     "detect_red",

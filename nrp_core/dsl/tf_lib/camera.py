@@ -9,7 +9,7 @@ Pair = tuple[float, float]
 
 
 @dataclass
-class Camera:
+class PinholeCamera:
     """A pinhole camera.
 
     Pixels ``(u, v)`` count from the upper left; metric ``(x, y)`` lie on the plane at distance 1, x to
@@ -100,5 +100,5 @@ class Camera:
         return self.pixel2metric(*self.norm2pixel(x, y))
 
 
-cam = Camera()
+cam = PinholeCamera()
 """The camera for plain scripts; each transfer function file gets its own under this name."""

@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import Any
 
 from nrp_core.errors import TopicError
-from nrp_core.experiment.events.ground_positions import Proximity, Whereabouts
+from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
 from nrp_core.experiment.model.event_schema import Event, TopicIs, When
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.world import World
@@ -23,7 +23,7 @@ Condition = Callable[[int, Times], bool]
 """Whether something holds now (ns), given what has happened."""
 
 
-def trigger(event: Event, world: World, where: Whereabouts) -> Condition:
+def trigger(event: Event, world: World, where: GroundPositions) -> Condition:
     """Return what an event waits for.
 
     Raises:
@@ -36,7 +36,7 @@ def trigger(event: Event, world: World, where: Whereabouts) -> Condition:
     return lambda now_ns, _times: now_ns >= due_ns
 
 
-def _all_of(when: When, world: World, where: Whereabouts) -> Condition:
+def _all_of(when: When, world: World, where: GroundPositions) -> Condition:
     conditions: list[Condition] = []
     if when.event is not None:
         conditions.append(partial(_has_happened, when.event, when.after))

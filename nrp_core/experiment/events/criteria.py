@@ -12,7 +12,7 @@ from typing import Any, final
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.conditions import Times, TopicSays
 from nrp_core.experiment.events.geometry import GroundPoint
-from nrp_core.experiment.events.ground_positions import Proximity, Whereabouts
+from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
 from nrp_core.experiment.model.event_schema import (
     START,
     Criterion,
@@ -27,7 +27,7 @@ from nrp_core.world.world import World
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class Verdict:
     """What came of a criterion.
 
     Args:
@@ -64,7 +64,7 @@ class Judge(ABC):
         self._reason = "not decided"
 
     @final
-    def look(self, now_ns: int, times: Times, where: Whereabouts) -> None:
+    def look(self, now_ns: int, times: Times, where: GroundPositions) -> None:
         """Take one step into account; ``times`` are those of the events so far."""
         if self._passed is not None:
             return
@@ -86,12 +86,12 @@ class Judge(ABC):
             self._finish(now_ns)
 
     @property
-    def outcome(self) -> Outcome:
+    def outcome(self) -> Verdict:
         """What is known by now."""
         decided, began = self._decided_ns, self._began_ns
         took_s = None if decided is None or began is None else seconds(decided - began)
         decided_s = None if decided is None else seconds(decided)
-        return Outcome(self._passed, decided_s, took_s, self._distance, self._limit, self._reason)
+        return Verdict(self._passed, decided_s, took_s, self._distance, self._limit, self._reason)
 
     def save(self) -> Any:
         """Return what changes while running."""
@@ -105,7 +105,7 @@ class Judge(ABC):
         self._passed, self._decided_ns, self._reason = passed, now_ns, reason
 
     @abstractmethod
-    def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None: ...
+    def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None: ...
 
     @abstractmethod
     def _finish(self, now_ns: int) -> None: ...
@@ -119,7 +119,7 @@ class ComesNear(Judge):
         self._proximity, self._within = Proximity(near, scene), near.within
         self._time_ns = None if within_of is None else within_of.time
 
-    def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None:
+    def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
         if self._time_ns is not None and now_ns > began_ns + self._time_ns:
             self._decide(False, now_ns, f"{self._nearest()} after {seconds(self._time_ns):g} s")
             return
@@ -142,7 +142,7 @@ class Throughout(Judge):
         super().__init__(during.since, limit)
         self._until = during.until
 
-    def _look(self, now_ns: int, began_ns: int, times: Times, where: Whereabouts) -> None:
+    def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
         until_ns = moment_ns(self._until, times)
         if until_ns is None or now_ns <= until_ns:
             wrong = self._wrong(now_ns, times, where)
@@ -153,7 +153,7 @@ class Throughout(Judge):
             self._finish(now_ns)
 
     @abstractmethod
-    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
+    def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
         """Return in words what is not as it should be now, if anything is."""
 
 
@@ -172,7 +172,7 @@ class Stays(Throughout):
         judged, self._centre = saved
         super().restore(judged)
 
-    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
+    def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
         x, y = where.ground(self._model)
         self._centre = self._centre or (x, y)
         distance = hypot(x - self._centre[0], y - self._centre[1])
@@ -192,7 +192,7 @@ class StaysSo(Throughout):
         bounds = {"above": stays.above, "below": stays.below, "equal to": stays.equals}
         self._wanted = " and ".join(f"{how} {value}" for how, value in bounds.items() if value is not None)
 
-    def _wrong(self, now_ns: int, times: Times, where: Whereabouts) -> str | None:
+    def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
         if self._says(now_ns, times):
             return None
         value = self._says.value
@@ -226,7 +226,7 @@ def moment_ns(moment: int | str, times: Times) -> int | None:
     return 0 if moment == START else times.get(moment)
 
 
-def all_passed(outcomes: Iterable[Outcome]) -> bool | None:
+def all_passed(outcomes: Iterable[Verdict]) -> bool | None:
     """Return whether all passed: False as soon as one failed, None while one is not decided."""
     decisions = {outcome.passed for outcome in outcomes}
     if False in decisions:

@@ -13,7 +13,7 @@ from nrp_core.world.scene.model import Link, Model, Scene
 from nrp_core.world.world import World
 
 
-class Whereabouts:
+class GroundPositions:
     """The poses of all models, as the world publishes them; read once a step, used by many.
 
     Args:
@@ -60,12 +60,12 @@ class Proximity:
         self._model = scene.model(near.model).name
         self._target = _target(near, scene)
 
-    def distance(self, where: Whereabouts) -> float:
+    def distance(self, where: GroundPositions) -> float:
         """Return the distance now, m."""
         return self._target(where).distance(where.ground(self._model))
 
 
-def _target(near: Near, scene: Scene) -> Callable[[Whereabouts], Footprint]:
+def _target(near: Near, scene: Scene) -> Callable[[GroundPositions], Footprint]:
     if near.visual is not None:
         return _VisualFootprint(near.visual, scene)
     if near.other is not None:
@@ -94,7 +94,7 @@ class _VisualFootprint:
         self._pose = model.pose
         self._footprint = Footprint.of(self._geometry, self._pose @ self._on_model)
 
-    def __call__(self, where: Whereabouts) -> Footprint:
+    def __call__(self, where: GroundPositions) -> Footprint:
         pose = where.pose(self._model)
         if pose != self._pose:
             self._pose = pose

@@ -8,9 +8,9 @@ from typing import Any
 from nrp_core.cle.wiring import declare_unserved
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.experiment.events.conditions import trigger
-from nrp_core.experiment.events.criteria import Judge, Outcome, judge_of
+from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
 from nrp_core.experiment.events.events import Action, Events, action_of
-from nrp_core.experiment.events.ground_positions import Whereabouts
+from nrp_core.experiment.events.ground_positions import GroundPositions
 from nrp_core.experiment.making.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Level, has_errors
@@ -62,7 +62,7 @@ class Watch:
     """
 
     def __init__(self, experiment: Experiment, world: World, collector: Collector) -> None:
-        self.where = Whereabouts(world)
+        self.where = GroundPositions(world)
         self.events = Events()
         for name, event in experiment.events.items():
             actions: list[Action] = []
@@ -108,6 +108,6 @@ class Watch:
             judge.finish(now_ns)
 
     @property
-    def outcomes(self) -> dict[str, Outcome]:
+    def outcomes(self) -> dict[str, Verdict]:
         """What came of each criterion."""
         return {name: judge.outcome for name, judge in self._judges.items()}

@@ -7,7 +7,7 @@ from typing import Any
 
 from nrp_core.cle.failures import Failure
 from nrp_core.clock import seconds
-from nrp_core.experiment.events.criteria import Outcome
+from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.world.rigid.pose import Pose
 
 
@@ -45,7 +45,7 @@ class Result:
     steps: int
     passed: bool | None
     error: str | None
-    criteria: dict[str, Outcome]
+    criteria: dict[str, Verdict]
     time_share: dict[str, float]
     final_pose: dict[str, dict[str, float]]
     trajectory_digest: str

@@ -12,7 +12,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.recording.figures.story import numbers_in
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import Recording, Topic
+from nrp_core.recording.reading.recording import RecordedTopic, Recording
 
 _MODEL_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
 
@@ -102,7 +102,7 @@ class Numbers:
         """Return the series of these roles."""
         return [series for series in self.series.values() if series.role in roles]
 
-    def _take(self, topic: Topic, t_s: float, message: Any) -> None:
+    def _take(self, topic: RecordedTopic, t_s: float, message: Any) -> None:
         if topic.role == Role.MODELS:
             for name, pose, twist in zip(message.name, message.pose, message.twist, strict=True):
                 p, q, v, w = pose.position, pose.orientation, twist.linear, twist.angular
@@ -121,7 +121,7 @@ class Numbers:
             series = self._series(topic.name, topic, tuple(found))
             series.add(t_s, [found.get(column, np.nan) for column in series.columns])
 
-    def _series(self, name: str, topic: Topic, columns: tuple[str, ...]) -> Series:
+    def _series(self, name: str, topic: RecordedTopic, columns: tuple[str, ...]) -> Series:
         if name not in self.series:
             self.series[name] = Series(name, topic.role, columns, dict(topic.about))
         return self.series[name]

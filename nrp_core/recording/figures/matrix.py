@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.recording.figures.story import Series
+from nrp_core.recording.figures.story import StepSeries
 from nrp_core.recording.figures.traces import draw_series, short_labels
 
 _MOST_CURVES = 4
@@ -20,18 +20,18 @@ _MOST_LABELS = 24
 _LONGEST_LABEL = 20
 
 
-def height_of(series: Sequence[Series], least: float) -> float:
+def height_of(series: Sequence[StepSeries], least: float) -> float:
     """Return how high the axes of some values are, in the unit of the least height."""
     return least if len(series) <= _MOST_CURVES else max(least, _ROW * min(len(series), _MOST_LABELS))
 
 
-def draw_values(axes: Axes, series: Sequence[Series], end_s: float) -> None:
+def draw_values(axes: Axes, series: Sequence[StepSeries], end_s: float) -> None:
     """Draw values that hold until the next one."""
     draw = draw_series if len(series) <= _MOST_CURVES else draw_matrix
     draw(axes, series, end_s)
 
 
-def draw_matrix(axes: Axes, series: Sequence[Series], end_s: float) -> None:
+def draw_matrix(axes: Axes, series: Sequence[StepSeries], end_s: float) -> None:
     """Draw a row for each; they share a scale, which is written above."""
     values = np.array([sampled(one, end_s) for one in series])
     shown = values[np.isfinite(values)]
@@ -51,7 +51,7 @@ def draw_matrix(axes: Axes, series: Sequence[Series], end_s: float) -> None:
     axes.annotate(scale, (1.0, 1.0), (0, 5), textcoords="offset points", xycoords="axes fraction", ha="right")
 
 
-def sampled(one: Series, end_s: float) -> FloatArray:
+def sampled(one: StepSeries, end_s: float) -> FloatArray:
     """Return the value at equal steps of time; NaN before the first."""
     times = np.linspace(0.0, end_s, _COLUMNS, endpoint=False)
     index = np.searchsorted(one.times_s, times, side="right") - 1

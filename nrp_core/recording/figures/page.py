@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nrp_core.recording.figures.matrix import draw_values, height_of
 from nrp_core.recording.figures.room import draw_room
-from nrp_core.recording.figures.story import Coloured, Picture, Story
+from nrp_core.recording.figures.story import CameraFrame, Coloured, Story
 from nrp_core.recording.figures.style import BAD, FAINT, GOOD, time_colours
 from nrp_core.recording.figures.traces import (
     by_unit,
@@ -33,7 +33,7 @@ _NAMES = 0.055
 """Room for the names of rows beside the traces."""
 
 
-def draw_page(story: Story, pictures: Sequence[Picture]) -> Figure:
+def draw_page(story: Story, pictures: Sequence[CameraFrame]) -> Figure:
     """Return the figure; what a run does not have is left out, and the rest takes its place."""
     figure = Figure(figsize=SIZE_INCHES, dpi=DPI)
     _draw_head(figure, story)
@@ -139,7 +139,7 @@ def _draw_clock(axes: Axes, end_s: float, pictures_s: Sequence[float]) -> None:
     axes.set(xlim=span, ylim=(0, 1), xlabel="simulated time (s)")
 
 
-def _draw_pictures(figure: Figure, pictures: Sequence[Picture], end_s: float) -> None:
+def _draw_pictures(figure: Figure, pictures: Sequence[CameraFrame], end_s: float) -> None:
     """Line up what the camera saw, each framed in the colour of its time."""
     gap, bottom, height = 0.006, 0.03, 0.16
     width = (_RIGHT - _LEFT + gap) / max(len(pictures), PICTURES)

@@ -29,7 +29,7 @@ _MARGIN_M = 0.35
 
 
 @dataclass(frozen=True)
-class Footprint:
+class GroundOutline:
     """The outline of a visual seen from above, shape ``(n, 2)``, and how far it reaches up and down."""
 
     outline: FloatArray
@@ -48,14 +48,14 @@ class Footprint:
         return self.bottom > _OVERHEAD_M
 
 
-def footprint(marker: Marker) -> Footprint:
+def footprint(marker: Marker) -> GroundOutline:
     """Return the outline of a marker in its own frame; a mesh is a point."""
     p, q = marker.pose.position, marker.pose.orientation
     pose = Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
     corners = np.array([np.add(pose.rotate(corner), pose.position) for corner in _corners(marker)])
     hull = cv2.convexHull(corners[:, :2].astype(np.float32)).reshape(-1, 2)
     heights = corners[:, 2]
-    return Footprint(np.asarray(hull, float), float(heights.min()), float(heights.max()), marker)
+    return GroundOutline(np.asarray(hull, float), float(heights.min()), float(heights.max()), marker)
 
 
 def _corners(marker: Marker) -> list[tuple[float, float, float]]:
@@ -89,7 +89,7 @@ def draw_room(axes: Axes, story: Story, coloured: Iterable[Coloured]) -> None:
     keep_apart(axes, labels)
 
 
-def _draw_piece(axes: Axes, piece: Footprint) -> None:
+def _draw_piece(axes: Axes, piece: GroundOutline) -> None:
     color = piece.marker.color
     fill = _pale((color.r, color.g, color.b), 0.82 if piece.is_ground else 0.45)
     edge = "none" if piece.is_ground else _pale((color.r * 0.5, color.g * 0.5, color.b * 0.5), 0.3)
@@ -102,7 +102,7 @@ def _pale(rgb: Rgb, white: float) -> Rgb:
 
 
 def _draw_coloured(
-    axes: Axes, fixed: list[Footprint], coloured: list[Coloured], story: Story
+    axes: Axes, fixed: list[GroundOutline], coloured: list[Coloured], story: Story
 ) -> list[Annotation]:
     """Draw what changed its colour as a bold bar; return its names and when that was."""
     labels = []
@@ -150,7 +150,7 @@ def _draw_track(axes: Axes, track: Track, end_s: float) -> None:
 
 
 def _draw_robot(
-    axes: Axes, body: list[Footprint], track: Track, index: int, end_s: float
+    axes: Axes, body: list[GroundOutline], track: Track, index: int, end_s: float
 ) -> list[FloatArray]:
     """Draw a robot where it was at an entry of its track, with a line to its front; return its outlines."""
     x, y, yaw = track.xs[index], track.ys[index], track.yaws[index]

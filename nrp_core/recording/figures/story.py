@@ -14,7 +14,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import SCENE, Role
-from nrp_core.recording.reading.recording import Recorded, Recording, Topic
+from nrp_core.recording.reading.recording import Recorded, RecordedTopic, Recording
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.messages.visualization_msgs import Marker
 from nrp_core.world.rigid.pose import Pose
@@ -26,7 +26,7 @@ _UNITS = {"geometry_msgs/msg/Twist": {"linear": "m/s", "angular": "rad/s"}}
 
 
 @dataclass
-class Series:
+class StepSeries:
     """A value over time; between two entries it holds."""
 
     label: str
@@ -61,7 +61,7 @@ class Coloured:
 
 
 @dataclass(frozen=True)
-class Picture:
+class CameraFrame:
     """What a camera saw at a time."""
 
     t_s: float
@@ -88,8 +88,8 @@ class Story:
     markers: list[Marker] = field(default_factory=list)
     tracks: dict[str, Track] = field(default_factory=dict)
     spikes: dict[str, list[tuple[npt.NDArray[np.uint32], FloatArray]]] = field(default_factory=dict)
-    sinks: dict[str, Series] = field(default_factory=dict)
-    commands: dict[str, Series] = field(default_factory=dict)
+    sinks: dict[str, StepSeries] = field(default_factory=dict)
+    commands: dict[str, StepSeries] = field(default_factory=dict)
     colours: dict[str, list[tuple[float, Rgb]]] = field(default_factory=dict)
 
     @classmethod
@@ -127,7 +127,7 @@ class Story:
 
     # -- one method for each role
 
-    def _take(self, topic: Topic, recorded: Recorded) -> None:
+    def _take(self, topic: RecordedTopic, recorded: Recorded) -> None:
         message, t_s = recorded.message, seconds(recorded.t_ns)
         match topic.role:
             case Role.SCENE if recorded.topic == SCENE:
@@ -138,7 +138,7 @@ class Story:
                 self.spikes.setdefault(message.population, []).append((message.ids, message.times_ms * 1e-3))
             case Role.SINK:
                 label = topic.about.get("device", recorded.topic)
-                series = self.sinks.setdefault(recorded.topic, Series(label, topic.about.get("unit", "")))
+                series = self.sinks.setdefault(recorded.topic, StepSeries(label, topic.about.get("unit", "")))
                 series.add(t_s, message.data)
             case Role.PUBLISHED if isinstance(message, ColorRGBA):
                 visual = recorded.topic.strip("/").removesuffix("/color")
@@ -161,15 +161,15 @@ class Story:
             track.ys.append(pose.position.y)
             track.yaws.append(Pose(orientation=(turn.x, turn.y, turn.z, turn.w)).yaw)
 
-    def _take_numbers(self, topic: Topic, message: Any, t_s: float) -> None:
+    def _take_numbers(self, topic: RecordedTopic, message: Any, t_s: float) -> None:
         units = _UNITS.get(topic.type_name, {})
         for path, value in numbers_in(message):
             key = f"{topic.name}.{path}"
             unit = units.get(path.split(".")[0], "")
-            self.commands.setdefault(key, Series(_label(topic, path), unit)).add(t_s, value)
+            self.commands.setdefault(key, StepSeries(_label(topic, path), unit)).add(t_s, value)
 
 
-def _label(topic: Topic, path: str) -> str:
+def _label(topic: RecordedTopic, path: str) -> str:
     return topic.name if path == "data" else f"{topic.name}.{path}"
 
 
@@ -202,7 +202,7 @@ def moments(story: Story, count: int) -> list[float]:
     return [float(t_s) for t_s in np.concatenate([*between, fixed[-1:]])]
 
 
-def pictures(recording: Recording, times_s: Sequence[float]) -> list[Picture]:
+def pictures(recording: Recording, times_s: Sequence[float]) -> list[CameraFrame]:
     """Return what the first camera saw nearest to some times; fewer where it took fewer."""
     cameras = recording.with_role(Role.CAMERA)
     if not cameras:
@@ -213,7 +213,7 @@ def pictures(recording: Recording, times_s: Sequence[float]) -> list[Picture]:
         return []
     chosen = {int(taken[np.argmin(np.abs(taken - from_seconds(t_s)))]) for t_s in times_s}
     return [
-        Picture(seconds(recorded.t_ns), pixels_of(recorded.message))
+        CameraFrame(seconds(recorded.t_ns), pixels_of(recorded.message))
         for recorded in recording.messages({topic})
         if recorded.t_ns in chosen
     ]

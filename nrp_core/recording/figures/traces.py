@@ -12,7 +12,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.recording.figures.story import Coloured, Series, Story
+from nrp_core.recording.figures.story import Coloured, StepSeries, Story
 from nrp_core.recording.figures.style import FAINT, colour
 
 _LONGEST_LABEL, _LINE_CHARACTERS = 28, 72
@@ -126,9 +126,9 @@ def _spikes_of(
     return times[rows >= 0], rows[rows >= 0]
 
 
-def by_unit(series: Mapping[str, Series]) -> dict[str, list[Series]]:
+def by_unit(series: Mapping[str, StepSeries]) -> dict[str, list[StepSeries]]:
     """Return series that share an axis: of one unit, or without a unit of topics that end alike."""
-    axes: dict[str, list[Series]] = {}
+    axes: dict[str, list[StepSeries]] = {}
     topics: dict[str, set[str]] = {}
     for key, one in series.items():
         topic = key.split(".")[0]
@@ -139,12 +139,12 @@ def by_unit(series: Mapping[str, Series]) -> dict[str, list[Series]]:
     return {alone.get(name, name): own for name, own in axes.items()}
 
 
-def moving(series: Mapping[str, Series]) -> dict[str, Series]:
+def moving(series: Mapping[str, StepSeries]) -> dict[str, StepSeries]:
     """Return the series that are not 0 all the time; if all are, all."""
     return {key: one for key, one in series.items() if any(one.values)} or dict(series)
 
 
-def draw_series(axes: Axes, series: Sequence[Series], end_s: float) -> None:
+def draw_series(axes: Axes, series: Sequence[StepSeries], end_s: float) -> None:
     """Draw a curve for each."""
     axes.axhline(0, color=FAINT, linewidth=0.5)
     labels = short_labels(series, min(_LONGEST_LABEL, _LINE_CHARACTERS // len(series)))
@@ -163,7 +163,7 @@ def draw_series(axes: Axes, series: Sequence[Series], end_s: float) -> None:
     )  # fmt: skip
 
 
-def short_labels(series: Sequence[Series], longest: int = _LONGEST_LABEL) -> list[str]:
+def short_labels(series: Sequence[StepSeries], longest: int = _LONGEST_LABEL) -> list[str]:
     """Return labels without what all of them share, and none longer than fits.
 
     What they end with is left out where the title of the axes says it (of values without a unit), or where

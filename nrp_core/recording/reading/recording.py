@@ -21,7 +21,7 @@ from nrp_core.world.messages.cdr import Codec
 
 
 @dataclass(frozen=True, slots=True)
-class Topic:
+class RecordedTopic:
     """A topic of a recording.
 
     Args:
@@ -99,11 +99,11 @@ class Recording:
         return closed and self._whole
 
     @cached_property
-    def topics(self) -> dict[str, Topic]:
+    def topics(self) -> dict[str, RecordedTopic]:
         """Every topic by its name."""
         return {topic.name: topic for topic, _ in self._read()}
 
-    def with_role(self, *roles: Role) -> list[Topic]:
+    def with_role(self, *roles: Role) -> list[RecordedTopic]:
         """Return the topics of these roles."""
         return [topic for topic in self.topics.values() if topic.role in roles]
 
@@ -120,7 +120,7 @@ class Recording:
         for topic, message in self.raw(topics):
             yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
 
-    def decoded(self, codec: Codec, topic: Topic, data: bytes) -> Any:
+    def decoded(self, codec: Codec, topic: RecordedTopic, data: bytes) -> Any:
         """Return a message.
 
         Raises:
@@ -133,7 +133,7 @@ class Recording:
             message = f"a message of {topic.name} ({topic.type_name}) cannot be read: {error}"
             raise ExperimentError(message, path=self.file) from error
 
-    def define(self, codec: Codec, topic: Topic) -> None:
+    def define(self, codec: Codec, topic: RecordedTopic) -> None:
         """Let a codec know the type of a topic.
 
         Raises:
@@ -145,16 +145,16 @@ class Recording:
             message = f"the type of {topic.name} ({topic.type_name}) cannot be read: {error}"
             raise ExperimentError(message, path=self.file) from error
 
-    def raw(self, topics: Collection[str] | None = None) -> Iterator[tuple[Topic, Message]]:
+    def raw(self, topics: Collection[str] | None = None) -> Iterator[tuple[RecordedTopic, Message]]:
         """Return messages undecoded, as records of the file."""
         for topic, message in self._read():
             if message is not None and (topics is None or topic.name in topics):
                 yield topic, message
 
-    def _read(self) -> Iterator[tuple[Topic, Message | None]]:
+    def _read(self) -> Iterator[tuple[RecordedTopic, Message | None]]:
         """Return every topic as it opens (without a message), and every message; end where one is missing."""
         schemas: dict[int, Schema] = {}
-        topics: dict[int, Topic] = {}
+        topics: dict[int, RecordedTopic] = {}
         expected: dict[int, int] = {}
         self._whole = False
         for record in _records(self.file):
@@ -162,7 +162,7 @@ class Recording:
                 schemas[record.id] = record
             elif isinstance(record, Channel) and record.id not in topics and record.schema_id in schemas:
                 schema = schemas[record.schema_id]
-                topic = Topic(record.topic, schema.name, schema.data.decode(), record.metadata)
+                topic = RecordedTopic(record.topic, schema.name, schema.data.decode(), record.metadata)
                 topics[record.id] = topic
                 yield topic, None
             elif isinstance(record, Message) and record.channel_id in topics:

@@ -12,7 +12,7 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
-from nrp_core.recording.reading.recording import Recording, Topic
+from nrp_core.recording.reading.recording import RecordedTopic, Recording
 from nrp_core.recording.writing.encoding import joined
 from nrp_core.recording.writing.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, WORLD, Step
 from nrp_core.world.messages.cdr import Codec
@@ -37,7 +37,7 @@ class RecordedStep:
 
     hash: StepHash
     t_ns: int
-    messages: list[tuple[Topic, bytes]] = field(default_factory=list)
+    messages: list[tuple[RecordedTopic, bytes]] = field(default_factory=list)
     from_outside: list[tuple[str, Any]] = field(default_factory=list)
     calls: list[Called] = field(default_factory=list)
 
@@ -50,7 +50,7 @@ class RecordedStep:
 def steps_of(recording: Recording) -> Iterator[RecordedStep]:
     """Return the steps of a recording, the first being what there was before any; nothing is kept."""
     codec = Codec({})
-    messages: list[tuple[Topic, bytes]] = []
+    messages: list[tuple[RecordedTopic, bytes]] = []
     published: list[Published] = []
     calls: list[Called] = []
     for topic, record in recording.raw():

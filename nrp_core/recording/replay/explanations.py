@@ -9,7 +9,7 @@ from nrp_core._support import machine
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.recording.folder.capsule import FORMAT, changed_files
+from nrp_core.recording.folder.recording_folder import FORMAT, changed_files
 from nrp_core.recording.layout import RUN_NAME
 from nrp_core.recording.reading.recording import Recording
 

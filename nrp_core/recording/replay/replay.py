@@ -17,7 +17,7 @@ from nrp_core.experiment.making.prepare import Plan, Say, quietly
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.calls import LOST, changes_functions, repeat
-from nrp_core.recording.folder.capsule import Capsule, Origin
+from nrp_core.recording.folder.recording_folder import Origin, RecordingFolder
 from nrp_core.recording.folder.self_contained import recorded_experiment
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import SNAPSHOTS, Pictures
@@ -39,7 +39,7 @@ Recorded = Literal["brain", "world"]
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class ReplayRequest:
     """How a recording shall run again.
 
     Args:
@@ -58,7 +58,7 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ReplayResult:
     """What came of a replay.
 
     Args:
@@ -96,7 +96,12 @@ class Replay(Closing):
     """
 
     def __init__(
-        self, recording: Recording, request: Request, say: Say = quietly, *, files: FilesRead | None = None
+        self,
+        recording: Recording,
+        request: ReplayRequest,
+        say: Say = quietly,
+        *,
+        files: FilesRead | None = None,
     ) -> None:
         require_format(recording)
         self._recording, self._request, self._say, self._files = recording, request, say, files
@@ -136,11 +141,11 @@ class Replay(Closing):
         """Release the engines."""
         self._close()
 
-    def verify(self) -> Outcome:
+    def verify(self) -> ReplayResult:
         """Run it, up to the first difference, and say what it is."""
         return self._go(stop_at_difference=True)
 
-    def go(self) -> Outcome:
+    def go(self) -> ReplayResult:
         """Run all of it, whatever differs; record it where that is wanted."""
         return self._go(stop_at_difference=False)
 
@@ -152,7 +157,7 @@ class Replay(Closing):
             lambda p, side: exchange[side](p, self._recording), sorted(self._request.recorded), plan
         )
 
-    def _go(self, *, stop_at_difference: bool) -> Outcome:
+    def _go(self, *, stop_at_difference: bool) -> ReplayResult:
         recorded, begin_ns = self._begin()
         self._comparison.steps = 0
         error = None
@@ -171,7 +176,7 @@ class Replay(Closing):
         comparison = self._comparison
         if comparison.difference is not None:
             self.warnings += other_surroundings(self._recording, self._experiment)
-        return Outcome(
+        return ReplayResult(
             comparison.steps, comparison.difference, begin_ns, self.run.loop.now_ns, error, self.warnings
         )
 
@@ -318,12 +323,12 @@ class Replay(Closing):
             self._take_up(self._edited)
         if self._request.record is not None:
             origin = Origin(str(self._recording.folder.name), now_ns, self._chain) if now_ns else None
-            capsule = Capsule(
+            recording_folder = RecordingFolder(
                 self.run, self._request.record, pictures=_pictures(self._recording), files=self._files,
                 origin=origin, calls=self._changes,
             )  # fmt: skip
-            stack.callback(lambda: self.warnings.extend(capsule.warnings))
-            stack.push(lambda kind, *_: capsule.close("failed" if kind else "finished"))
+            stack.callback(lambda: self.warnings.extend(recording_folder.warnings))
+            stack.push(lambda kind, *_: recording_folder.close("failed" if kind else "finished"))
 
     def _no_step(self, wanted_ns: int) -> ExperimentError:
         """Return the error of there being no step at a time that the run has passed, or did not reach."""

@@ -14,7 +14,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.errors import CapabilityError
 from nrp_core.recording.layout import Role
 from nrp_core.recording.writing.packing import Packed
-from nrp_core.recording.writing.signals import Entry
+from nrp_core.recording.writing.signals import RecordEntry
 from nrp_core.world.world import World
 
 BRAIN, WORLD, INPUTS, OUTPUTS = range(4)
@@ -46,7 +46,7 @@ class Step(NamedTuple):
     """
 
     t_ns: int
-    entries: Sequence[Entry]
+    entries: Sequence[RecordEntry]
     voltages: FloatArray | None
 
 
@@ -82,7 +82,7 @@ class Hasher:
                     counted[group].append(part.digest if isinstance(part, Packed) else part)
         return [xxhash.xxh3_64_hexdigest(b"".join(one)) for one in counted]
 
-    def _know(self, entry: Entry) -> tuple[int | None, bytes]:
+    def _know(self, entry: RecordEntry) -> tuple[int | None, bytes]:
         """Return in which group a topic counts, if in any, and its name as bytes."""
         known = GROUP_OF.get(entry.about["role"]), entry.topic.encode()
         self._topics[entry.topic] = known

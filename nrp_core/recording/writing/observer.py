@@ -15,12 +15,12 @@ from nrp_core.recording.layout import CALLED, PUBLISHED, Pictures, Role
 from nrp_core.recording.writing.hashes import Step, Voltages
 from nrp_core.recording.writing.signals import (
     QUICKLY_ENCODED,
-    Camera,
     CameraHashes,
-    DeviceValues,
-    Entry,
+    CameraImages,
+    DeviceRecords,
     MovingModels,
     PopulationSpikes,
+    RecordEntry,
     Scenery,
     Sensor,
     Signal,
@@ -65,9 +65,9 @@ class Observer:
         self._brain, self._world = brain, world
         self._period_ns, self._pictures = period_ns, pictures
         self._refused: set[str] = set()
-        self._pending: list[Entry] = []
+        self._pending: list[RecordEntry] = []
         self._signals: list[Signal] = [
-            Scenery(world), MovingModels(world), PopulationSpikes(brain), DeviceValues(brain)
+            Scenery(world), MovingModels(world), PopulationSpikes(brain), DeviceRecords(brain)
         ]  # fmt: skip
         self._followed = {MODEL_STATES}
         self._voltages = Voltages(brain)
@@ -96,15 +96,15 @@ class Observer:
         except TopicError:
             return  # which is told when it is published
         noted = nrp_msgs.Published(header, topic, kind, data)  # type: ignore[arg-type]
-        self._add(Entry(self._world.now_ns, PUBLISHED, nrp_msgs.Published, _RUN, message=noted))
+        self._add(RecordEntry(self._world.now_ns, PUBLISHED, nrp_msgs.Published, _RUN, message=noted))
 
     def note_call(self, name: str, data: bytes) -> None:
         """Take in what else was done from outside of the run."""
         header = Header(Time.from_ns(self._world.now_ns))
         noted = nrp_msgs.Called(header, name, np.frombuffer(data, np.uint8))
-        self._add(Entry(self._world.now_ns, CALLED, nrp_msgs.Called, _RUN, message=noted))
+        self._add(RecordEntry(self._world.now_ns, CALLED, nrp_msgs.Called, _RUN, message=noted))
 
-    def close(self) -> list[Entry]:
+    def close(self) -> list[RecordEntry]:
         """Leave the run as if nobody had looked; return what had come of a step that was not finished."""
         self._world.remove_observer(self._note_published)
         for signal in self._signals:
@@ -132,21 +132,21 @@ class Observer:
         elif self._pictures is Pictures.HASH:
             self._signals.append(CameraHashes(self._world, topic, self._period_ns))
         elif self._pictures is not Pictures.OFF:
-            self._signals.append(Camera(self._world, topic, self._period_ns, self._pictures))
+            self._signals.append(CameraImages(self._world, topic, self._period_ns, self._pictures))
 
     def _note_published(self, topic: str, stamped: Stamped) -> None:
         message = stamped.message
         data = self._encoded(topic, message)
         if data is not None:
-            self._pending.append(Entry(stamped.t_ns, topic, type(message), _PUBLISHED, (data,)))
+            self._pending.append(RecordEntry(stamped.t_ns, topic, type(message), _PUBLISHED, (data,)))
 
-    def _add(self, entry: Entry) -> None:
+    def _add(self, entry: RecordEntry) -> None:
         """Keep an entry; what has yet to be encoded is, for whoever owns the message may change it later."""
         if not entry.parts:
             data = self._encoded(entry.topic, entry.message)
             if data is None:
                 return
-            entry = Entry(entry.t_ns, entry.topic, entry.kind, entry.about, (data,))
+            entry = RecordEntry(entry.t_ns, entry.topic, entry.kind, entry.about, (data,))
         self._pending.append(entry)
 
     def _encoded(self, topic: str, message: Any) -> memoryview | None:

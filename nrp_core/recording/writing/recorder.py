@@ -15,7 +15,7 @@ from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS, Pictures
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.hashes import Chain, Hasher, Step
 from nrp_core.recording.writing.observer import Observer, about_run
-from nrp_core.recording.writing.signals import Entry
+from nrp_core.recording.writing.signals import RecordEntry
 from nrp_core.recording.writing.ticker import Ticker
 from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.messages import nrp_msgs
@@ -66,7 +66,7 @@ class Recorder:
             self.observer.note_call(call.name, bytes(call.data))
         self._hasher = Hasher()
         self._announce(STEPS, nrp_msgs.StepHash, about_run())
-        self._steps: deque[Step | Entry] = deque([self.observer.step(steps)])
+        self._steps: deque[Step | RecordEntry] = deque([self.observer.step(steps)])
         self.flush()
         self._ticker = Ticker(self._flush_late, LOOK_S)
 
@@ -91,7 +91,7 @@ class Recorder:
         """Keep the complete state of the run after the last step."""
         now_ns = self._world.now_ns
         parts = encoding.snapshot(now_ns, self.steps, data)
-        self._steps.append(Entry(now_ns, SNAPSHOTS, nrp_msgs.Snapshot, about_run(), parts))
+        self._steps.append(RecordEntry(now_ns, SNAPSHOTS, nrp_msgs.Snapshot, about_run(), parts))
 
     def flush(self) -> None:
         """Hash and pack what came since the last time and hand it to the operating system.
@@ -139,7 +139,7 @@ class Recorder:
     def _write_steps(self) -> None:
         while self._steps:
             step = self._steps.popleft()
-            if isinstance(step, Entry):
+            if isinstance(step, RecordEntry):
                 self._put(step)
             else:
                 self._write_step(step)
@@ -152,7 +152,7 @@ class Recorder:
         self._file.write(STEPS, step.t_ns, told)
         self._written += 1
 
-    def _put(self, entry: Entry) -> None:
+    def _put(self, entry: RecordEntry) -> None:
         if not self._file.knows(entry.topic):
             self._announce(entry.topic, entry.kind, entry.about)
         self._file.write(entry.topic, entry.t_ns, entry.parts)

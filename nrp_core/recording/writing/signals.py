@@ -41,7 +41,7 @@ from nrp_core.world.topics import Stamped, TopicInfo
 from nrp_core.world.world import World
 
 
-class Entry(NamedTuple):
+class RecordEntry(NamedTuple):
     """A message to be recorded.
 
     Args:
@@ -64,7 +64,7 @@ class Entry(NamedTuple):
 QUICKLY_ENCODED = (nrp_msgs.Spikes, ModelStates, Image, Float64, Float64MultiArray)
 """The classes of messages that do not pass through the codec."""
 
-Add = Callable[[Entry], None]
+Add = Callable[[RecordEntry], None]
 """Takes in an entry."""
 
 
@@ -97,7 +97,7 @@ class Scenery(Signal):
         scene = self._world.scene
         if scene is not self._shown:
             self._shown = scene
-            add(Entry(now_ns, SCENE, MarkerArray, self._about, message=markers(scene)))
+            add(RecordEntry(now_ns, SCENE, MarkerArray, self._about, message=markers(scene)))
 
 
 class MovingModels(Signal):
@@ -119,7 +119,7 @@ class MovingModels(Signal):
         if now_ns > self._seen_ns:
             self._seen_ns = now_ns
             motions = [world.model_motion(name) for name in self._names]
-            add(Entry(now_ns, MODEL_STATES, ModelStates, self._about, self._encode(motions)))
+            add(RecordEntry(now_ns, MODEL_STATES, ModelStates, self._about, self._encode(motions)))
 
 
 class Sensor(Signal):
@@ -145,14 +145,14 @@ class Sensor(Signal):
             add(self._entry(self._subscription.topic.name, stamped))
         self._subscription.clear()  # a picture that is held takes the place of others in the cache
 
-    def _entry(self, topic: str, stamped: Stamped) -> Entry:
-        return Entry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message)
+    def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
+        return RecordEntry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message)
 
     def close(self) -> None:
         self._world.unsubscribe(self._subscription)
 
 
-class Camera(Sensor):
+class CameraImages(Sensor):
     """The pictures of one camera, compressed where that is wanted and possible."""
 
     _about = about_role(Role.CAMERA)
@@ -161,20 +161,22 @@ class Camera(Sensor):
         super().__init__(world, topic, period_ns)
         self._compressed = pictures is Pictures.JPEG
 
-    def _entry(self, topic: str, stamped: Stamped) -> Entry:
+    def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
         picture = stamped.message
         if self._compressed and compressible(picture):
             small = compress(picture)
-            return Entry(stamped.t_ns, compressed_topic(topic), CompressedImage, self._about, message=small)
-        return Entry(stamped.t_ns, topic, Image, self._about, encoding.image(picture))
+            return RecordEntry(
+                stamped.t_ns, compressed_topic(topic), CompressedImage, self._about, message=small
+            )
+        return RecordEntry(stamped.t_ns, topic, Image, self._about, encoding.image(picture))
 
 
 class CameraHashes(Sensor):
     """A hash of each picture of one camera."""
 
-    def _entry(self, topic: str, stamped: Stamped) -> Entry:
+    def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
         digest = String(xxhash.xxh3_128_hexdigest(np.ascontiguousarray(stamped.message.data).data))
-        return Entry(stamped.t_ns, hash_topic(topic), String, self._about, message=digest)
+        return RecordEntry(stamped.t_ns, hash_topic(topic), String, self._about, message=digest)
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,15 +228,15 @@ class PopulationSpikes(Signal):
             ids = spikes.neurons[chosen] - self._offsets[owner]
             add(self._entry(now_ns, owner, ids, spikes.times_ms[chosen]))
 
-    def _entry(self, now_ns: int, owner: int, ids: IntArray, times_ms: FloatArray) -> Entry:
+    def _entry(self, now_ns: int, owner: int, ids: IntArray, times_ms: FloatArray) -> RecordEntry:
         parts = self._encoders[owner](now_ns, ids, times_ms)
-        return Entry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, parts)
+        return RecordEntry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, parts)
 
     def close(self) -> None:
         self._brain.remove(self._port)
 
 
-class DeviceValues(Signal):
+class DeviceRecords(Signal):
     """The values of all devices that have one, whenever they changed; devices may come and go."""
 
     def __init__(self, brain: Brain) -> None:
@@ -276,12 +278,12 @@ class _Device:
         self.about = about_role(kind, unit=port.unit, device=port.name, neurons=neurons)
         self.last = last
 
-    def entry(self, now_ns: int, value: Any) -> Entry:
+    def entry(self, now_ns: int, value: Any) -> RecordEntry:
         """Return a new value."""
         if self._listens:
-            return Entry(now_ns, self.topic, Float64, self.about, encoding.float64(float(value)))
+            return RecordEntry(now_ns, self.topic, Float64, self.about, encoding.float64(float(value)))
         parts = encoding.float64s(np.atleast_1d(np.asarray(value, float)))
-        return Entry(now_ns, self.topic, Float64MultiArray, self.about, parts)
+        return RecordEntry(now_ns, self.topic, Float64MultiArray, self.about, parts)
 
 
 def _differ(value: Any, last: Any) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core.comparison.grid import Cell
+from nrp_core.comparison.grid import GridCell
 from nrp_core.comparison.judgement import Answer, Judgement
 from nrp_core.comparison.measuring import judge
 from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
@@ -43,13 +43,13 @@ class Apart(DistanceMetric):
 
 def judged(
     metric: Any,
-    value: Callable[[Cell, float], float | None],
+    value: Callable[[GridCell, float], float | None],
     seeds: int = 20,
     margins: Margins | None = None,
-    failed: Callable[[Cell], bool] = lambda cell: False,
+    failed: Callable[[GridCell], bool] = lambda cell: False,
 ) -> Judgement:
     """Judge runs that gave ``value(cell, noise)``, the noise being that of each run."""
-    cells = [Cell(b, w, s) for s in range(seeds) for b in BRAINS for w in WORLDS]
+    cells = [GridCell(b, w, s) for s in range(seeds) for b in BRAINS for w in WORLDS]
     grid = SimpleNamespace(brains=BRAINS, worlds=WORLDS, seeds=tuple(range(seeds)), cells=cells)
     drawn = np.random.Generator(np.random.Philox(5)).normal(size=len(cells))
     runs = {
@@ -157,10 +157,10 @@ def test_chance_is_seldom_taken_for_a_difference() -> None:
 
 @pytest.mark.parametrize("metric", [Value, Apart])
 def test_a_run_that_failed_measures_nothing_but_that(metric: type[Metric]) -> None:
-    def fails(cell: Cell) -> bool:
+    def fails(cell: GridCell) -> bool:
         return cell.seed == 5 and cell.brain == "exact"
 
-    def value(cell: Cell, x: float) -> float:
+    def value(cell: GridCell, x: float) -> float:
         return x + 3.0 * (cell.brain == "coarse") + 1000.0 * fails(cell)
 
     (part,) = judged(metric, value, failed=fails).parts

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.dsl.tf_lib import (
-    Camera,
+    PinholeCamera,
     RedShares,
     detect_red,
     find_centroid_hsv,
@@ -145,7 +145,7 @@ def test_the_centroid_is_the_mean_pixel_of_a_colour() -> None:
 
 
 def test_the_camera_has_the_documented_calibration() -> None:
-    camera = Camera()
+    camera = PinholeCamera()
     assert (camera.width, camera.height, camera.fx, camera.cx, camera.cy) == (320, 240, 160, 160, 120)
     assert camera.pixel2metric(320, 240) == (1.0, 0.75)
     assert camera.pixel2norm(320, 0) == (1.0, -1.0)
@@ -155,7 +155,7 @@ def test_the_camera_has_the_documented_calibration() -> None:
 
 
 def test_another_image_size_rescales_the_calibration() -> None:
-    camera = Camera()
+    camera = PinholeCamera()
     assert camera.set_image_size(640, 120)
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (320, 80, 320, 60)
     assert not camera.set_image_size(0, 120)
@@ -166,7 +166,7 @@ def test_another_image_size_rescales_the_calibration() -> None:
     u=st.floats(-200, 600), v=st.floats(-200, 600), width=st.integers(1, 2000), height=st.integers(1, 2000)
 )
 def test_conversions_there_and_back_are_the_identity(u: float, v: float, width: int, height: int) -> None:
-    camera = Camera()
+    camera = PinholeCamera()
     camera.set_image_size(width, height)
     metric, angle, norm = camera.pixel2metric(u, v), camera.pixel2angle(u, v), camera.pixel2norm(u, v)
     for back in (camera.metric2pixel(*metric), camera.angle2pixel(*angle), camera.norm2pixel(*norm)):

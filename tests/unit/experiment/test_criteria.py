@@ -7,8 +7,8 @@ import pytest
 
 from nrp_core.errors import TopicError
 from nrp_core.experiment.events.conditions import Times
-from nrp_core.experiment.events.criteria import Judge, Outcome, all_passed, judge_of
-from nrp_core.experiment.events.ground_positions import Proximity, Whereabouts
+from nrp_core.experiment.events.criteria import Judge, Verdict, all_passed, judge_of
+from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
 from nrp_core.experiment.model.event_schema import Criterion, Near
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
@@ -22,7 +22,7 @@ TO_GLASS = {"model": "husky", "visual": "wall/body/glass", "within": "1 m"}
 
 def judged(world: World, criterion: dict[str, Any], times: Times, *, speed: float, steps: int = 150) -> Judge:
     """Drive the husky forward for 3 s, look at every step."""
-    judge, where = judge_of(Criterion.model_validate(criterion), world), Whereabouts(world)
+    judge, where = judge_of(Criterion.model_validate(criterion), world), GroundPositions(world)
     drive = world.advertise("/husky/cmd_vel")
     for step in range(steps):
         judge.look(step * 20 * MS, {k: t for k, t in times.items() if t <= step * 20 * MS}, where)
@@ -62,7 +62,7 @@ def test_an_event_that_never_happens_leaves_open_until_a_whole_run_is_over(world
     judge = judged(world, criterion, {}, speed=1.0)
     assert judge.outcome.passed is None
     judge.finish(world.now_ns)
-    assert judge.outcome == Outcome(False, 3.0, None, None, 1.0, "never began to count: red did not come")
+    assert judge.outcome == Verdict(False, 3.0, None, None, 1.0, "never began to count: red did not come")
 
 
 def test_without_an_event_any_time_will_do(world: World) -> None:
@@ -131,7 +131,7 @@ def test_what_a_topic_keeps_saying_decides(
 ) -> None:
     world.declare("/level", Float64)
     criterion = {"topic_stays": CALM | {"during": {"since": since, "until": "60 ms"}}}
-    judge, where = judge_of(Criterion.model_validate(criterion), world), Whereabouts(world)
+    judge, where = judge_of(Criterion.model_validate(criterion), world), GroundPositions(world)
     says = world.advertise("/level")
     for step, value in enumerate((0.1, level, 0.1, 9.0)):  # after the last moment anything may be said
         judge.look(step * 20 * MS, {}, where)
@@ -154,7 +154,7 @@ def test_a_topic_or_field_that_is_not_there_is_refused(
 
 def test_distances_to_a_moving_visual_follow_its_model(world: World) -> None:
     near = Near.model_validate({"model": "cart", "visual": "husky/base/glass", "within": "1 m"})
-    proximity, where = Proximity(near, world.scene), Whereabouts(world)
+    proximity, where = Proximity(near, world.scene), GroundPositions(world)
     assert proximity.distance(where) == pytest.approx(3.0)
     world.advertise("/husky/cmd_vel").publish(Twist(Vector3(40.0, 0.0, 0.0)))
     world.run_until(100 * MS)
@@ -172,8 +172,8 @@ def test_a_visual_that_a_joint_moves_has_no_known_distance(room: Scene) -> None:
         Proximity(near, scene)
 
 
-def outcome(passed: bool | None) -> Outcome:
-    return Outcome(passed, None, None, None, 1.0, "")
+def outcome(passed: bool | None) -> Verdict:
+    return Verdict(passed, None, None, None, 1.0, "")
 
 
 @pytest.mark.parametrize(

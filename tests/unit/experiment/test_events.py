@@ -8,7 +8,7 @@ import pytest
 from nrp_core.errors import SceneError, TopicError
 from nrp_core.experiment.events.conditions import trigger
 from nrp_core.experiment.events.events import Events, action_of
-from nrp_core.experiment.events.ground_positions import Whereabouts
+from nrp_core.experiment.events.ground_positions import GroundPositions
 from nrp_core.experiment.model.event_schema import Event
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Bool, Float64, Float64MultiArray, String
@@ -19,8 +19,8 @@ MS = 1_000_000
 
 
 @pytest.fixture
-def where(world: World) -> Whereabouts:
-    return Whereabouts(world)
+def where(world: World) -> GroundPositions:
+    return GroundPositions(world)
 
 
 Add = Callable[..., None]
@@ -32,7 +32,7 @@ def events() -> Events:
 
 
 @pytest.fixture
-def add(events: Events, world: World, where: Whereabouts) -> Add:
+def add(events: Events, world: World, where: GroundPositions) -> Add:
     """Add an event as an experiment file writes it."""
 
     def added(name: str, **fields: Any) -> None:
@@ -88,7 +88,7 @@ def test_an_event_that_waits_for_another_happens_after_it_wherever_it_stands(
 
 
 def test_a_model_that_comes_near_a_visual_lets_an_event_happen(
-    events: Events, add: Add, world: World, where: Whereabouts
+    events: Events, add: Add, world: World, where: GroundPositions
 ) -> None:
     near = {"model": "husky", "visual": "wall/body/glass", "within": "1 m"}
     add("arrived", when={"near": near})

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.cli.app import run_app
-from nrp_core.cli.session import Request, Session
+from nrp_core.cli.session import RunRequest, Session
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.writing import writer
@@ -27,7 +27,7 @@ def whole(fakes: None, drive_to_the_wall: Path, tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(writer, "FLUSH_S", 0.0)
     folder = tmp_path / "whole"
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-        Session(Request(str(drive_to_the_wall), [], "0.4s", folder)).run(as_json=False)
+        Session(RunRequest(str(drive_to_the_wall), [], "0.4s", folder)).run(as_json=False)
     return folder
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
-from nrp_core.recording.replay.replay import Replay, Request
+from nrp_core.recording.replay.replay import Replay, ReplayRequest
 
 RECORDINGS = Path(__file__).parents[2] / "recordings"
 S = 10**9
@@ -17,7 +17,7 @@ S = 10**9
 @pytest.mark.usefixtures("fakes")
 @pytest.mark.parametrize("name", ["plain_0.1.0", "changed_0.1.0"])
 def test_a_recording_of_version_0_1_0_replays_bit_for_bit(name: str) -> None:
-    with Replay(Recording(RECORDINGS / name), Request()) as again:
+    with Replay(Recording(RECORDINGS / name), ReplayRequest()) as again:
         outcome = again.verify()
     assert outcome.identical
     assert outcome.steps == 50
@@ -35,4 +35,4 @@ def test_a_recording_in_another_format_is_refused_with_the_version_that_made_it(
     about[DIGEST] = digest_of(about)
     (folder / "run.json").write_text(json.dumps(about))
     with pytest.raises(ExperimentError, match=rf"nrp-core 7\.2\.0 in format {format_}; this version replays"):
-        Replay(Recording(folder), Request())
+        Replay(Recording(folder), ReplayRequest())

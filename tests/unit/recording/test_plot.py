@@ -17,11 +17,11 @@ from nrp_core.recording.figures import check_target, plot
 from nrp_core.recording.figures.labels import keep_apart
 from nrp_core.recording.figures.page import draw_page
 from nrp_core.recording.figures.room import footprint
-from nrp_core.recording.figures.story import Coloured, Series, Story, moments, numbers_in, pictures
+from nrp_core.recording.figures.story import Coloured, StepSeries, Story, moments, numbers_in, pictures
 from nrp_core.recording.figures.style import style
 from nrp_core.recording.figures.traces import by_unit, groups, moving, short_labels
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Pictures, Role
-from nrp_core.recording.reading.recording import Recorded, Recording, Topic
+from nrp_core.recording.reading.recording import Recorded, RecordedTopic, Recording
 from nrp_core.recording.writing.scenery import markers
 from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -146,19 +146,19 @@ def test_a_neuron_is_shown_in_the_smallest_group_that_names_it(recording: Record
 
 
 def test_labels_lose_what_they_share() -> None:
-    series = [Series(label, "mV") for label in ("drive/left_wheel", "drive/right_wheel")]
+    series = [StepSeries(label, "mV") for label in ("drive/left_wheel", "drive/right_wheel")]
     assert short_labels(series) == ["left_wheel", "right_wheel"]
     assert short_labels(series[:1]) == ["drive/left_wheel"]
-    assert short_labels([Series("x" * 100, "")])[0].startswith("…x")
-    pulls = [Series(f"turn/pulls/{i}", "Hz") for i in range(3)]
+    assert short_labels([StepSeries("x" * 100, "")])[0].startswith("…x")
+    pulls = [StepSeries(f"turn/pulls/{i}", "Hz") for i in range(3)]
     assert short_labels(pulls) == ["pulls/0", "pulls/1", "pulls/2"]
-    joints = [Series(f"/walker/{side}_knee/cmd_pos", "") for side in ("left", "right")]
+    joints = [StepSeries(f"/walker/{side}_knee/cmd_pos", "") for side in ("left", "right")]
     assert short_labels(joints) == ["left_knee", "right_knee"]
     assert short_labels(joints[:1]) == ["cmd_pos"]
-    legs = [Series(f"move_{leg}/lifting", "Hz") for leg in ("left", "right")]
+    legs = [StepSeries(f"move_{leg}/lifting", "Hz") for leg in ("left", "right")]
     assert short_labels(legs) == ["move_left/lifting", "move_right/lifting"]
     assert short_labels(legs, 15) == ["left", "right"]
-    legs.append(Series("move_left/forward", "Hz"))
+    legs.append(StepSeries("move_left/forward", "Hz"))
     assert short_labels(legs, 15) == ["left/lifting", "right/lifting", "left/forward"]
 
 
@@ -166,7 +166,7 @@ def test_values_of_two_robots_are_told_apart() -> None:
     names = [f"/{robot}/cmd_vel" for robot in ("red", "blue")]
     story = Story({})
     for name in names:
-        topic = Topic(name, "geometry_msgs/msg/Twist", "", {"role": Role.PUBLISHED.value})
+        topic = RecordedTopic(name, "geometry_msgs/msg/Twist", "", {"role": Role.PUBLISHED.value})
         story._take(topic, Recorded(name, 0, Twist(Vector3(1.0))))
     assert short_labels(by_unit(moving(story.commands))["m/s"]) == [
         "red/cmd_vel.linear.x", "blue/cmd_vel.linear.x",
@@ -188,7 +188,9 @@ def test_names_on_the_map_stay_in_it_and_cover_no_other() -> None:
 
 def test_many_devices_are_rows_of_colours_and_no_name_leaves_the_figure() -> None:
     sinks = {
-        f"wheel_{i}": Series(f"drive/wheel_number_{i}_of_the_robot", "mV", [0.1 * i, 1.0], [float(i), -1.0])
+        f"wheel_{i}": StepSeries(
+            f"drive/wheel_number_{i}_of_the_robot", "mV", [0.1 * i, 1.0], [float(i), -1.0]
+        )
         for i in range(18)
     }
     for count in (1, 3, 4, 18):
@@ -214,7 +216,7 @@ def test_all_of_a_robot_is_seen_and_its_many_joints_share_an_axis(make_rig: Any)
     boom = Model("husky", (Link("body", visuals=(Visual("boom", Box((9.0, 0.2, 0.2))),)),))
     story.markers = markers(Scene((boom,))).markers
     topics = [f"/husky/leg_{i}/cmd_pos" for i in range(6)]
-    story.commands = {f"{one}.data": Series(one, "", [0.0], [0.5]) for one in [*topics, "/husky/lamp"]}
+    story.commands = {f"{one}.data": StepSeries(one, "", [0.0], [0.5]) for one in [*topics, "/husky/lamp"]}
     with style():
         figure = draw_page(story, [])
         figure.draw_without_rendering()

@@ -12,7 +12,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
 from nrp_core.brain.files.sonata.config import Config, Files, read_config
 from nrp_core.brain.files.sonata.edges import read_edges
-from nrp_core.brain.files.sonata.items import Items, read_items, read_types
+from nrp_core.brain.files.sonata.items import SonataItems, read_items, read_types
 from nrp_core.brain.files.sonata.node_sets import read_node_sets
 from nrp_core.brain.files.sonata.nodes import Nodes, Trains, read_nodes
 from nrp_core.brain.network.data import Network, Projection
@@ -81,7 +81,7 @@ def _nodes(config: Config) -> dict[str, Nodes]:
     spikes = _spikes(config)
     for files in config.nodes:
 
-        def read(part: Any, items: Items) -> Nodes:
+        def read(part: Any, items: SonataItems) -> Nodes:
             if items.name in nodes:
                 raise NetworkError(f"two populations of nodes are called '{items.name}'")
             return read_nodes(part, items, spikes.get(items.name, {}))
@@ -101,7 +101,7 @@ def _projections(config: Config, nodes: Mapping[str, Nodes]) -> list[Projection]
     return found
 
 
-def _read(files: Files, kind: str, parameters: Path, read: Callable[[Any, Items], T]) -> list[T]:
+def _read(files: Files, kind: str, parameters: Path, read: Callable[[Any, SonataItems], T]) -> list[T]:
     """Return what each population of nodes or edges in a file is read as."""
     types = read_types(files.types, kind, parameters)
     with reading(files.data) as file:

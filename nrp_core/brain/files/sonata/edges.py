@@ -10,15 +10,15 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute
-from nrp_core.brain.files.sonata.items import Items
-from nrp_core.brain.files.sonata.models import Model
+from nrp_core.brain.files.sonata.items import SonataItems
+from nrp_core.brain.files.sonata.models import CellModel
 from nrp_core.brain.files.sonata.nodes import Nodes
 from nrp_core.brain.files.sonata.synapses import Chosen, Values, models_of
 from nrp_core.brain.network.data import RECEPTORS, Population, Projection
 from nrp_core.errors import NetworkError, did_you_mean
 
 
-def read_edges(part: Any, items: Items, nodes: Mapping[str, Nodes]) -> Iterator[Projection]:
+def read_edges(part: Any, items: SonataItems, nodes: Mapping[str, Nodes]) -> Iterator[Projection]:
     """Yield the projections of a population of edges: one for each pair of cell populations and receptor.
 
     Args:
@@ -67,7 +67,7 @@ def _label(name: str, pre: Nodes, post: Nodes, source: str, target: str, recepto
     return f"{name}{between} {receptor}"
 
 
-def _reader(items: Items, chosen: IntArray) -> Values:
+def _reader(items: SonataItems, chosen: IntArray) -> Values:
     def values(name: str, default: float) -> FloatArray:
         given = items.numbers(name)[chosen]
         return np.where(np.isnan(given), default, given)
@@ -75,7 +75,7 @@ def _reader(items: Items, chosen: IntArray) -> Values:
     return values
 
 
-def _ends(part: Any, end: str, items: Items, nodes: Mapping[str, Nodes]) -> tuple[Nodes, IntArray]:
+def _ends(part: Any, end: str, items: SonataItems, nodes: Mapping[str, Nodes]) -> tuple[Nodes, IntArray]:
     ids = array(part, f"{end}_node_id", np.int64)
     if len(ids) != len(items):
         raise NetworkError(f"edges '{items.name}' are {len(items)}, and {len(ids)} of them have a {end}")
@@ -87,7 +87,7 @@ def _ends(part: Any, end: str, items: Items, nodes: Mapping[str, Nodes]) -> tupl
     return nodes[name], nodes[name].places_of(ids, items.name)
 
 
-def _cells(nodes: Nodes, places: IntArray) -> Iterator[tuple[Population, Model, IndexArray]]:
+def _cells(nodes: Nodes, places: IntArray) -> Iterator[tuple[Population, CellModel, IndexArray]]:
     """Yield each cell population of nodes, with the index in it of every node at ``places``, or -1."""
     for (model, chosen), population in zip(nodes.models, nodes.populations, strict=True):
         index = np.full(len(nodes.items), -1, np.int32)
@@ -95,18 +95,18 @@ def _cells(nodes: Nodes, places: IntArray) -> Iterator[tuple[Population, Model, 
         yield population, model, index[places]
 
 
-def _weights(items: Items) -> FloatArray:
+def _weights(items: SonataItems) -> FloatArray:
     """Return weights as in the file: a synapse's, times the number of synapses that an edge stands for."""
     return _required(items, ("syn_weight", "weight")) * _times(items)
 
 
-def _times(items: Items) -> FloatArray:
+def _times(items: SonataItems) -> FloatArray:
     """Return how many synapses each edge stands for."""
     n = items.numbers("nsyns")
     return np.where(np.isnan(n), 1.0, n)
 
 
-def _required(items: Items, names: tuple[str, ...]) -> FloatArray:
+def _required(items: SonataItems, names: tuple[str, ...]) -> FloatArray:
     values = items.numbers(names[0])
     for name in names[1:]:
         values = np.where(np.isnan(values), items.numbers(name), values) if np.isnan(values).any() else values
@@ -120,7 +120,7 @@ def _required(items: Items, names: tuple[str, ...]) -> FloatArray:
     return values
 
 
-def _is_inhibitory(items: Items, weight: FloatArray) -> Any:
+def _is_inhibitory(items: SonataItems, weight: FloatArray) -> Any:
     """Return which edges inhibit: those of such a receptor, or else with a negative weight."""
     inhibitory = np.asarray(weight < 0)
     for number, receptor in items.texts("receptor_type").items():
@@ -133,7 +133,7 @@ def _is_inhibitory(items: Items, weight: FloatArray) -> Any:
     return inhibitory
 
 
-def _signed(weight: FloatArray, model: Model, receptor: str) -> FloatArray:
+def _signed(weight: FloatArray, model: CellModel, receptor: str) -> FloatArray:
     """Return weights in PyNN's units; conductances without a sign, since the receptor says what they do."""
     scaled = np.ascontiguousarray(weight) * model.weight_scale
     if "_cond_" in model.cell_type and receptor == "inhibitory":

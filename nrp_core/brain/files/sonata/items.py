@@ -26,7 +26,7 @@ _NOTHING = frozenset({"", "null", "none", "nan"})
 
 
 @dataclass(frozen=True)
-class Items:
+class SonataItems:
     """Nodes or edges of one population.
 
     Args:
@@ -94,7 +94,7 @@ class Items:
             ) from None
 
 
-def read_items(part: Any, name: str, kind: str, types: Types) -> Items:
+def read_items(part: Any, name: str, kind: str, types: Types) -> SonataItems:
     """Read the nodes or edges of a population from its HDF5 group.
 
     Raises:
@@ -115,7 +115,7 @@ def read_items(part: Any, name: str, kind: str, types: Types) -> Items:
         own = _own(group(part, str(number))) if str(number) in part else {}
         _require_rows(f"{kind}s '{name}', group {number}", own, places[items])
         groups.append((items, places[items], own))
-    return Items(name, kind, type_ids, types, tuple(groups))
+    return SonataItems(name, kind, type_ids, types, tuple(groups))
 
 
 def _own(part: Any) -> dict[str, np.ndarray[Any, Any]]:

@@ -34,7 +34,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class CellModel:
     """A model of a cell.
 
     Args:
@@ -87,7 +87,7 @@ _ADAPTIVE = {
     "tau_w": Parameter("tau_w", 1.0, 144.0),
     "v_spike": Parameter("V_peak", 1.0, 0.0),
 }
-_IZHIKEVICH = Model(
+_IZHIKEVICH = CellModel(
     "Izhikevich",
     {
         "i_offset": Parameter("I_e", _KILO, 0.0),
@@ -102,22 +102,22 @@ _IZHIKEVICH = Model(
 LEAK_NS = {"iaf_cond_exp": 16.6667, "iaf_cond_alpha": 16.6667, "aeif_cond_exp": 30.0, "aeif_cond_alpha": 30.0}
 """Default leak conductance of models that have one in place of a membrane time constant."""
 
-NEST_CELLS: Mapping[str, Model] = {
-    "iaf_psc_exp": Model("IF_curr_exp", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
-    "iaf_psc_alpha": Model("IF_curr_alpha", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
-    "iaf_psc_delta": Model("IF_curr_delta", _lif(), rests=True),
-    "iaf_cond_exp": Model("IF_cond_exp", _CONDUCTANCE, _KILO, rests=True),
-    "iaf_cond_alpha": Model("IF_cond_alpha", _CONDUCTANCE, _KILO, rests=True),
-    "aeif_cond_exp": Model("EIF_cond_exp_isfa_ista", _ADAPTIVE, _KILO, rests=True),
-    "aeif_cond_alpha": Model("EIF_cond_alpha_isfa_ista", _ADAPTIVE, _KILO, rests=True),
+NEST_CELLS: Mapping[str, CellModel] = {
+    "iaf_psc_exp": CellModel("IF_curr_exp", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
+    "iaf_psc_alpha": CellModel("IF_curr_alpha", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
+    "iaf_psc_delta": CellModel("IF_curr_delta", _lif(), rests=True),
+    "iaf_cond_exp": CellModel("IF_cond_exp", _CONDUCTANCE, _KILO, rests=True),
+    "iaf_cond_alpha": CellModel("IF_cond_alpha", _CONDUCTANCE, _KILO, rests=True),
+    "aeif_cond_exp": CellModel("EIF_cond_exp_isfa_ista", _ADAPTIVE, _KILO, rests=True),
+    "aeif_cond_alpha": CellModel("EIF_cond_alpha_isfa_ista", _ADAPTIVE, _KILO, rests=True),
     "izhikevich": _IZHIKEVICH,
 }
 """NEST's cells by their names there."""
-_PYNN = {name: Model(name, {}) for name in CELLS}
-_SCHEMAS: Mapping[str, Mapping[str, Model]] = {"pynn": _PYNN, "nest": NEST_CELLS}
+_PYNN = {name: CellModel(name, {}) for name in CELLS}
+_SCHEMAS: Mapping[str, Mapping[str, CellModel]] = {"pynn": _PYNN, "nest": NEST_CELLS}
 
 
-def model_of(owner: str, model_type: str, template: str) -> Model:
+def model_of(owner: str, model_type: str, template: str) -> CellModel:
     """Return what a type of point neurons is.
 
     Args:

@@ -11,14 +11,14 @@ from pyNN.standardmodels import cells as standard
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array
-from nrp_core.brain.files.sonata.items import Items
-from nrp_core.brain.files.sonata.models import LEAK_NS, Model, Parameter, model_of
+from nrp_core.brain.files.sonata.items import SonataItems
+from nrp_core.brain.files.sonata.models import LEAK_NS, CellModel, Parameter, model_of
 from nrp_core.brain.network.data import Population
 from nrp_core.errors import CapabilityError, NetworkError
 
 VIRTUAL = "virtual"
-_POISSON = Model("SpikeSourcePoisson", {})
-_ARRAY = Model("SpikeSourceArray", {})
+_POISSON = CellModel("SpikeSourcePoisson", {})
+_ARRAY = CellModel("SpikeSourceArray", {})
 
 Trains = Mapping[int, FloatArray]
 
@@ -34,9 +34,9 @@ class Nodes:
         populations: the cells; a node's index within its population is its place in the nodes of the model.
     """
 
-    items: Items
+    items: SonataItems
     node_ids: IntArray
-    models: tuple[tuple[Model, IntArray], ...]
+    models: tuple[tuple[CellModel, IntArray], ...]
     populations: tuple[Population, ...]
 
     def places_of(self, node_ids: IntArray, edges: str) -> IntArray:
@@ -57,7 +57,7 @@ class Nodes:
         return order[at]
 
 
-def read_nodes(part: Any, items: Items, spikes: Trains) -> Nodes:
+def read_nodes(part: Any, items: SonataItems, spikes: Trains) -> Nodes:
     """Make the cells of a population of nodes.
 
     Args:
@@ -81,10 +81,10 @@ def read_nodes(part: Any, items: Items, spikes: Trains) -> Nodes:
     return Nodes(items, node_ids, models, populations)
 
 
-def _models(items: Items) -> Iterator[tuple[Model, IntArray]]:
+def _models(items: SonataItems) -> Iterator[tuple[CellModel, IntArray]]:
     """Yield each kind of cell among nodes, in order of the first of a kind, with its nodes."""
     kinds, templates = items.texts("model_type"), items.texts("model_template")
-    chosen: dict[str, tuple[Model, list[int]]] = {}
+    chosen: dict[str, tuple[CellModel, list[int]]] = {}
     is_random = ~np.isnan(items.numbers("rate"))
     for number, kind in kinds.items():
         if kind == VIRTUAL:
@@ -98,7 +98,7 @@ def _models(items: Items) -> Iterator[tuple[Model, IntArray]]:
 
 
 def _population(
-    label: str, model: Model, items: Items, chosen: IntArray, trains: Sequence[FloatArray]
+    label: str, model: CellModel, items: SonataItems, chosen: IntArray, trains: Sequence[FloatArray]
 ) -> Population:
     base = getattr(standard, model.cell_type)
     defaults = {k: v for k, v in base.default_parameters.items() if k != "spike_times"}
@@ -120,7 +120,7 @@ def _population(
     )  # fmt: skip
 
 
-def _values(name: str, model: Model, items: Items, chosen: IntArray, default: float) -> FloatArray:
+def _values(name: str, model: CellModel, items: SonataItems, chosen: IntArray, default: float) -> FloatArray:
     source = model.parameters.get(name, Parameter(name, 1.0, default))
     if source.name == "tau_m" and model.rests:
         leak = items.numbers("g_L")[chosen]
@@ -131,12 +131,12 @@ def _values(name: str, model: Model, items: Items, chosen: IntArray, default: fl
     return _given(source, items, chosen)
 
 
-def _given(source: Parameter, items: Items, chosen: IntArray) -> FloatArray:
+def _given(source: Parameter, items: SonataItems, chosen: IntArray) -> FloatArray:
     values = items.numbers(source.name)[chosen]
     return np.ascontiguousarray(np.where(np.isnan(values), source.default, values) * source.scale)
 
 
-def _leak_ns(items: Items, chosen: IntArray) -> FloatArray | None:
+def _leak_ns(items: SonataItems, chosen: IntArray) -> FloatArray | None:
     """Return the default leak of each node's model; None for models with a membrane time constant."""
     templates = items.texts("model_template")
     by_type = {number: LEAK_NS.get(text.partition(":")[2]) for number, text in templates.items()}
@@ -144,7 +144,7 @@ def _leak_ns(items: Items, chosen: IntArray) -> FloatArray | None:
     return None if None in found else np.array(found, dtype=float)
 
 
-def _positions(items: Items, chosen: IntArray) -> FloatArray | None:
+def _positions(items: SonataItems, chosen: IntArray) -> FloatArray | None:
     columns = [items.numbers(axis)[chosen] for axis in "xyz"]
     if np.isnan(columns[0]).any():
         return None

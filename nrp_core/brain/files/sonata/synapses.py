@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.brain.files.sonata.items import Items
+from nrp_core.brain.files.sonata.items import SonataItems
 from nrp_core.brain.network.data import Population
 from nrp_core.brain.network.synapses.law import SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
@@ -116,7 +116,9 @@ _MODELS: Final[Mapping[str, Callable[[Chosen], Synapses]]] = {
 }
 
 
-def models_of(items: Items) -> Iterator[tuple[str, Callable[[Chosen], Synapses], npt.NDArray[np.bool_]]]:
+def models_of(
+    items: SonataItems,
+) -> Iterator[tuple[str, Callable[[Chosen], Synapses], npt.NDArray[np.bool_]]]:
     """Yield the name of each model among edges, what makes its synapses, and which edges are of it.
 
     Raises:

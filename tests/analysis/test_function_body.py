@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.analysis.bodies import Body
+from nrp_core.analysis.function_body import FunctionBody
 from nrp_core.analysis.validate import validate_file
 from nrp_core.findings import Finding
 
@@ -191,4 +191,4 @@ def test_any_python_can_be_walked_through() -> None:
     for path in sorted(library.glob("*.py"))[::8]:
         for node in ast.walk(ast.parse(path.read_bytes())):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
-                Body({}, node.body)
+                FunctionBody({}, node.body)

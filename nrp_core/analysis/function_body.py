@@ -18,7 +18,7 @@ ORDERS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 """Comparisons by size."""
 
 
-class Body(Expressions):
+class FunctionBody(Expressions):
     """What a function does.
 
     Args:

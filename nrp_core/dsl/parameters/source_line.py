@@ -14,7 +14,7 @@ E = TypeVar("E", bound=ExperimentError)
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SourceLine:
     """A line of a file.
 
     Args:
@@ -26,7 +26,7 @@ class Place:
     line: int
 
     @classmethod
-    def of_caller(cls) -> Place:
+    def of_caller(cls) -> SourceLine:
         """Return the line that called into this package, or into a module that extends it.
 
         Such a module says so: it has a variable ``__extends_dsl__``.
@@ -37,7 +37,7 @@ class Place:
         return cls(frame.f_code.co_filename, frame.f_lineno)
 
     @classmethod
-    def of_code(cls, code: CodeType) -> Place:
+    def of_code(cls, code: CodeType) -> SourceLine:
         """Return where a function begins, its decorators included."""
         return cls(code.co_filename, code.co_firstlineno)
 

@@ -43,7 +43,7 @@ SNAPSHOTS_NS = 10 * NS_PER_S
 """Simulated time between two snapshots; one takes about as long as a step."""
 
 
-class Capsule:
+class RecordingFolder:
     """Records a run into a folder, from now until it is closed.
 
     Args:

@@ -11,8 +11,8 @@ import pytest
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder import capsule
-from nrp_core.recording.folder.capsule import Capsule
+from nrp_core.recording.folder import recording_folder
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.recording import Recording
@@ -56,7 +56,7 @@ def test_every_file_that_was_read_is_kept_and_no_other(
 ) -> None:
     with FilesRead() as files:
         run = open_run()
-        Capsule(run, tmp_path / "out", files=files).close("finished")
+        RecordingFolder(run, tmp_path / "out", files=files).close("finished")
     assert copies(tmp_path / "out") == {
         "variant.yaml", "experiment.yaml", "brain.py", "drive.py", "husky.sdf", "room.sdf", "weights.csv",
     }  # fmt: skip
@@ -68,7 +68,7 @@ def test_a_recording_inside_the_folder_of_its_experiment_holds_no_copy_of_itself
     for name in ("first", "second"):
         with FilesRead() as files:
             run = open_run()
-            Capsule(run, experiment / "runs" / name, files=files).close("finished")
+            RecordingFolder(run, experiment / "runs" / name, files=files).close("finished")
             assert copies(experiment / "runs" / name) == {
                 "variant.yaml", "experiment.yaml", "brain.py", "drive.py", "husky.sdf", "room.sdf",
                 "weights.csv",
@@ -76,7 +76,7 @@ def test_a_recording_inside_the_folder_of_its_experiment_holds_no_copy_of_itself
 
 
 def test_without_a_listener_the_files_that_are_named_are_kept(open_run: Open, tmp_path: Path) -> None:
-    Capsule(open_run(), tmp_path / "out").close("finished")
+    RecordingFolder(open_run(), tmp_path / "out").close("finished")
     assert copies(tmp_path / "out") >= {"variant.yaml", "experiment.yaml", "brain.py", "drive.py", "room.sdf"}
 
 
@@ -84,9 +84,9 @@ def test_what_was_kept_runs_again_and_comes_to_the_same(open_run: Open, tmp_path
     run = open_run()
     with FilesRead() as files:
         open_run()
-        capsule = Capsule(run, tmp_path / "out", files=files)
+        recording_folder = RecordingFolder(run, tmp_path / "out", files=files)
         run.run()
-        capsule.close("finished")
+        recording_folder.close("finished")
     told = Recording(tmp_path / "out").run
     with Run(load_experiment(tmp_path / "out" / told["file"])) as again:
         again.run()
@@ -95,11 +95,11 @@ def test_what_was_kept_runs_again_and_comes_to_the_same(open_run: Open, tmp_path
 
 def test_the_description_says_what_a_result_depends_on(open_run: Open, tmp_path: Path) -> None:
     run = open_run("timestep=40 ms")
-    capsule = Capsule(run, tmp_path / "out")
+    recording_folder = RecordingFolder(run, tmp_path / "out")
     at_start = Recording(tmp_path / "out").run
     assert (at_start["state"], at_start["result"]) == ("running", None)
     run.run()
-    capsule.close("finished")
+    recording_folder.close("finished")
     told = Recording(tmp_path / "out").run
     assert (told["format"], told["experiment"], told["seed"], told["state"]) == (
         3, "drive_to_the_wall", 5, "finished",
@@ -118,9 +118,9 @@ def test_the_description_says_what_a_result_depends_on(open_run: Open, tmp_path:
 
 def test_events_show_as_what_they_published(open_run: Open, tmp_path: Path) -> None:
     run = open_run()
-    capsule = Capsule(run, tmp_path / "out")
+    recording_folder = RecordingFolder(run, tmp_path / "out")
     run.run()
-    capsule.close("finished")
+    recording_folder.close("finished")
     colours = list(Recording(tmp_path / "out").messages({"/wall/body/glass/color"}))
     assert [(one.t_ns, one.message.r, one.message.b) for one in colours] == [
         (500_000_000, 1.0, 0.0), (2_020_000_000, 0.0, 1.0),
@@ -132,10 +132,10 @@ def test_events_show_as_what_they_published(open_run: Open, tmp_path: Path) -> N
 
 def test_recording_changes_nothing(open_run: Open, tmp_path: Path) -> None:
     recorded, plain = open_run(), open_run()
-    capsule = Capsule(recorded, tmp_path / "out")
+    recording_folder = RecordingFolder(recorded, tmp_path / "out")
     for run in (recorded, plain):
         run.run()
-    capsule.close("finished")
+    recording_folder.close("finished")
     varying = ("wall_time_s", "real_time_factor", "time_share")
     results = [
         {k: v for k, v in run.result().to_dict().items() if k not in varying} for run in (recorded, plain)
@@ -145,10 +145,10 @@ def test_recording_changes_nothing(open_run: Open, tmp_path: Path) -> None:
 
 def test_a_folder_that_holds_something_is_left_alone(open_run: Open, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
-    Capsule(open_run(), tmp_path / "out").close("finished")
+    RecordingFolder(open_run(), tmp_path / "out").close("finished")
     before = (tmp_path / "out" / "run.json").read_text()
     with pytest.raises(ExperimentError, match="a recording begins in a new folder"):
-        Capsule(open_run(), tmp_path / "out")
+        RecordingFolder(open_run(), tmp_path / "out")
     assert (tmp_path / "out" / "run.json").read_text() == before
 
 
@@ -156,11 +156,13 @@ def test_of_two_runs_that_begin_to_record_at_one_moment_one_is_refused(
     open_run: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = tmp_path / "out"
-    monkeypatch.setattr(capsule, "check_folder", lambda folder: None)  # nothing was there when they looked
+    monkeypatch.setattr(
+        recording_folder, "check_folder", lambda folder: None
+    )  # nothing was there when they looked
     run = open_run()
-    first = Capsule(run, folder)
+    first = RecordingFolder(run, folder)
     with pytest.raises(ExperimentError, match="another run has begun to record here"):
-        Capsule(open_run(), folder)
+        RecordingFolder(open_run(), folder)
     run.run()
     first.close("finished")
     assert Recording(folder).complete
@@ -170,12 +172,12 @@ def test_of_two_runs_that_begin_to_record_at_one_moment_one_is_refused(
 def test_a_folder_that_cannot_be_made_is_one_clear_error(open_run: Open, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(ExperimentError, match="cannot be made"):
-        Capsule(open_run(), tmp_path / "file" / "out")
+        RecordingFolder(open_run(), tmp_path / "file" / "out")
 
 
 def test_the_description_is_json_without_nan(open_run: Open, tmp_path: Path) -> None:
-    capsule = Capsule(open_run(), tmp_path / "out")
-    capsule.close("finished")
+    recording_folder = RecordingFolder(open_run(), tmp_path / "out")
+    recording_folder.close("finished")
     text = (tmp_path / "out" / "run.json").read_text()
 
     def refuse(constant: str) -> Any:
