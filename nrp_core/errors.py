@@ -111,6 +111,10 @@ class NetworkError(ExperimentError):
     """A neural network that contradicts itself or physics."""
 
 
+class SlowScriptError(NetworkError):
+    """A brain script takes longer than a check may last."""
+
+
 class SceneError(ExperimentError):
     """A robot or room description that cannot be used."""
 

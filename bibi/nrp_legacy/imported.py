@@ -14,9 +14,9 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading import listing
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.experiment.making.collector import Collector
-from nrp_core.experiment.making.maker import Build, build_here
-from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.making.maker import build_here
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.model.section import Section
 from nrp_core.experiment.reading.platforms import Platform
 from nrp_core.findings import Code, Level

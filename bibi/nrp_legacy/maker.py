@@ -14,10 +14,10 @@ from nrp_core.dsl.functions.function import Flow, TransferFunction
 from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.errors import NrpError
-from nrp_core.experiment.making.collector import Collector
-from nrp_core.experiment.making.maker import Build, Maker, build_here
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment.making.maker import Maker, build_here
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Build, Experiment
+from nrp_core.experiment.running.run import Participant, Run
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_scene
@@ -37,7 +37,7 @@ from nrp_legacy.namespace import Namespace
 from nrp_legacy.shared_topics import SharedTopics
 
 
-class ShimmedMaker(Maker, ABC):
+class ShimmedMaker(Maker, Participant, ABC):
     """Makes experiments whose files find the names and modules of the platform.
 
     Args:

@@ -12,7 +12,8 @@ from nrp_core.analysis.shapes import Shape
 from nrp_core.dsl.functions.decorators import Robot2Neuron
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import PythonSource
-from nrp_core.dsl.parameters.binding import Adapter, Binding, Mapping
+from nrp_core.dsl.parameters.adapter import Adapter
+from nrp_core.dsl.parameters.binding import Binding, Mapping
 from nrp_core.findings import Code, Finding, Level
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef

@@ -6,31 +6,16 @@ import ast
 import importlib
 import sys
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
+from nrp_core.analysis.imported import Imported
 from nrp_core.analysis.neighbours import Neighbours
 from nrp_core.analysis.shapes import MODULES, UNKNOWN, Known, Names, Shape, attribute
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.errors import did_you_mean
-
-
-@dataclass(frozen=True, slots=True)
-class Imported:
-    """A name that an import binds.
-
-    Args:
-        name: the name.
-        shape: what it is.
-        wrong: why the import finds nothing; empty if it does.
-    """
-
-    name: str
-    shape: Shape = UNKNOWN
-    wrong: str = ""
 
 
 class Imports:

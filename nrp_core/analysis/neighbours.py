@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
 
+from nrp_core.analysis.imported import ImportsOf
 from nrp_core.analysis.shapes import UNKNOWN, Names
 from nrp_core.analysis.statements import Statements, changed_in
 from nrp_core.dsl.loading.listing import PythonSource, python_listing
 from nrp_core.errors import ExperimentError, TransferFunctionError
 
-if TYPE_CHECKING:
-    from nrp_core.analysis.imports import Imported
-
-ImportsOf: TypeAlias = "Callable[[ast.Import | ast.ImportFrom, Path], Iterable[Imported]]"
-"""What a statement in a file imports."""
 _HIDING = frozenset({"globals", "exec", "setattr", "vars", "locals", "__getattr__"})
 """What gives a module names that are not written in it."""
 

@@ -24,8 +24,8 @@ from nrp_core._support.probe import inquire
 from nrp_core.analysis.skeleton import skeleton_of
 from nrp_core.brain.interface import BrainBackend, BrainOptions
 from nrp_core.brain.network.data import Network
-from nrp_core.errors import NetworkError, NrpError
-from nrp_core.experiment.making.maker import SlowScriptError, build_here
+from nrp_core.errors import NetworkError, NrpError, SlowScriptError
+from nrp_core.experiment.making.maker import build_here
 
 TIME_LIMIT_S = 20.0
 _LARGE = 10_000_000

@@ -13,7 +13,7 @@ import numpy as np
 
 from nrp_core.dsl.devices.devices import Device, ReadOnlyAttribute, SettableAttribute
 from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.dsl.selection.selection import BrainRoot, Selection
 from nrp_core.dsl.selection.selectors import Selector

@@ -23,7 +23,8 @@ from nrp_core.dsl.functions.function import TIME, TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters import binding
-from nrp_core.dsl.parameters.binding import Adapter, Binding
+from nrp_core.dsl.parameters.adapter import Adapter
+from nrp_core.dsl.parameters.binding import Binding
 from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
 from nrp_core.dsl.selection.selection import BrainRoot, Selection
 from nrp_core.dsl.selection.selectors import Selector, evaluate
@@ -37,11 +38,11 @@ from nrp_core.errors import (
     TopicError,
 )
 from nrp_core.experiment.backends import load_backend
-from nrp_core.experiment.making.collector import Collector
-from nrp_core.experiment.making.maker import Maker
+from nrp_core.experiment.making.maker import Maker, maker_of
 from nrp_core.experiment.making.prepare import Examination, Say
 from nrp_core.experiment.making.watch import furnish
-from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Experiment, PartMaker
 from nrp_core.findings import Code, Finding, Level, has_errors
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
@@ -90,7 +91,7 @@ class _Reading(Maker):
         build: makes networks.
     """
 
-    def __init__(self, maker: Maker, build: ChildBuilder) -> None:
+    def __init__(self, maker: PartMaker, build: ChildBuilder) -> None:
         self._maker, self._build = maker, build
         self.read: list[Listing] = []
         self.neighbours: dict[Path, PythonSource] = {}
@@ -142,7 +143,7 @@ class Study(Examination):
         self.examined: list[Examined] = []
         self.topics: Mapping[str, TopicInfo] = {}
         self._build = ChildBuilder(*_brain_of(experiment))
-        self._reading = _Reading(experiment.maker, self._build)
+        self._reading = _Reading(maker_of(experiment), self._build)
         super().__init__(experiment.with_maker(self._reading), say)
 
     @property

@@ -15,7 +15,7 @@ from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.account import TimeAccount
 from nrp_core.cle.failures import Failure
-from nrp_core.cle.hooks import Hook, Hooks
+from nrp_core.cle.hooks import Hooks
 from nrp_core.cle.interrupts import DeferredInterrupt
 from nrp_core.cle.latency import LoopPath, paths
 from nrp_core.cle.pacing import AsFastAsPossible, Pacing
@@ -83,7 +83,7 @@ class ClosedLoop(Closing):
         self.tf_time, self.on_error = tf_time, on_error
         self._time_limit = TimeLimit(function_time_limit_s)
         self.pacing = AsFastAsPossible() if pacing is None else pacing
-        self.hooks = Hooks()
+        self.hooks = Hooks[ClosedLoop]()
         self.account = TimeAccount()
         self.failures: list[Failure] = []
         self.steps = 0
@@ -184,7 +184,7 @@ class ClosedLoop(Closing):
             return Failure.of(function, error, step=self.steps, t_ns=now_ns)
         return None
 
-    def _call(self, hooks: list[Hook]) -> None:
+    def _call(self, hooks: list[Callable[[ClosedLoop], None]]) -> None:
         for hook in hooks:
             hook(self)
 

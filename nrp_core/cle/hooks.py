@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, Generic, TypeVar
 
-if TYPE_CHECKING:
-    from nrp_core.cle.engine import ClosedLoop
-
-Hook: TypeAlias = "Callable[[ClosedLoop], None]"
+Loop = TypeVar("Loop")
 
 
 @dataclass(frozen=True, slots=True)
-class Hooks:
+class Hooks(Generic[Loop]):
     """Lists of functions, called in order; an exception in one ends the run.
 
     Attributes:
@@ -24,8 +21,8 @@ class Hooks:
         from_outside: called with topic and message before a message from outside is published.
     """
 
-    before_step: list[Hook] = field(default_factory=list)
-    before_functions: list[Hook] = field(default_factory=list)
-    after_step: list[Hook] = field(default_factory=list)
-    after_reset: list[Hook] = field(default_factory=list)
+    before_step: list[Callable[[Loop], None]] = field(default_factory=list)
+    before_functions: list[Callable[[Loop], None]] = field(default_factory=list)
+    after_step: list[Callable[[Loop], None]] = field(default_factory=list)
+    after_reset: list[Callable[[Loop], None]] = field(default_factory=list)
     from_outside: list[Callable[[str, Any], None]] = field(default_factory=list)

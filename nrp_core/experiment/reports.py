@@ -9,8 +9,8 @@ from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.report import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named
-from nrp_core.experiment.making.collector import Collector
 from nrp_core.experiment.making.prepare import Say, network_of, quietly, side_of
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code
 
@@ -43,7 +43,7 @@ def account_of(experiment: Experiment, say: Say = quietly) -> Account:
         CapabilityError: it reports nothing, or does not take the network.
         InvalidExperimentError: anything else about the brain is wrong.
     """
-    collector, name = Collector(experiment), experiment.brain.backend
+    collector, name = Collector(experiment.source), experiment.brain.backend
     side = side_of(collector, brains(), "brain", experiment.brain)
     collector.raise_errors()
     assert side is not None
@@ -53,7 +53,7 @@ def account_of(experiment: Experiment, say: Say = quietly) -> Account:
             f"the brain backend '{name}' reports nothing about networks; these do: {others}"
         )
     say("building the network")
-    network = network_of(collector)
+    network = network_of(experiment, collector)
     collector.raise_errors()
     assert network is not None
     side.capabilities.require(network, name)

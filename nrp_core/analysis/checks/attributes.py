@@ -14,7 +14,7 @@ from nrp_core.dsl.devices.devices import Device, meant
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.functions.variables import Variable
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level

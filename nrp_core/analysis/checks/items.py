@@ -13,7 +13,7 @@ from nrp_core.analysis.study import Examined
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.csv_recorder import CSVRecorder
 from nrp_core.dsl.functions.mappings import MapCSVRecorder
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 

@@ -14,7 +14,7 @@ from nrp_core.analysis.shapes import UNITS, Instance, Items, Known, Number, Row,
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.findings import Code, Finding
 from nrp_core.world.messages.base import type_name
 

@@ -9,7 +9,7 @@ from typing import Any, Self
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.selection.selection import Selection
 
 

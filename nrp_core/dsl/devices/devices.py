@@ -14,7 +14,7 @@ from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.clock import milliseconds
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.selection.selection import Selection
 from nrp_core.errors import NeuronSelectionError
 

@@ -8,7 +8,7 @@ from typing import Any, overload
 import numpy as np
 
 from nrp_core.dsl.devices.devices import Device
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 
 
 class DeviceGroup(Adapter):

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 
 RESET = "RESET"
 RESET_HEADER = "Simulation_reset"

@@ -10,7 +10,8 @@ from typing import Any, Self
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import seconds
 from nrp_core.dsl.functions.throttle import Throttle
-from nrp_core.dsl.parameters.binding import Adapter, Binding, Mapping
+from nrp_core.dsl.parameters.adapter import Adapter
+from nrp_core.dsl.parameters.binding import Binding, Mapping
 from nrp_core.dsl.parameters.source_line import SourceLine
 from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
 from nrp_core.errors import ExperimentError, LifecycleError, TopicError, did_you_mean

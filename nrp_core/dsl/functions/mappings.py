@@ -15,7 +15,8 @@ from nrp_core.dsl.functions.csv_recorder import CSVRecorder
 from nrp_core.dsl.functions.decorators import Neuron2Robot, Robot2Neuron
 from nrp_core.dsl.functions.function import Flow, TransferFunction
 from nrp_core.dsl.functions.variables import GLOBAL, SCOPES, TRANSFER_FUNCTION_LOCAL, Variable
-from nrp_core.dsl.parameters.binding import Adapter, Binding, Mapping
+from nrp_core.dsl.parameters.adapter import Adapter
+from nrp_core.dsl.parameters.binding import Binding, Mapping
 from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
 from nrp_core.dsl.selection.selection import Selection
 from nrp_core.dsl.selection.selectors import evaluate, select

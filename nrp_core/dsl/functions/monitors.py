@@ -17,7 +17,8 @@ from nrp_core.dsl.devices.kinds import (
 from nrp_core.dsl.functions.decorators import Neuron2Robot
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink
-from nrp_core.dsl.parameters.binding import Adapter, Binding
+from nrp_core.dsl.parameters.adapter import Adapter
+from nrp_core.dsl.parameters.binding import Binding
 from nrp_core.dsl.parameters.topics import PublishedTopic, Topic
 from nrp_core.errors import did_you_mean
 from nrp_core.world.messages.cle_ros_msgs import SpikeData, SpikeEvent, SpikeRate

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.brief import brief
 
 GLOBAL = "global_scope"

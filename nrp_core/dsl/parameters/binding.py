@@ -4,45 +4,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, final
+from typing import Any, final
 
 from nrp_core.brain.interface import Brain
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.source_line import SourceLine
+from nrp_core.dsl.parameters.topics import Topic
 from nrp_core.dsl.selection.selection import BrainRoot
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.world.world import World
 
-if TYPE_CHECKING:
-    from nrp_core.dsl.parameters.topics import Topic
-
-
-class Adapter:
-    """What a transfer function finds in a parameter."""
-
-    __slots__ = ()
-
-    def refresh(self, now_ns: int) -> None:
-        """Take in what is new, right before the function runs."""
-
-    def reset(self) -> None:
-        """Return to the state at time 0."""
-
-    def set_active(self, active: bool) -> None:
-        """Work or fall silent; what is set stays."""
-
-    def release(self) -> None:
-        """Give back what was taken from brain and world."""
-
-    def save(self) -> Any:
-        """Return its own state; brain and world save theirs."""
-        return None
-
-    def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
-
-    def shown(self) -> str:
-        """Return what the function sees, for reports; empty where it only writes."""
-        return ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
-from nrp_core.dsl.parameters.binding import Adapter
+from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.brief import brief
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.dsl.parameters.source_line import SourceLine

@@ -5,17 +5,19 @@ A reader of another format brings a :class:`Maker` of its own where a part is no
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from nrp_core.brain.network.data import Network
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import Listing
-from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.networks import network_from
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
 from nrp_core.findings import Code, Level
 from nrp_core.registry import Registry
 from nrp_core.world.scene.model import Model, Scene
@@ -23,23 +25,11 @@ from nrp_core.world.scene.reading.left_out import read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.world import World
 
-if TYPE_CHECKING:
-    from nrp_core.experiment.making.collector import Collector
-    from nrp_core.experiment.model.experiment import Experiment
-    from nrp_core.experiment.running.run import Run
-
 Loader: TypeAlias = Callable[[Path], list[TransferFunction]]
 Lister: TypeAlias = Callable[[Path], Listing]
 
 LOADERS: Registry[Loader] = Registry("nrp_core.transfer_functions", "loader of transfer functions")
 LISTERS: Registry[Lister] = Registry("nrp_core.transfer_function_listings", "reader of transfer functions")
-
-Build: TypeAlias = Callable[[Callable[[], Network]], Network]
-"""Makes a network by calling what makes it, which can be pickled; maybe not in this process."""
-
-
-class SlowScriptError(NetworkError):
-    """A brain script takes longer than a check may last."""
 
 
 def build_here(make: Callable[[], Network]) -> Network:
@@ -47,13 +37,8 @@ def build_here(make: Callable[[], Network]) -> Network:
     return make()
 
 
-class Maker:
+class Maker(PartMaker):
     """Makes each part from the file that the experiment names; override what is made otherwise."""
-
-    @property
-    def can_be_saved(self) -> bool:
-        """Whether what takes part in a run through :meth:`begin` has no state of its own."""
-        return True
 
     def room(self, experiment: Experiment) -> Scene:
         """Return the scene without robots; if the experiment is not strict, without what cannot be used.
@@ -82,27 +67,15 @@ class Maker:
         return replace(model, warnings=(*model.warnings, *left_out))
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
-        """Return the network of the brain.
-
-        Args:
-            experiment: the experiment.
-            build: makes it.
-
-        Raises:
-            NetworkError: it cannot be made.
-            NeuronSelectionError: a population reaches outside of it.
-        """
         brain = experiment.brain
         return build(partial(network_from, brain.model, populations=brain.populations, seed=experiment.seed))
 
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
-        """Yield new transfer functions; what is wrong with one goes to the collector."""
         for i, path in enumerate(experiment.transfer_functions):
             with collector.during(Code.NRP210, "transfer_functions", i):
                 yield from load_functions(path)
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
-        """Yield what :meth:`functions` would execute; what is wrong with it goes to the collector."""
         for i, path in enumerate(experiment.transfer_functions):
             with collector.during(Code.NRP210, "transfer_functions", i):
                 if _suffix(path) in LISTERS.names():
@@ -111,11 +84,10 @@ class Maker:
                     message = f"'{path.name}' is known only when it runs"
                     collector.add(Code.NRP239, message, "transfer_functions", i, level=Level.NOTE)
 
-    def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
-        """Add to a world what these functions expect of it, such as further names of its topics."""
 
-    def begin(self, run: Run) -> None:
-        """Take part in a run that is about to begin, through the hooks of its loop."""
+def maker_of(experiment: Experiment) -> PartMaker:
+    """Return what makes the parts of an experiment: its own maker, or the one for our formats."""
+    return experiment.maker or Maker()
 
 
 def load_functions(path: Path) -> list[TransferFunction]:

@@ -20,8 +20,9 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.errors import NeuronSelectionError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
-from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.watch import Watch, declare_own, furnish
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
 from nrp_core.experiment.model.tree import Key
@@ -110,19 +111,17 @@ def side_of(
 ) -> Side[B] | None:
     """Return a backend as an experiment chooses it; what is wrong goes to the collector."""
     with collector.during(Code.NRP205, side, "backend"):
-        source = collector.experiment.source
-        backend, options = load_backend(registry, side, section.backend, section.options, source)
+        backend, options = load_backend(registry, side, section.backend, section.options, collector.source)
         with named(section.backend, "tell its capabilities"):
             return Side(backend, options, backend.capabilities(options))
     return None
 
 
-def network_of(collector: Collector) -> Network | None:
+def network_of(experiment: Experiment, collector: Collector) -> Network | None:
     """Return the network of an experiment; what is wrong with it goes to the collector."""
-    experiment = collector.experiment
     with collector.during(Code.NRP208, "brain", "model"):
         try:
-            return experiment.maker.network(experiment)
+            return maker_of(experiment).network(experiment)
         except NeuronSelectionError as error:
             name = blamed(error, experiment.brain.populations)
             collector.add(Code.NRP211, error.message, "brain", "populations", name)
@@ -140,7 +139,7 @@ class Examination:
     def __init__(self, experiment: Experiment, say: Say) -> None:
         self._experiment = experiment
         self._lapse = Level.ERROR if experiment.strict else Level.WARNING
-        self.collector = Collector(experiment)
+        self.collector = Collector(experiment.source)
         self.brain = side_of(self.collector, brains(), "brain", experiment.brain)
         self.world = side_of(self.collector, worlds(), "world", experiment.world)
         self._check_steps()
@@ -148,9 +147,9 @@ class Examination:
         say("reading the room and the robots")
         self.scene = self._scene()
         say("building the network")
-        self.network = network_of(self.collector)
+        self.network = network_of(experiment, self.collector)
         self._fits = self._brain_fits()
-        self.functions = tuple(experiment.maker.functions(experiment, self.collector))
+        self.functions = tuple(maker_of(experiment).functions(experiment, self.collector))
         self._check_together()
 
     # -- the parts
@@ -158,11 +157,11 @@ class Examination:
     def _scene(self) -> Scene | None:
         scene, robots = None, self._experiment.world.robots
         with self.collector.during(Code.NRP209, "world", "scene"):
-            scene = self._experiment.maker.room(self._experiment)
+            scene = maker_of(self._experiment).room(self._experiment)
         models: list[Model] = []
         for name in robots:
             with self.collector.during(Code.NRP209, "world", "robots", name, level=self._lapse):
-                models.append(self._experiment.maker.robot(self._experiment, name))
+                models.append(maker_of(self._experiment).robot(self._experiment, name))
         if scene is None or (self._experiment.strict and len(models) < len(robots)):
             return None
         with self.collector.during(Code.NRP209, "world", "robots"):

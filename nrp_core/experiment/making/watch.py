@@ -11,7 +11,8 @@ from nrp_core.experiment.events.conditions import trigger
 from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
 from nrp_core.experiment.events.events import Action, Events, action_of
 from nrp_core.experiment.events.ground_positions import GroundPositions
-from nrp_core.experiment.making.collector import Collector
+from nrp_core.experiment.making.maker import maker_of
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Level, has_errors
 from nrp_core.world.world import World
@@ -44,7 +45,7 @@ def furnish(experiment: Experiment, world: World, functions: Sequence[TransferFu
     Returns:
         the topics that nobody serves and that are there now only because the experiment is not strict.
     """
-    experiment.maker.furnish(world, functions)
+    maker_of(experiment).furnish(world, functions)
     if experiment.strict:
         return []
     declared = declare_unserved(functions, world)

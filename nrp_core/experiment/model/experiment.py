@@ -6,9 +6,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import (
     BeforeValidator,
@@ -22,16 +23,21 @@ from pydantic import (
     model_validator,
 )
 
+from nrp_core.brain.network.data import Network
 from nrp_core.clock import milliseconds
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.parameters.messages import message_type
-from nrp_core.experiment.making.maker import Maker
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
 from nrp_core.experiment.model.ranges import Range
 from nrp_core.experiment.model.section import Name, Section, TopicName
 from nrp_core.experiment.model.tree import Key, Place, Tree
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
+from nrp_core.world.interface import World
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Model, Scene
 
 _SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
 
@@ -224,7 +230,7 @@ class Experiment(Section):
     """Where a run that is not recorded puts the files of its CSV recorders."""
 
     _source: Tree = PrivateAttr(default_factory=lambda: Tree({}))
-    _maker: Maker = PrivateAttr(default_factory=Maker)
+    _maker: PartMaker | None = PrivateAttr(default=None)
     _overrides: tuple[str, ...] = PrivateAttr(default=())
 
     @field_validator("duration")
@@ -252,7 +258,7 @@ class Experiment(Section):
         copy._source = source
         return copy
 
-    def with_maker(self, maker: Maker) -> Experiment:
+    def with_maker(self, maker: PartMaker) -> Experiment:
         """Return the same experiment, its parts made by ``maker``."""
         copy = self.model_copy()
         copy._maker = maker
@@ -270,8 +276,8 @@ class Experiment(Section):
         return self._overrides
 
     @property
-    def maker(self) -> Maker:
-        """What makes its parts."""
+    def maker(self) -> PartMaker | None:
+        """What makes its parts; None: they are files in our formats."""
         return self._maker
 
     @property
@@ -281,4 +287,52 @@ class Experiment(Section):
 
     def place(self, *keys: Key) -> Place:
         """Return where a value is written, or where the nearest one around it is."""
-        return self._source.nearest(keys)[0].place
+        return self._source.place_of(*keys)
+
+
+Build: TypeAlias = Callable[[Callable[[], Network]], Network]
+"""Makes a network by calling what makes it, which can be pickled; maybe not in this process."""
+
+
+class PartMaker(ABC):
+    """Makes the parts of an experiment from what it names."""
+
+    @abstractmethod
+    def room(self, experiment: Experiment) -> Scene:
+        """Return the scene without robots.
+
+        Raises:
+            SceneError: it cannot be read.
+        """
+
+    @abstractmethod
+    def robot(self, experiment: Experiment, name: str) -> Model:
+        """Return a robot.
+
+        Raises:
+            SceneError: it cannot be read.
+        """
+
+    @abstractmethod
+    def network(self, experiment: Experiment, build: Build = ...) -> Network:
+        """Return the network of the brain.
+
+        Args:
+            experiment: the experiment.
+            build: makes it; by default in this process.
+
+        Raises:
+            NetworkError: it cannot be made.
+            NeuronSelectionError: a population reaches outside of it.
+        """
+
+    @abstractmethod
+    def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
+        """Yield new transfer functions; what is wrong with one goes to the collector."""
+
+    @abstractmethod
+    def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
+        """Yield what :meth:`functions` would execute; what is wrong with it goes to the collector."""
+
+    def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
+        """Add to a world what these functions expect of it, such as further names of its topics."""

@@ -66,6 +66,10 @@ class Tree:
             return [child.plain() for child in self.value]
         return TextFrom.of(self.value, self.place.folder) if isinstance(self.value, str) else self.value
 
+    def place_of(self, *keys: Key) -> Place:
+        """Return where the value under these keys is written, or where the nearest one around it is."""
+        return self.nearest(keys)[0].place
+
     def nearest(self, keys: Sequence[Key]) -> tuple[Tree, tuple[Key, ...]]:
         """Follow keys as far as they lead, skipping those that are not in the data.
 

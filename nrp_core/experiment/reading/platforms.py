@@ -9,8 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from nrp_core.errors import BackendError
-from nrp_core.experiment.making.maker import Maker
-from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.experiment import Experiment, PartMaker
 from nrp_core.experiment.model.schema_findings import schema_findings
 from nrp_core.experiment.model.section import Section
 from nrp_core.findings import Code, InvalidExperimentError
@@ -27,7 +26,7 @@ class Platform:
     """
 
     options: type[Section]
-    maker: Callable[[Experiment, Any], Maker]
+    maker: Callable[[Experiment, Any], PartMaker]
 
 
 PLATFORMS: Registry[Platform] = Registry("nrp_core.platforms", "platform")

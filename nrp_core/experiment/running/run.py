@@ -12,6 +12,7 @@
 from __future__ import annotations
 
 import pickle
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -31,10 +32,10 @@ from nrp_core.errors import CapabilityError, NrpError, SimulationError, Snapshot
 from nrp_core.experiment.backends import named
 from nrp_core.experiment.events.criteria import all_passed
 from nrp_core.experiment.events.values import to_message
-from nrp_core.experiment.making.collector import Collector
-from nrp_core.experiment.making.maker import load_functions
+from nrp_core.experiment.making.maker import load_functions, maker_of
 from nrp_core.experiment.making.prepare import Plan, Say, Side, prepare, quietly
 from nrp_core.experiment.making.watch import Watch, declare_own, furnish
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
 from nrp_core.experiment.running.run_totals import SpikeCounter, TrajectoryDigest
@@ -42,6 +43,19 @@ from nrp_core.world.scene.model import Scene
 from nrp_core.world.world import World
 
 Observer = Callable[["Run"], None]
+
+
+class Participant(ABC):
+    """A maker of parts that also takes part in the runs of its experiment."""
+
+    @property
+    @abstractmethod
+    def can_be_saved(self) -> bool:
+        """Whether it keeps nothing during a run that a snapshot of the run would miss."""
+
+    @abstractmethod
+    def begin(self, run: Run) -> None:
+        """Take part in a run that is about to begin, through the hooks of its loop."""
 
 
 class Run(Closing):
@@ -90,7 +104,7 @@ class Run(Closing):
             self.brain: Brain = opened.enter_context(
                 _open(experiment.brain, plan.brain, plan.network, self.seed)
             )
-            collector = Collector(experiment)
+            collector = Collector(experiment.source)
             declare_own(experiment, self.world, collector)
             furnish(experiment, self.world, plan.functions)
             self._watch = Watch(experiment, self.world, collector)
@@ -99,7 +113,8 @@ class Run(Closing):
             neurons = np.arange(self.brain.network.size)
             self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
             self._begin()
-            experiment.maker.begin(self)
+            if isinstance(experiment.maker, Participant):
+                experiment.maker.begin(self)
             self._close = opened.pop_all().close
 
     def _close_loop(self, plan: Plan) -> ClosedLoop:
@@ -256,7 +271,8 @@ class Run(Closing):
             CapabilityError: an engine cannot save its state, or what takes part in the run, such as a
                 state machine; or a variable of a transfer function holds what cannot be saved.
         """
-        if not self.experiment.maker.can_be_saved:
+        maker = self.experiment.maker
+        if isinstance(maker, Participant) and not maker.can_be_saved:
             raise CapabilityError("the state machines of an experiment cannot be saved")
         own = self._looked_at_ns, self._digest.state, self._watch.save()
         sides = self.brain.snapshot(), self.world.snapshot()
@@ -292,8 +308,8 @@ class Run(Closing):
         Raises:
             ExperimentError: one of them is wrong; nothing is changed then.
         """
-        collector = Collector(experiment)
-        functions = tuple(experiment.maker.functions(experiment, collector))
+        collector = Collector(experiment.source)
+        functions = tuple(maker_of(experiment).functions(experiment, collector))
         collector.raise_errors()
         furnish(experiment, self.world, functions)
         names = {function.name for function in functions}

@@ -9,7 +9,6 @@ from typing import Any
 from ruamel.yaml import YAML
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.making.maker import Maker
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Tree
 from nrp_core.experiment.reading.find import load_experiment
@@ -28,7 +27,7 @@ def write_experiment(experiment: Experiment, folder: Path, files: Collection[Pat
         files: those that the recording holds a copy of.
         root: the folder that they were below of.
     """
-    is_ours = type(experiment.maker) is Maker or experiment.compatibility is not None
+    is_ours = experiment.maker is None or experiment.compatibility is not None
     if not is_ours or not experiment.source.value:
         return
     content = _moved(experiment.source, {file.resolve() for file in files}, root)

@@ -16,7 +16,7 @@ from pathlib import Path
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
-from nrp_core.world.scene.checks import check_model, check_unique
+from nrp_core.world.scene.checks import WORLD, check_tree, check_unique, require
 from nrp_core.world.scene.finish import Finish as Finish
 from nrp_core.world.scene.sensing import MountedSensor
 
@@ -241,6 +241,49 @@ class Model:
         hint = did_you_mean(name, [link.name for link in self.links])
         raise SceneError(f"model '{self.name}' has no link '{name}'{hint}")
 
+    def check(self) -> None:
+        """Refuse a model that contradicts itself.
+
+        Raises:
+            SceneError: it has no link, two parts share a name, a joint or drive names what is not there, a
+                link is held by two joints, or joints form a loop.
+        """
+        owner = f"the model '{self.name}'"
+        links = [link.name for link in self.links]
+        if not links:
+            raise SceneError(f"{owner} has no link")
+        check_unique(links, "links", owner)
+        check_unique((joint.name for joint in self.joints), "joints", owner)
+        check_unique((name for joint in self.joints for name in joint.coordinates), "coordinates", owner)
+        for link in self.links:
+            for kind in ("visuals", "collisions", "sensors"):
+                names = [part.name for part in getattr(link, kind)]
+                check_unique(names, kind, f"the link '{link.name}' of {owner}")
+        for joint in self.joints:
+            for end, valid in ((joint.parent, [*links, WORLD]), (joint.child, links)):
+                require(end, valid, f"the joint '{joint.name}' of {owner} names the link")
+            if joint.mimic is not None:
+                self._require_led(joint.mimic.leader, f"the joint '{joint.name}' of {owner} names the joint")
+        self._check_acting(owner)
+        check_tree(((joint.name, joint.parent, joint.child) for joint in self.joints), owner)
+
+    def _check_acting(self, owner: str) -> None:
+        for drive in self.drives:
+            for joint_name in drive.joints:
+                self._require_led(joint_name, f"the drive '{drive.name}' of {owner} names the joint")
+        for controller in self.controllers:
+            self._require_led(controller.joint, f"a controller of {owner} names the joint")
+        for follower in self.trajectory_controllers:
+            for joint_name in follower.joints:
+                self._require_led(joint_name, f"the controller '{follower.name}' of {owner} names the joint")
+
+    def _require_led(self, name: str, owner: str) -> None:
+        """Refuse a joint that is not there, or that a number cannot lead."""
+        kinds = {joint.name: joint.kind for joint in self.joints}
+        require(name, kinds, owner)
+        if kinds[name] == "ball":
+            raise SceneError(f"{owner} '{name}', a ball joint, which does not move in one way")
+
 
 @dataclass(frozen=True, slots=True)
 class Light:
@@ -284,7 +327,7 @@ class Scene:
     def __post_init__(self) -> None:
         check_unique((model.name for model in self.models), "models", "the scene")
         for model in self.models:
-            check_model(model)
+            model.check()
 
     def with_model(self, model: Model) -> Scene:
         """Return this scene with one more model and its warnings."""

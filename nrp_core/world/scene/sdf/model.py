@@ -10,7 +10,7 @@ from itertools import chain
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
-from nrp_core.world.scene.checks import MODEL, WORLD, check_model
+from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.reading.actuators import read_actuators
 from nrp_core.world.scene.reading.context import Reading
@@ -210,7 +210,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         trajectory_controllers=parts.followers,
     )
     try:
-        check_model(model)
+        model.check()
     except SceneError as error:
         raise element.error(error.message) from None
     return replace(model, links=with_default_masses(links, joints, element, reading.notes))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from nrp_core.experiment.making.collector import Collector
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.making.watch import declare_own
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.world.world import World
 
@@ -18,7 +18,7 @@ def open_world(experiment: Experiment) -> World:
     """
     plan = prepare(experiment)
     world = plan.world.backend.open(plan.scene, seed=experiment.seed, options=plan.world.options)
-    collector = Collector(experiment)
+    collector = Collector(experiment.source)
     declare_own(experiment, world, collector)
     collector.raise_errors()
     return world

@@ -6,10 +6,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from nrp_core.errors import BackendError, CapabilityError, ExperimentError, NeuronSelectionError, TopicError
-from nrp_core.experiment.making.maker import SlowScriptError
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.tree import Key
+from nrp_core.errors import (
+    BackendError,
+    CapabilityError,
+    ExperimentError,
+    NeuronSelectionError,
+    SlowScriptError,
+    TopicError,
+)
+from nrp_core.experiment.model.tree import Key, Tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level, has_errors
 
 _CODES = {
@@ -26,14 +31,15 @@ class Collector:
     """Turns errors into findings.
 
     Args:
-        experiment: whose places are meant.
+        source: the experiment as it was written, which knows the places.
 
     Attributes:
+        source: the same.
         findings: what was found so far.
     """
 
-    def __init__(self, experiment: Experiment) -> None:
-        self.experiment = experiment
+    def __init__(self, source: Tree) -> None:
+        self.source = source
         self._backend_error: BackendError | None = None
         self.findings: list[Finding] = []
 
@@ -56,14 +62,14 @@ class Collector:
             if isinstance(error, ExperimentError) and error.path is not None:
                 self.findings.append(replace(Finding.of(error, known), level=level))
                 return
-            finding = self.experiment.place(*keys).finding(known, str(error), level)
+            finding = self.source.place_of(*keys).finding(known, str(error), level)
             self.findings.append(finding)
             if level is Level.ERROR and isinstance(error, BackendError) and self._backend_error is None:
                 self._backend_error = type(error)(str(finding.as_error()))
 
     def add(self, code: Code, message: str, *keys: Key, level: Level = Level.ERROR) -> None:
         """Add a finding at a place of the experiment."""
-        self.findings.append(self.experiment.place(*keys).finding(code, message, level))
+        self.findings.append(self.source.place_of(*keys).finding(code, message, level))
 
     def raise_errors(self) -> None:
         """Raise what keeps the experiment from running, if anything does.
