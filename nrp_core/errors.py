@@ -13,7 +13,9 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   ├── TopicError                (LookupError)   unknown topic, or wrong type or direction
     │   ├── NeuronSelectionError      (LookupError)   population unknown or index out of range
     │   ├── TransferFunctionError                     a transfer function is declared wrongly
+    │   │   └── TriggerError                          its trigger is not a subscribed topic
     │   ├── NetworkError                              a network contradicts itself
+    │   │   └── SlowScriptError                       a brain script takes longer than a check may last
     │   └── SceneError                                a robot or room file cannot be used
     ├── CapabilityError               (NotImplementedError)  the backend lacks a capability
     ├── SimulationError               (RuntimeError)  a failure while running; carries t_ns
@@ -105,6 +107,10 @@ class NeuronSelectionError(ExperimentError, LookupError):
 
 class TransferFunctionError(ExperimentError):
     """A transfer function is declared wrongly (found before the first step)."""
+
+
+class TriggerError(TransferFunctionError):
+    """A transfer function is to be triggered by something that is not a subscribed topic."""
 
 
 class NetworkError(ExperimentError):

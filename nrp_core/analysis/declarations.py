@@ -24,7 +24,7 @@ from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters.binding import Mapping
 from nrp_core.dsl.parameters.topics import PreprocessedTopic
 from nrp_core.dsl.selection.selectors import Selector
-from nrp_core.errors import CapabilityError, ExperimentError, TopicError, did_you_mean
+from nrp_core.errors import CapabilityError, ExperimentError, TopicError, TriggerError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
 _FUNCTION_DECORATORS = (Neuron2Robot, Robot2Neuron)
@@ -283,7 +283,7 @@ class Declarations(Statements):
         except ExperimentError as error:
             is_mapping = isinstance(decorator, Mapping)
             code = Code.NRP219 if is_mapping else Code.NRP210
-            if not is_mapping and "triggered" in error.message:
+            if isinstance(error, TriggerError):
                 code = Code.NRP245
             self.findings.append(found_in(self._source, code, node, error.message))
             return is_mapping and isinstance(declared.function, TransferFunction)

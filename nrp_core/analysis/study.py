@@ -36,6 +36,7 @@ from nrp_core.errors import (
     NeuronSelectionError,
     NrpError,
     TopicError,
+    TriggerError,
 )
 from nrp_core.experiment.backends import load_backend
 from nrp_core.experiment.making.maker import Maker, maker_of
@@ -254,14 +255,21 @@ def _beyond(
             yield found_in(source, Code.NRP211, node, message, Level.WARNING)
 
 
+_CODES = {
+    NeuronSelectionError: Code.NRP211,
+    TopicError: Code.NRP212,
+    CapabilityError: Code.NRP216,
+    TriggerError: Code.NRP245,
+}
+
+
 def _code_of(error: Exception, mapping: binding.Mapping | None) -> Code:
-    kinds = {NeuronSelectionError: Code.NRP211, TopicError: Code.NRP212, CapabilityError: Code.NRP216}
-    for kind, code in kinds.items():
+    for kind, code in _CODES.items():
         if isinstance(error, kind):
             return code
     if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
         return Code.NRP225
-    return Code.NRP245 if "triggered" in str(error) else Code.NRP210
+    return Code.NRP210
 
 
 def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:

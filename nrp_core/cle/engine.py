@@ -83,7 +83,7 @@ class ClosedLoop(Closing):
         self.tf_time, self.on_error = tf_time, on_error
         self._time_limit = TimeLimit(function_time_limit_s)
         self.pacing = AsFastAsPossible() if pacing is None else pacing
-        self.hooks = Hooks[ClosedLoop]()
+        self.hooks: Hooks[ClosedLoop] = Hooks()
         self.account = TimeAccount()
         self.failures: list[Failure] = []
         self.steps = 0

@@ -8,46 +8,9 @@ from typing import Annotated, cast
 
 import typer
 
-from nrp_core.cli.commands.backends import backends
-from nrp_core.cli.commands.conformance import conformance
-from nrp_core.cli.commands.diff import diff
-from nrp_core.cli.commands.doctor import doctor
-from nrp_core.cli.commands.explain import explain
-from nrp_core.cli.commands.export import export
-from nrp_core.cli.commands.functions import functions
-from nrp_core.cli.commands.inspect import inspect
-from nrp_core.cli.commands.map import map as map_
-from nrp_core.cli.commands.new import new
-from nrp_core.cli.commands.plot import plot
-from nrp_core.cli.commands.publish import publish
-from nrp_core.cli.commands.recover import recover
-from nrp_core.cli.commands.replay import replay
-from nrp_core.cli.commands.run import run
-from nrp_core.cli.commands.schema import schema
-from nrp_core.cli.commands.validate import validate
 from nrp_core.cli.extensions import CommandGroup
 from nrp_core.cli.failure import report, report_interrupt, report_usage
 from nrp_core.cli.output import reserve_stdout
-
-COMMANDS = (
-    run,
-    publish,
-    functions,
-    validate,
-    explain,
-    map_,
-    inspect,
-    replay,
-    diff,
-    plot,
-    export,
-    recover,
-    new,
-    backends,
-    conformance,
-    doctor,
-    schema,
-)
 
 EXIT_CODES = (
     "Exit codes: 0 all is well; 1 the answer is no, or a run failed; 2 the command is used wrongly; "
@@ -59,11 +22,9 @@ _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[1])
 
 
 def build_app() -> typer.Typer:
-    """Return the application with the commands of the core; others are found by entry points."""
+    """Return the application; its commands are found when they are called."""
     app = typer.Typer(cls=CommandGroup, rich_markup_mode=None, no_args_is_help=True, epilog=EXIT_CODES)
     app.callback()(nrp)
-    for command in COMMANDS:
-        app.command()(command)
     return app
 
 

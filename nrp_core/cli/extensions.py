@@ -1,20 +1,24 @@
-"""Commands that other packages add: an entry point in ``nrp_core.commands`` names a function or a Typer app.
+"""Find the commands: those of the core, and those that other packages add.
 
-For ``nrp --help`` only the metadata is read; a command is imported when it is called.
+An entry point in ``nrp_core.commands`` names a function or a Typer app. A command is imported when it is
+called; ``nrp --help`` imports those of the core and reads only the metadata of the others.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from nrp_core.cli.commands import COMMANDS
 from nrp_core.registry import Provider, Registry
 
-COMMANDS: Registry[Any] = Registry("nrp_core.commands", "command")
+ADDED: Registry[Any] = Registry("nrp_core.commands", "command")
 
 
 class CommandGroup(TyperGroup):
@@ -22,20 +26,26 @@ class CommandGroup(TyperGroup):
 
     @cached_property
     def _added(self) -> dict[str, Provider]:
-        return {one.name: one for one in COMMANDS.providers() if one.name not in self.commands}
+        return {one.name: one for one in ADDED.providers() if one.name not in COMMANDS}
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return all names: the core's in their order, then the others by name."""
-        return [*self.commands, *self._added]
+        return [*COMMANDS, *self._added]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command, importing it if it is not the core's.
+        """Import a command and return it.
 
         Raises:
             BackendError: the package that adds it is broken, or two packages add it.
         """
-        if cmd_name in self._added and cmd_name not in self.commands:
-            self.commands[cmd_name] = _load(cmd_name)
+        if cmd_name not in self.commands:
+            if cmd_name in COMMANDS:
+                self.commands[cmd_name] = _command(cmd_name, core_function(cmd_name))
+            elif cmd_name in self._added:
+                self.commands[cmd_name] = _command(cmd_name, ADDED.load(cmd_name))
+            else:
+                for name in COMMANDS:  # typer proposes one of those that are there
+                    self.get_command(ctx, name)
         return super().get_command(ctx, cmd_name)
 
     def invoke(self, ctx: Any) -> Any:
@@ -51,7 +61,7 @@ class CommandGroup(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands for the help text."""
-        rows = [(name, command.get_short_help_str(120)) for name, command in self.commands.items()]
+        rows = [(name, self.get_command(ctx, name).get_short_help_str(120)) for name in COMMANDS]
         with formatter.section("Commands"):
             formatter.write_dl(rows)
         others = [(name, f"added by {_owner(added)}") for name, added in self._added.items()]
@@ -64,8 +74,13 @@ def _owner(provider: Provider) -> str:
     return f"{provider.package} ({provider.distribution} {provider.version})"
 
 
-def _load(name: str) -> Any:
-    found = COMMANDS.load(name)
+def core_function(name: str) -> Callable[..., None]:
+    """Import a command of the core and return its function."""
+    found: Callable[..., None] = getattr(import_module(f"nrp_core.cli.commands.{name}"), name)
+    return found
+
+
+def _command(name: str, found: Any) -> Any:
     if isinstance(found, typer.Typer):
         return get_command(found)
     app = typer.Typer(rich_markup_mode=None, add_completion=False)

@@ -44,8 +44,8 @@ class Code(Enum):
     )
     NRP202 = _E(
         "A value of the wrong kind, or out of range.",
-        "The experiment would not mean what was meant, or nothing at all.",
-        "Write a value of the kind that the message names; quantities carry their unit, as in `20 ms`.",
+        "The run would differ from what you intended.",
+        "Write a value of the kind that the message names, within its limits.",
     )
     NRP203 = _E(
         "A key that is needed is missing.",
@@ -73,14 +73,14 @@ class Code(Enum):
         "Choose a loop period that is a multiple of the steps of both sides.",
     )
     NRP208 = _E(
-        "The brain script cannot be turned into a network.",
+        "The brain file cannot be turned into a network.",
         "Without a network there are no neurons to simulate or to connect to.",
-        "Correct the line named; the script is ordinary PyNN and also runs by itself.",
+        "Correct what the message names. A script in PyNN also runs by itself, with its whole traceback.",
     )
     NRP209 = _E(
         "A robot or room cannot be read.",
-        "What is not read is not simulated; an error means that nothing is left to simulate.",
-        "Correct the line of the SDF file named; a warning says what was put in its place.",
+        "A part that is not read is not simulated.",
+        "Correct the line that the message names; a warning says what is used instead.",
     )
     NRP210 = _E(
         "A transfer function is written wrongly.",

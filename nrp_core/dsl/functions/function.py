@@ -14,7 +14,7 @@ from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.binding import Binding, Mapping
 from nrp_core.dsl.parameters.source_line import SourceLine
 from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
-from nrp_core.errors import ExperimentError, LifecycleError, TopicError, did_you_mean
+from nrp_core.errors import ExperimentError, LifecycleError, TopicError, TriggerError, did_you_mean
 from nrp_core.world.world import World
 
 TIME = "t"
@@ -86,9 +86,7 @@ class TransferFunction:
         for name in names:
             if name not in (TIME, *self.parameters):
                 hint = did_you_mean(name, self.parameters)
-                raise self._error(
-                    f"cannot be triggered by '{name}', which is not one of its parameters{hint}"
-                )
+                raise self._trigger_error(f"'{name}', which is not one of its parameters{hint}")
         return names
 
     def add(self, mapping: Mapping) -> None:
@@ -169,7 +167,7 @@ class TransferFunction:
     def _trigger(self, name: str) -> SubscribedTopic:
         adapter = self._adapters[name]
         if not isinstance(adapter, SubscribedTopic):
-            raise self._error(f"cannot be triggered by '{name}'; only subscribed topics trigger")
+            raise self._trigger_error(f"'{name}'; only subscribed topics trigger")
         return adapter
 
     def _publisher_of(self, binding: Binding) -> PublishedTopic | None:
@@ -281,6 +279,10 @@ class TransferFunction:
 
     def _error(self, message: str) -> ExperimentError:
         return self.place.error(f"transfer function '{self.name}' {message}")
+
+    def _trigger_error(self, message: str) -> TriggerError:
+        message = f"transfer function '{self.name}' cannot be triggered by {message}"
+        return TriggerError(message, path=self.place.path, line=self.place.line)
 
 
 def _runs_when_called(function: Callable[..., Any]) -> bool:

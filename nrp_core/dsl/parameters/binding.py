@@ -15,7 +15,6 @@ from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.world.world import World
 
 
-
 @dataclass(frozen=True, slots=True)
 class Binding:
     """What the parameters of one function are bound to.

@@ -23,7 +23,6 @@ from nrp_core.registry import Registry
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.left_out import read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
-from nrp_core.world.world import World
 
 Loader: TypeAlias = Callable[[Path], list[TransferFunction]]
 Lister: TypeAlias = Callable[[Path], Listing]

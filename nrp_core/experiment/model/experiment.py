@@ -35,9 +35,9 @@ from nrp_core.experiment.model.section import Name, Section, TopicName
 from nrp_core.experiment.model.tree import Key, Place, Tree
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
-from nrp_core.world.interface import World
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.world import World
 
 _SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
 
