@@ -122,7 +122,7 @@ class ShimmedMaker(Maker, Participant, ABC):
         names = {name: value for name, value in vars(self.names.module).items() if name[:2] != "__"}
         return Listing(pieces, names, self.names.scope, self._folders)
 
-    def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
+    def declare_missing_topics(self, world: World, functions: Sequence[TransferFunction]) -> None:
         aliases = self.aliases(world, functions)
         for name, served in aliases.items():
             world.add_alias(name, served)

@@ -11,25 +11,25 @@ from typing import Any
 from pydantic import BaseModel
 
 
-def plain(data: Any) -> Any:
+def to_jsonable(data: Any) -> Any:
     """Return dataclasses and models as objects, sets sorted, NaN and infinity as null, the rest as text."""
     match data:
         case Enum():
-            return plain(data.value)
+            return to_jsonable(data.value)
         case None | bool() | int() | str():
             return data
         case float():
             return data if math.isfinite(data) else None
         case set() | frozenset():
-            return sorted(map(plain, data))
+            return sorted(map(to_jsonable, data))
         case list() | tuple():
-            return [plain(value) for value in data]
+            return [to_jsonable(value) for value in data]
         case type():
             return getattr(data, "__msgtype__", data.__qualname__)
     named = _named(data)
     if named is not None:
-        return {str(name): plain(value) for name, value in named.items()}
-    return plain(data.tolist()) if hasattr(data, "tolist") else str(data)
+        return {str(name): to_jsonable(value) for name, value in named.items()}
+    return to_jsonable(data.tolist()) if hasattr(data, "tolist") else str(data)
 
 
 def _named(data: Any) -> Mapping[Any, Any] | None:

@@ -40,8 +40,8 @@ from nrp_core.errors import (
 )
 from nrp_core.experiment.backends import load_backend
 from nrp_core.experiment.making.maker import Maker, maker_of
-from nrp_core.experiment.making.prepare import Examination, Say
-from nrp_core.experiment.making.watch import furnish
+from nrp_core.experiment.making.prepare import Examination, ProgressCallback
+from nrp_core.experiment.making.watch import declare_missing_topics
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment, PartMaker
 from nrp_core.findings import Code, Finding, Level, has_errors
@@ -124,8 +124,8 @@ class _Reading(Maker):
         # a file that could not be read declares functions that nobody knows
         self.is_complete &= not has_errors(collector.findings[before:])
 
-    def furnish(self, world: World, functions: Any) -> None:
-        self._maker.furnish(world, functions)
+    def declare_missing_topics(self, world: World, functions: Any) -> None:
+        self._maker.declare_missing_topics(world, functions)
 
 
 class Study(Examination):
@@ -133,19 +133,19 @@ class Study(Examination):
 
     Args:
         experiment: the experiment.
-        say: told what is being done.
+        progress: called with the name of each task as it begins.
 
     Attributes:
         examined: its transfer functions, in the order in which they run.
         topics: those of its world, as far as it could be read.
     """
 
-    def __init__(self, experiment: Experiment, say: Say) -> None:
+    def __init__(self, experiment: Experiment, progress: ProgressCallback) -> None:
         self.examined: list[Examined] = []
         self.topics: Mapping[str, TopicInfo] = {}
         self._build = ChildBuilder(*_brain_of(experiment))
         self._reading = _Reading(maker_of(experiment), self._build)
-        super().__init__(experiment.with_maker(self._reading), say)
+        super().__init__(experiment.with_maker(self._reading), progress)
 
     @property
     def experiment(self) -> Experiment:
@@ -188,7 +188,7 @@ class Study(Examination):
     def _check_functions(self, network: Network, world: World) -> None:
         fits = self.brain is not None and self._fits
         brain = MockBrain(network, capabilities=self.brain.capabilities if fits and self.brain else None)
-        for topic in furnish(self._experiment, world, self.functions):
+        for topic in declare_missing_topics(self._experiment, world, self.functions):
             message = f"nobody serves the topic '{topic}': it is silent unless a function publishes on it"
             self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)
         ordered = sorted(self._reading.declared, key=lambda declared: -declared.function.priority)

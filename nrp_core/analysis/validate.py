@@ -9,30 +9,32 @@ from nrp_core.analysis import checks as checks  # registers them
 from nrp_core.analysis.registry import CHECKS
 from nrp_core.analysis.study import Study, at_most
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.making.prepare import Say, quietly
+from nrp_core.experiment.making.prepare import ProgressCallback, no_progress
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 
-def validate(experiment: Experiment, say: Say = quietly) -> list[Finding]:
+def validate(experiment: Experiment, progress: ProgressCallback = no_progress) -> list[Finding]:
     """Return all that is wrong with an experiment that could be read, and what is worth knowing of it."""
-    study = Study(experiment, say)
+    study = Study(experiment, progress)
     worst = Level.ERROR if experiment.strict else Level.WARNING
     found = [at_most(finding, worst) for check in CHECKS for finding in check.run(study)]
     return list(dict.fromkeys([*study.collector.findings, *found]))
 
 
-def validate_file(text: str | Path, overrides: Sequence[str] = (), say: Say = quietly) -> list[Finding]:
+def validate_file(
+    text: str | Path, overrides: Sequence[str] = (), progress: ProgressCallback = no_progress
+) -> list[Finding]:
     """Return all that is wrong with an experiment, reading it included.
 
     Args:
         text: a shipped experiment, a file, or a folder with one.
         overrides: ``dotted.key=value``.
-        say: told what is being done.
+        progress: called with the name of each task as it begins.
     """
     try:
-        return validate(load_experiment(text, overrides), say)
+        return validate(load_experiment(text, overrides), progress)
     except InvalidExperimentError as error:
         return list(error.findings)
     except ExperimentError as error:  # there is no such experiment

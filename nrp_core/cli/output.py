@@ -24,9 +24,9 @@ def reserve_stdout() -> None:
 
 def document(data: Any) -> None:
     """Write the one JSON document of a command."""
-    from nrp_core._support.jsonable import plain
+    from nrp_core._support.jsonable import to_jsonable
 
     stream = _document_stream or sys.stdout
-    json.dump(plain(data), stream, indent=2, allow_nan=False, ensure_ascii=False)
+    json.dump(to_jsonable(data), stream, indent=2, allow_nan=False, ensure_ascii=False)
     stream.write("\n")
     stream.flush()

@@ -48,7 +48,7 @@ class Display(ABC):
         self._next_s = self._began_s = 0.0
         self._end_s = 0.0
 
-    def say(self, what: str) -> None:
+    def begin_task(self, what: str) -> None:
         """Show what is being done; if it takes long, also why it may."""
         self._stop_waiting()
         self._show_task(what)
@@ -58,7 +58,7 @@ class Display(ABC):
 
     def watch(self, run: Run, end_s: float) -> None:
         """Show the progress of a run from now on, to a simulated time."""
-        self.say("taking the first step")
+        self.begin_task("taking the first step")
         self._end_s = end_s
         run.on_step.append(self._after_step)
 

@@ -127,7 +127,7 @@ class Session:
     # -- the run
 
     def _simulate(self, shown: Display, folder: Path | None) -> Result:
-        shown.say("reading the experiment")
+        shown.begin_task("reading the experiment")
         with ExitStack() as stack:
             files = None
             if folder is not None:
@@ -136,7 +136,7 @@ class Session:
                 files = stack.enter_context(FilesRead())
             experiment = load_experiment(self._request.experiment, self._request.overrides)
             until_s = self._until_s(experiment)
-            simulation = stack.enter_context(Run(experiment, shown.say))
+            simulation = stack.enter_context(Run(experiment, shown.begin_task))
             self._warn(simulation.warnings)
             shown.watch(simulation, seconds(experiment.duration) if until_s is None else until_s)
             if self._request.control is not None:

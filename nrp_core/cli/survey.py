@@ -19,7 +19,7 @@ from signal import Signals
 from typing import Any
 
 from nrp_core._support.diagnosis import Diagnosis
-from nrp_core._support.jsonable import plain
+from nrp_core._support.jsonable import to_jsonable
 from nrp_core._support.probe import ChildResult, inquire
 from nrp_core.brain.backends import brains
 from nrp_core.errors import NrpError
@@ -140,7 +140,7 @@ def _look(registry: Registry[Any], name: str) -> dict[str, Any]:
     try:
         backend = registry.load(name)
         found["diagnoses"] = [asdict(diagnosis) for diagnosis in backend.diagnose()]
-        found["capabilities"] = plain(backend.capabilities(backend.options()))
+        found["capabilities"] = to_jsonable(backend.capabilities(backend.options()))
     except NrpError as error:
         reason, _, remedy = _COMMAND.sub(r"\n\1", str(error)).partition("\n")
         found |= {"reason": reason, "remedy": remedy}

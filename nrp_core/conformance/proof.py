@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from nrp_core._support.jsonable import plain
+from nrp_core._support.jsonable import to_jsonable
 from nrp_core._support.machine import describe
 from nrp_core.brain.backends import brains
 from nrp_core.conformance import SUITES
@@ -67,8 +67,8 @@ class Proof:
                 f"({place.filename}:{place.lineno})"
             ) from error
         return KitReport(
-            self.kind, self.name, plain(registry.provider(self.name)), self.options, self.level,
-            plain(declared), describe(), results,
+            self.kind, self.name, to_jsonable(registry.provider(self.name)), self.options, self.level,
+            to_jsonable(declared), describe(), results,
         )  # fmt: skip
 
     def run(self) -> KitReport:

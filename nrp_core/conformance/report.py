@@ -83,10 +83,10 @@ class KitReport:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, with counts."""
-        from nrp_core._support.jsonable import plain
+        from nrp_core._support.jsonable import to_jsonable
 
         counts = Counter(str(result.outcome) for result in self.results)
-        data = plain({**asdict(self), "conforms": self.conforms, "counts": dict(counts)})
+        data = to_jsonable({**asdict(self), "conforms": self.conforms, "counts": dict(counts)})
         assert isinstance(data, dict)
         return data
 

@@ -9,7 +9,7 @@ from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.report import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named
-from nrp_core.experiment.making.prepare import Say, network_of, quietly, side_of
+from nrp_core.experiment.making.prepare import ProgressCallback, network_of, no_progress, side_of
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code
@@ -35,7 +35,7 @@ class Account:
     reports: tuple[Report, ...]
 
 
-def account_of(experiment: Experiment, say: Say = quietly) -> Account:
+def account_of(experiment: Experiment, progress: ProgressCallback = no_progress) -> Account:
     """Build the network of an experiment and return what its brain backend reports about it.
 
     Raises:
@@ -52,12 +52,12 @@ def account_of(experiment: Experiment, say: Say = quietly) -> Account:
         raise CapabilityError(
             f"the brain backend '{name}' reports nothing about networks; these do: {others}"
         )
-    say("building the network")
+    progress("building the network")
     network = network_of(experiment, collector)
     collector.raise_errors()
     assert network is not None
     side.capabilities.require(network, name)
-    say("looking at the network")
+    progress("looking at the network")
     with collector.during(Code.NRP208, "brain", "model"), named(name, "report about the network"):
         reports = side.backend.reports(network, side.options)
     collector.raise_errors()

@@ -15,7 +15,7 @@ from nrp_core.clock import milliseconds
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.making.maker import Maker
-from nrp_core.experiment.making.prepare import Examination, quietly
+from nrp_core.experiment.making.prepare import Examination, no_progress
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
 from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.world.scene.model import Scene
@@ -63,7 +63,7 @@ def write_folder(experiment: Experiment, folder: Path) -> Report:
     """
     maker = experiment.maker
     assert isinstance(maker, LegacyMaker)
-    examined = Examination(experiment, quietly)
+    examined = Examination(experiment, no_progress)
     examined.collector.raise_errors()
     folder.mkdir(parents=True, exist_ok=True)
     kept: dict[str, str] = {}
@@ -272,7 +272,7 @@ class _Import:
 
     def _missing(self) -> dict[str, str]:
         """Return every function that is missing from the written experiment, with the reason."""
-        again = Examination(read_yaml(self._folder / FILE), quietly)
+        again = Examination(read_yaml(self._folder / FILE), no_progress)
         written = {function.name for function in again.functions}
         findings = [str(one) for one in again.collector.findings]
         return {

@@ -124,7 +124,7 @@ def _compared(
         runs = run_grid(
             grid, results, jobs or cores(), lambda done, total, last: shown.count("runs", done, total, last)
         )
-        shown.say("comparing the runs")
+        shown.begin_task("comparing the runs")
         return GridDiff.of(grid, runs, metrics, margins, results)
 
 

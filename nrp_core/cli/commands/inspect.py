@@ -99,11 +99,11 @@ def _inspect_scene(file: Path, picture: Path | None, models: list[Path], *, as_j
 
 def _as_data(scene: Scene) -> dict[str, Any]:
     """Return everything about a scene as plain data; its fields are those of the scene's classes."""
-    from nrp_core._support.jsonable import plain
+    from nrp_core._support.jsonable import to_jsonable
 
     return {
         "gravity": scene.gravity,
-        "models": [{**plain(model), "topics": _topics(model)} for model in scene.models],
+        "models": [{**to_jsonable(model), "topics": _topics(model)} for model in scene.models],
         "lights": scene.lights,
         "warnings": scene.warnings,
         "digest": scene.digest,

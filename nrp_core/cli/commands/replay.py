@@ -78,7 +78,11 @@ def replay(
         tuple(functions or ()),
         record,
     )
-    with display() as shown, FilesRead() as files, Replay(source, request, shown.say, files=files) as again:
+    with (
+        display() as shown,
+        FilesRead() as files,
+        Replay(source, request, shown.begin_task, files=files) as again,
+    ):
         outcome = again.verify() if verify else again.go()
         result = again.run.result()
     for warning in outcome.warnings:
@@ -102,9 +106,9 @@ def _said(outcome: ReplayResult) -> str:
 
 
 def _data(outcome: ReplayResult) -> dict[str, Any]:
-    from nrp_core._support.jsonable import plain
+    from nrp_core._support.jsonable import to_jsonable
 
-    return dict(plain(outcome))
+    return dict(to_jsonable(outcome))
 
 
 def _is_recorded(side: str, given: str | None) -> bool:

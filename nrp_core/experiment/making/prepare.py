@@ -21,7 +21,7 @@ from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.errors import NeuronSelectionError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.maker import maker_of
-from nrp_core.experiment.making.watch import Watch, declare_own, furnish
+from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
@@ -35,14 +35,14 @@ from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.imperfect import with_imperfection
 from nrp_core.world.world import World
 
-Say = Callable[[str], None]
-"""Told what is being done, for people who wait."""
+ProgressCallback = Callable[[str], None]
+"""Called with the name of each task as it begins."""
 
 B = TypeVar("B", BrainBackend, WorldBackend)
 
 
-def quietly(what: str) -> None:
-    """Tell nobody."""
+def no_progress(task: str) -> None:
+    """Report no progress."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,14 +82,14 @@ class Plan:
     warnings: tuple[Finding, ...]
 
 
-def prepare(experiment: Experiment, say: Say = quietly) -> Plan:
+def prepare(experiment: Experiment, progress: ProgressCallback = no_progress) -> Plan:
     """Make everything that an experiment needs but its engines.
 
     Raises:
         BackendError: a backend is missing or broken.
         InvalidExperimentError: anything else is wrong; it carries all findings.
     """
-    examined = Examination(experiment, say)
+    examined = Examination(experiment, progress)
     examined.collector.raise_errors()
     assert examined.brain is not None
     assert examined.world is not None
@@ -133,10 +133,10 @@ class Examination:
 
     Args:
         experiment: the experiment.
-        say: told what is being done.
+        progress: called with the name of each task as it begins.
     """
 
-    def __init__(self, experiment: Experiment, say: Say) -> None:
+    def __init__(self, experiment: Experiment, progress: ProgressCallback) -> None:
         self._experiment = experiment
         self._lapse = Level.ERROR if experiment.strict else Level.WARNING
         self.collector = Collector(experiment.source)
@@ -144,9 +144,9 @@ class Examination:
         self.world = side_of(self.collector, worlds(), "world", experiment.world)
         self._check_steps()
         self._check_event_names()
-        say("reading the room and the robots")
+        progress("reading the room and the robots")
         self.scene = self._scene()
-        say("building the network")
+        progress("building the network")
         self.network = network_of(experiment, self.collector)
         self._fits = self._brain_fits()
         self.functions = tuple(maker_of(experiment).functions(experiment, self.collector))
@@ -229,7 +229,7 @@ class Examination:
             brain = MockBrain(
                 network, capabilities=self.brain.capabilities if self.brain and self._fits else None
             )
-            for topic in furnish(self._experiment, world, self.functions):
+            for topic in declare_missing_topics(self._experiment, world, self.functions):
                 message = f"nobody serves the topic '{topic}': it is silent unless a function publishes on it"
                 self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)
             declare_topics(self.functions, world)

@@ -39,13 +39,15 @@ def _lapse(experiment: Experiment) -> Level:
     return Level.ERROR if experiment.strict else Level.WARNING
 
 
-def furnish(experiment: Experiment, world: World, functions: Sequence[TransferFunction]) -> list[str]:
+def declare_missing_topics(
+    experiment: Experiment, world: World, functions: Sequence[TransferFunction]
+) -> list[str]:
     """Give a world what the functions of an experiment expect of it.
 
     Returns:
         the topics that nobody serves and that are there now only because the experiment is not strict.
     """
-    maker_of(experiment).furnish(world, functions)
+    maker_of(experiment).declare_missing_topics(world, functions)
     if experiment.strict:
         return []
     declared = declare_unserved(functions, world)

@@ -334,5 +334,5 @@ class PartMaker(ABC):
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
         """Yield what :meth:`functions` would execute; what is wrong with it goes to the collector."""
 
-    def furnish(self, world: World, functions: Sequence[TransferFunction]) -> None:
+    def declare_missing_topics(self, world: World, functions: Sequence[TransferFunction]) -> None:
         """Add to a world what these functions expect of it, such as further names of its topics."""

@@ -33,8 +33,8 @@ from nrp_core.experiment.backends import named
 from nrp_core.experiment.events.criteria import all_passed
 from nrp_core.experiment.events.values import to_message
 from nrp_core.experiment.making.maker import load_functions, maker_of
-from nrp_core.experiment.making.prepare import Plan, Say, Side, prepare, quietly
-from nrp_core.experiment.making.watch import Watch, declare_own, furnish
+from nrp_core.experiment.making.prepare import Plan, ProgressCallback, Side, no_progress, prepare
+from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
@@ -63,7 +63,7 @@ class Run(Closing):
 
     Args:
         experiment: what to run.
-        say: told what is being done while it opens, for people who wait.
+        progress: called with the name of each task as it begins, while the run opens.
         revise: may exchange parts of what it opens, such as an engine for one that is recorded.
 
     Attributes:
@@ -83,9 +83,13 @@ class Run(Closing):
     _error: BaseException | None
 
     def __init__(
-        self, experiment: Experiment, say: Say = quietly, *, revise: Callable[[Plan], Plan] | None = None
+        self,
+        experiment: Experiment,
+        progress: ProgressCallback = no_progress,
+        *,
+        revise: Callable[[Plan], Plan] | None = None,
     ) -> None:
-        plan = prepare(experiment, say)
+        plan = prepare(experiment, progress)
         if revise is not None:
             plan = revise(plan)
         self.experiment = experiment
@@ -96,17 +100,17 @@ class Run(Closing):
         self._warnings = [str(finding.as_error()) for finding in plan.warnings]
         self._told = {finding.message for finding in plan.warnings}
         with ExitStack() as opened:
-            say(f"opening the world ({experiment.world.backend})")
+            progress(f"opening the world ({experiment.world.backend})")
             self.world: World = opened.enter_context(
                 _open(experiment.world, plan.world, plan.scene, self.seed)
             )
-            say(f"opening the brain ({experiment.brain.backend})")
+            progress(f"opening the brain ({experiment.brain.backend})")
             self.brain: Brain = opened.enter_context(
                 _open(experiment.brain, plan.brain, plan.network, self.seed)
             )
             collector = Collector(experiment.source)
             declare_own(experiment, self.world, collector)
-            furnish(experiment, self.world, plan.functions)
+            declare_missing_topics(experiment, self.world, plan.functions)
             self._watch = Watch(experiment, self.world, collector)
             collector.raise_errors()
             self.loop = opened.enter_context(self._close_loop(plan))
@@ -213,7 +217,7 @@ class Run(Closing):
         functions = [function for some in given for function in some]
 
         def make() -> None:
-            furnish(self.experiment, self.world, functions)
+            declare_missing_topics(self.experiment, self.world, functions)
             self.loop.change(functions, names)
             for observer in self.on_change:
                 observer(added, names)
@@ -311,7 +315,7 @@ class Run(Closing):
         collector = Collector(experiment.source)
         functions = tuple(maker_of(experiment).functions(experiment, collector))
         collector.raise_errors()
-        furnish(experiment, self.world, functions)
+        declare_missing_topics(experiment, self.world, functions)
         names = {function.name for function in functions}
         self.loop.change(functions, [one.name for one in self.loop.functions if one.name not in names])
         self.experiment = experiment

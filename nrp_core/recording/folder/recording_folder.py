@@ -18,7 +18,7 @@ from pydantic import BaseModel
 
 from nrp_core._support import machine
 from nrp_core._support.arrays import IntArray
-from nrp_core._support.jsonable import plain
+from nrp_core._support.jsonable import to_jsonable
 from nrp_core.brain.network.data import Network
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
@@ -160,7 +160,7 @@ class RecordingFolder:
         path = self._folder / RUN_NAME
         draft = path.with_suffix(".draft")
         data = {**self._about, "files": _digests(self._folder), "state": state, "result": result}
-        told = plain(data)
+        told = to_jsonable(data)
         told[DIGEST] = digest_of(told)
         draft.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n")
         draft.replace(path)

@@ -13,7 +13,7 @@ from typing import Literal
 from nrp_core._support.closing import Closing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, SnapshotError, did_you_mean
-from nrp_core.experiment.making.prepare import Plan, Say, quietly
+from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.calls import LOST, changes_functions, repeat
@@ -88,7 +88,7 @@ class Replay(Closing):
     Args:
         recording: of which run.
         request: how.
-        say: told what is being done.
+        progress: called with the name of each task as it begins.
         files: what notices which files are read, for a recording that is made of it.
 
     Raises:
@@ -99,12 +99,12 @@ class Replay(Closing):
         self,
         recording: Recording,
         request: ReplayRequest,
-        say: Say = quietly,
+        progress: ProgressCallback = no_progress,
         *,
         files: FilesRead | None = None,
     ) -> None:
         require_format(recording)
-        self._recording, self._request, self._say, self._files = recording, request, say, files
+        self._recording, self._request, self._progress, self._files = recording, request, progress, files
         if request.from_ns is not None and request.recorded:
             raise ExperimentError("what is recorded of one side alone can only be run from the beginning")
         since_ns, until_ns = request.from_ns, request.until_ns
@@ -125,7 +125,7 @@ class Replay(Closing):
         """Open the engines, at time 0."""
         with ExitStack() as opened:
             self._scratch = Path(opened.enter_context(TemporaryDirectory(prefix="nrp-replay-")))
-            self.run: Run = opened.enter_context(Run(self._experiment, self._say, revise=self._revised))
+            self.run: Run = opened.enter_context(Run(self._experiment, self._progress, revise=self._revised))
             self._observer = Observer(
                 self.run.brain, self.run.world, period_ns=self._experiment.timestep,
                 pictures=_pictures(self._recording),
@@ -243,7 +243,7 @@ class Replay(Closing):
             raise SnapshotError("; ".join([str(error), *self._lost, *self._about_snapshot()])) from error
 
     def _about_snapshot(self) -> Iterator[str]:
-        """Say what may explain that a snapshot does not fit, and what can be done."""
+        """Return what may explain that a snapshot does not fit, and what to do."""
         if other := other_code(self._recording, self._experiment):
             yield f"it was made by {other}"
         if origin := self._recording.run.get("continues"):

@@ -49,7 +49,7 @@ def test_what_takes_long_is_explained(
 ) -> None:
     monkeypatch.setattr(progress, "PATIENCE_S", 0.01)
     with Lines() as lines:
-        lines.say("opening the brain (event)")
+        lines.begin_task("opening the brain (event)")
         assert lines._timer is not None
         lines._timer.join()
     assert capsys.readouterr().err == f"opening the brain (event); {HINT}\n"
@@ -57,7 +57,7 @@ def test_what_takes_long_is_explained(
 
 def test_what_is_quick_is_not_mentioned(capsys: pytest.CaptureFixture[str]) -> None:
     with Lines() as lines:
-        lines.say("opening the brain (event)")
+        lines.begin_task("opening the brain (event)")
         lines.watch(run_at(0.0), 60.0)
     assert capsys.readouterr().err == ""
 
@@ -66,7 +66,7 @@ def test_on_a_terminal_a_bar_shows_time_speed_and_what_takes_the_time(clock: Any
     screen = io.StringIO()
     run = run_at(0.0)
     with Bar(Console(file=screen, force_terminal=True, width=140, legacy_windows=False)) as bar:
-        bar.say("opening the world (mujoco)")
+        bar.begin_task("opening the world (mujoco)")
         bar.watch(run, 60.0)
         run.on_step[0](run)
         clock.s, run.now_s = 104.0, 20.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from nrp_core._support.jsonable import plain
+from nrp_core._support.jsonable import to_jsonable
 from nrp_core.simulation import Determinism
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 
@@ -50,4 +50,4 @@ class Colour(Enum):
     ],
 )
 def test_any_data_becomes_what_json_can_hold(data: Any, expected: object) -> None:
-    assert plain(data) == expected
+    assert to_jsonable(data) == expected
