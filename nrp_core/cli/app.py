@@ -1,4 +1,4 @@
-"""Put the commands together, run one, and turn errors into messages and exit codes."""
+"""Assemble the commands, run one, and turn errors into messages and exit codes."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from nrp_core.cli.failure import report, report_interrupt, report_usage
 from nrp_core.cli.output import reserve_stdout
 
 EXIT_CODES = (
-    "Exit codes: 0 all is well; 1 the answer is no, or a run failed; 2 the command is used wrongly; "
+    "Exit codes: 0 success; 1 the answer is no, or a run failed; 2 wrong usage; "
     "3 an experiment is not valid; 4 a backend is missing; 130 interrupted."
 )
 
-# typer vendors the class it derives its own errors from, and has moved it between versions
+# typer vendors the base class of its errors and has moved it between versions
 _UsageError = cast("type[Exception]", typer.BadParameter.__mro__[1])
 
 
@@ -29,7 +29,7 @@ def build_app() -> typer.Typer:
 
 
 def run_app(arguments: Sequence[str]) -> int:
-    """Run a command line and return its exit code; no error leaves as a traceback unless asked for."""
+    """Run a command line and return its exit code; show a traceback only if asked for."""
     as_json = "--json" in arguments or _is_set("NRP_JSON")
     if as_json:
         reserve_stdout()

@@ -22,14 +22,14 @@ ADDED: Registry[Any] = Registry("nrp_core.commands", "command")
 
 
 class CommandGroup(TyperGroup):
-    """The commands of the core and of all installed packages; the core's cannot be replaced."""
+    """The commands of the core and of all installed packages; those of the core cannot be replaced."""
 
     @cached_property
     def _added(self) -> dict[str, Provider]:
         return {one.name: one for one in ADDED.providers() if one.name not in COMMANDS}
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return all names: the core's in their order, then the others by name."""
+        """Return all names: those of the core in their order, then the others by name."""
         return [*COMMANDS, *self._added]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
@@ -52,7 +52,7 @@ class CommandGroup(TyperGroup):
         """Run the command that was called.
 
         Raises:
-            typer.Abort: Ctrl-C; typer itself would end without a word.
+            typer.Abort: Ctrl-C; typer itself would end without a message.
         """
         try:
             return super().invoke(ctx)

@@ -1,4 +1,4 @@
-"""Errors as people and scripts read them, and the exit code that goes with each."""
+"""Print errors as text or JSON, and choose the exit code of each."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def exit_code(error: BaseException) -> int:
 
 
 def report(error: Exception, *, as_json: bool, debug: bool = False) -> int:
-    """Write an error in one readable block, or as ``{"error": {...}}``; return the exit code."""
+    """Write an error as text, or as ``{"error": {...}}``; return the exit code."""
     if debug:
         traceback.print_exception(error)
     if as_json:
@@ -35,7 +35,7 @@ def report(error: Exception, *, as_json: bool, debug: bool = False) -> int:
 
 
 def report_usage(error: Any, *, as_json: bool) -> int:
-    """Say how the command should have been written."""
+    """Report a wrong use of a command and show its usage."""
     if as_json:
         document({"error": {"kind": "UsageError", "message": error.format_message()}})
     else:
@@ -44,7 +44,7 @@ def report_usage(error: Any, *, as_json: bool) -> int:
 
 
 def report_interrupt(*, as_json: bool) -> int:
-    """Say that Ctrl-C ended a command before it had anything to show."""
+    """Report that Ctrl-C ended a command before it had any result."""
     if as_json:
         document({"error": {"kind": "Interrupted", "message": "interrupted"}})
     else:
@@ -53,7 +53,7 @@ def report_interrupt(*, as_json: bool) -> int:
 
 
 def lines(error: Exception) -> Iterator[str]:
-    """Return what is wrong, a line for each finding that is an error."""
+    """Yield the message of an error, or one line for each of its findings that is an error."""
     findings = getattr(error, "findings", ())
     if findings:
         yield from (str(finding) for finding in findings if finding.level == "error")
@@ -63,13 +63,13 @@ def lines(error: Exception) -> Iterator[str]:
         yield str(error)
     else:
         yield (
-            f"{type(error).__name__}: {error}; this is a mistake in the program: "
-            "set NRP_DEBUG=1 to see where, and please report it"
+            f"{type(error).__name__}: {error}; this is a bug in the program: "
+            "set NRP_DEBUG=1 to see the traceback, and please report it"
         )
 
 
 def as_data(error: Exception) -> dict[str, Any]:
-    """Return an error as plain data."""
+    """Return an error as a dictionary."""
     data: dict[str, Any] = {"kind": type(error).__name__, "message": getattr(error, "message", str(error))}
     if isinstance(error, ExperimentError):
         data |= {"path": error.path, "line": error.line, "column": error.column}
@@ -80,6 +80,6 @@ def as_data(error: Exception) -> dict[str, Any]:
 
 
 def complain(message: str, *, label: str = "error", color: str = "red") -> None:
-    """Write a line to standard error that begins with its kind."""
+    """Write a labelled line to standard error."""
     typer.secho(f"{label}: ", fg=color, bold=True, err=True, nl=False)
     typer.echo(message, err=True)

@@ -32,7 +32,7 @@ ExperimentName = Annotated[
     typer.Argument(
         metavar="EXPERIMENT",
         envvar="NRP_EXPERIMENT",
-        help="The name of an experiment that comes with a package, a YAML file, or a folder with one.",
+        help="The name of an installed experiment, a YAML file, or a folder with one.",
     ),
 ]
 Overrides = Annotated[
@@ -55,15 +55,15 @@ Models = Annotated[
         envvar="NRP_MODELS",
         exists=True,
         file_okay=False,
-        help="A folder that models are looked for in.",
+        help="A folder to search for models; repeatable.",
     ),
 ]
 Seed = Annotated[
-    int | None, typer.Option("--seed", envvar="NRP_SEED", help="What everything random follows from.")
+    int | None, typer.Option("--seed", envvar="NRP_SEED", help="The seed of all random numbers.")
 ]
 SocketPath = Annotated[
     Path,
-    typer.Argument(metavar="SOCKET", envvar="NRP_CONTROL", help="The socket given to nrp run --control."),
+    typer.Argument(metavar="SOCKET", envvar="NRP_CONTROL", help="The socket of nrp run --control."),
 ]
 
 
@@ -75,7 +75,7 @@ def overrides_of(
     models: Sequence[Path] | None = None,
     **values: object,
 ) -> list[str]:
-    """Return all overrides in the form of ``--set``; an option of its own wins over ``--set``."""
+    """Return all overrides in the form of ``--set``; a dedicated option wins over ``--set``."""
     folders = dumps([str(folder.absolute()) for folder in models]) if models else None
     named = {"brain.backend": brain, "world.backend": world, "models": folders, **values}
     return [*(given or ()), *(f"{key}={value}" for key, value in named.items() if value is not None)]
@@ -83,7 +83,7 @@ def overrides_of(
 
 @contextmanager
 def usage_errors(option: str) -> Iterator[None]:
-    """Turn a value that cannot be used into an error about the option that gave it."""
+    """Turn a ``ValueError`` into a usage error of an option."""
     try:
         yield
     except ValueError as error:
@@ -91,12 +91,12 @@ def usage_errors(option: str) -> Iterator[None]:
 
 
 def require_folder_of(file: Path | None, option: str) -> None:
-    """Refuse a file that cannot be there, before what is to be written into it takes its time.
+    """Refuse an output file that cannot be written, before the long computation of its contents.
 
     Raises:
-        typer.BadParameter: its folder is missing, or it is a folder itself.
+        typer.BadParameter: its folder does not exist, or the path is a folder.
     """
     if file is not None and not file.absolute().parent.is_dir():
-        raise typer.BadParameter(f"{file.parent}: there is no such folder", param_hint=option)
+        raise typer.BadParameter(f"{file.parent}: the folder does not exist", param_hint=option)
     if file is not None and file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint=option)

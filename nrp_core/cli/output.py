@@ -1,4 +1,4 @@
-"""What commands write: a JSON document or text for people on standard output, all else on standard error."""
+"""Output of the commands: JSON or text on standard output, everything else on standard error."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _document_stream: TextIO | None = None
 
 
 def reserve_stdout() -> None:
-    """Keep standard output for :func:`document` alone.
+    """Reserve standard output for :func:`document`.
 
-    Whatever else prints, engines written in C included, goes to standard error from here on.
+    All other output, also of engines written in C, goes to standard error from here on.
     """
     global _document_stream
     sys.stdout.flush()
@@ -23,7 +23,7 @@ def reserve_stdout() -> None:
 
 
 def document(data: Any) -> None:
-    """Write the one JSON document of a command."""
+    """Write the JSON document of a command."""
     from nrp_core._support.jsonable import to_jsonable
 
     stream = _document_stream or sys.stdout

@@ -1,4 +1,4 @@
-"""What a run shows on standard error while it goes: a bar on a terminal, now and then a line elsewhere."""
+"""Progress of a run on standard error: a bar on a terminal, occasional lines elsewhere."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from rich.table import Column
 from nrp_core.experiment.running.run import Run
 
 PATIENCE_S = 2.0
-HINT = "the first time on a machine this takes longer, because code is compiled"
+HINT = "the first run on a machine takes longer because code is compiled"
 
 _WIDE = 110
 _SHORT = {"transfer_functions": "functions", "engine": "loop"}
 
 
 def display() -> Display:
-    """Return what suits standard error."""
+    """Return the display that suits standard error."""
     console = Console(stderr=True, highlight=False)
     return Bar(console) if console.is_terminal else Lines()
 
 
 def shares_text(shares: Mapping[str, float]) -> str:
-    """Return what takes the time, in words."""
+    """Return the shares of the wall time as text."""
     return ", ".join(f"{_SHORT.get(name, name)} {share:.0%}" for name, share in shares.items())
 
 
 class Display(ABC):
-    """Shows what is being done, and how far a run is.
+    """Shows the current task and the progress of a run.
 
     Attributes:
-        interval_s: wall time between two looks at a run.
+        interval_s: wall time between two updates.
     """
 
     interval_s = 0.2
@@ -48,24 +48,24 @@ class Display(ABC):
         self._next_s = self._began_s = 0.0
         self._end_s = 0.0
 
-    def begin_task(self, what: str) -> None:
-        """Show what is being done; if it takes long, also why it may."""
+    def begin_task(self, task: str) -> None:
+        """Show a task; if it takes long, also show a possible reason."""
         self._stop_waiting()
-        self._show_task(what)
-        self._timer = threading.Timer(PATIENCE_S, self._show_delay, (what,))
+        self._show_task(task)
+        self._timer = threading.Timer(PATIENCE_S, self._show_delay, (task,))
         self._timer.daemon = True
         self._timer.start()
 
     def watch(self, run: Run, end_s: float) -> None:
-        """Show the progress of a run from now on, to a simulated time."""
+        """Show the progress of a run until a simulated time."""
         self.begin_task("taking the first step")
         self._end_s = end_s
         run.on_step.append(self._after_step)
 
-    def count(self, what: str, done: int, total: int, last: str = "") -> None:
-        """Show how many of something are done, and which was the last."""
+    def count(self, task: str, done: int, total: int, last: str = "") -> None:
+        """Show the number of completed items and the name of the last one."""
         self._stop_waiting()
-        self._show_count(what, done, total, last)
+        self._show_count(task, done, total, last)
 
     def _after_step(self, run: Run) -> None:
         now_s = monotonic()
@@ -90,20 +90,20 @@ class Display(ABC):
         self._stop_waiting()
 
     @abstractmethod
-    def _show_task(self, what: str) -> None: ...
+    def _show_task(self, task: str) -> None: ...
 
     @abstractmethod
-    def _show_delay(self, what: str) -> None: ...
+    def _show_delay(self, task: str) -> None: ...
 
     @abstractmethod
     def _show_progress(self, run: Run, factor: float) -> None: ...
 
     @abstractmethod
-    def _show_count(self, what: str, done: int, total: int, last: str) -> None: ...
+    def _show_count(self, task: str, done: int, total: int, last: str) -> None: ...
 
 
 class Bar(Display):
-    """A line that is redrawn, and gone at the end."""
+    """A progress bar that disappears at the end."""
 
     def __init__(self, console: Console) -> None:
         super().__init__()
@@ -111,12 +111,12 @@ class Bar(Display):
         columns = (
             TextColumn("{task.description}", table_column=text),
             BarColumn(None, table_column=Column(min_width=8, max_width=30, ratio=1)),
-            TextColumn("{task.fields[told]}", table_column=text),
+            TextColumn("{task.fields[status]}", table_column=text),
         )
         self._progress = Progress(
             *columns, console=console, transient=True, expand=True, refresh_per_second=5
         )
-        self._task = self._progress.add_task("", total=None, told="")
+        self._task = self._progress.add_task("", total=None, status="")
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -128,47 +128,49 @@ class Bar(Display):
         super().__exit__(kind, error, trace)
         self._progress.stop()
 
-    def _show_task(self, what: str) -> None:
-        self._progress.update(self._task, description=what, total=None, told="")
+    def _show_task(self, task: str) -> None:
+        self._progress.update(self._task, description=task, total=None, status="")
 
-    def _show_delay(self, what: str) -> None:
-        self._progress.update(self._task, told=HINT)
+    def _show_delay(self, task: str) -> None:
+        self._progress.update(self._task, status=HINT)
 
     def _show_progress(self, run: Run, factor: float) -> None:
         shares = run.loop.account.shares()
         if self._progress.console.width < _WIDE:
             most = max(shares, key=lambda name: shares[name])
             shares = {most: shares[most]}
-        told = (
+        status = (
             f"{run.now_s:.1f} of {self._end_s:g} s, {factor:.1f} x real time "
             f"[dim]({shares_text(shares)})[/dim]"
         )
         name = run.experiment.name
-        self._progress.update(self._task, description=name, total=self._end_s, completed=run.now_s, told=told)
+        self._progress.update(
+            self._task, description=name, total=self._end_s, completed=run.now_s, status=status
+        )
 
-    def _show_count(self, what: str, done: int, total: int, last: str) -> None:
-        told = f"{done} of {total} [dim]{last}[/dim]"
-        self._progress.update(self._task, description=what, total=total, completed=done, told=told)
+    def _show_count(self, task: str, done: int, total: int, last: str) -> None:
+        status = f"{done} of {total} [dim]{last}[/dim]"
+        self._progress.update(self._task, description=task, total=total, completed=done, status=status)
 
 
 class Lines(Display):
-    """A line whenever something takes long."""
+    """One line of text from time to time."""
 
     interval_s = 10.0
 
-    def _show_task(self, what: str) -> None: ...
+    def _show_task(self, task: str) -> None: ...
 
-    def _show_delay(self, what: str) -> None:
-        self._write(f"{what}; {HINT}")
+    def _show_delay(self, task: str) -> None:
+        self._write(f"{task}; {HINT}")
 
     def _show_progress(self, run: Run, factor: float) -> None:
         shares = shares_text(run.loop.account.shares())
         self._write(f"{run.now_s:.1f} of {self._end_s:g} s, {factor:.1f} x real time ({shares})")
 
-    def _show_count(self, what: str, done: int, total: int, last: str) -> None:
+    def _show_count(self, task: str, done: int, total: int, last: str) -> None:
         if monotonic() >= self._next_s or done == total:
             self._next_s = monotonic() + self.interval_s
-            self._write(f"{what}: {done} of {total}")
+            self._write(f"{task}: {done} of {total}")
 
     def _write(self, line: str) -> None:
         sys.stderr.write(f"{line}\n")

@@ -1,4 +1,4 @@
-"""One run from the command line: load, open, step, record, draw, sum up."""
+"""One run from the command line: load, open, step, record, draw, summarize."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class RunRequest:
 
     Args:
         experiment: its name, file or folder.
-        overrides: ``dotted.key=value``.
-        until: a time with its unit, None: to the end.
+        overrides: settings, ``dotted.key=value``.
+        until: end time with its unit; None: the end of the experiment.
         record: a folder to record into.
-        pictures: how camera pictures are recorded.
-        snapshots: time between two snapshots, with its unit, or ``off``.
+        pictures: how camera images are recorded.
+        snapshots: the time between two snapshots with its unit, or ``off``.
         plot: a file to draw a figure into.
         control: a socket to listen on.
     """
@@ -64,13 +64,13 @@ class Session:
         self._request = request
         self._error: NrpError | None = None
         self._interrupted = False
-        self._told: list[str] = []
+        self._printed: list[str] = []
 
     def run(self, *, as_json: bool) -> int:
-        """Do everything and return the exit code.
+        """Carry out the request and return the exit code.
 
         Raises:
-            NrpError: it could not begin. What ends a run that has begun is reported with its result.
+            NrpError: the run could not begin. An error after that is reported with the result.
         """
         self._check_options()
         with ExitStack() as stack:
@@ -82,10 +82,10 @@ class Session:
         self._report(result, as_json=as_json)
         return self._exit_code(result)
 
-    # -- before
+    # -- before the run
 
     def _check_options(self) -> None:
-        """Refuse what cannot work before anything takes time."""
+        """Refuse invalid options before the experiment is opened."""
         request = self._request
         if request.until is not None:
             with usage_errors("--until"):
@@ -93,7 +93,7 @@ class Session:
         if request.snapshots != OFF:
             with usage_errors("--snapshots"):
                 if time_ns(request.snapshots) <= 0:
-                    raise ValueError(f"a time above 0, or '{OFF}', not {request.snapshots}")
+                    raise ValueError(f"expected a time above 0 or '{OFF}', not {request.snapshots}")
         if request.plot is not None:
             from nrp_core.recording.figures import check_target
 
@@ -104,7 +104,7 @@ class Session:
                 check_folder(request.record)
 
     def _recording_folder(self, stack: ExitStack) -> Path | None:
-        """Return where to record; a figure is drawn from a recording, if need be from a passing one."""
+        """Return the folder to record into; a figure alone needs a temporary recording."""
         if self._request.record is None and self._request.plot is not None:
             return Path(stack.enter_context(TemporaryDirectory())) / "recording"
         return self._request.record
@@ -120,7 +120,7 @@ class Session:
             if too_far_ns and experiment.strict:
                 step = f"{milliseconds(experiment.timestep):g} ms"
                 raise ValueError(f"{self._request.until} is not a whole number of steps of {step}")
-            if too_far_ns:  # of a step that came with the experiment
+            if too_far_ns:  # round up where the old platform's time step applies
                 until_ns += experiment.timestep - too_far_ns
         return seconds(until_ns)
 
@@ -149,7 +149,7 @@ class Session:
     def _step(
         self, simulation: Run, until_s: float | None, folder: Path | None, files: FilesRead | None
     ) -> list[str]:
-        """Run to the end, recording or not; return what could not be recorded."""
+        """Run to the end, with or without a recording; return the warnings of the recording."""
         if folder is None:
             self._run_guarded(simulation, until_s)
             return []
@@ -191,13 +191,13 @@ class Session:
             self._error = error
 
     def _warn(self, warnings: Sequence[str]) -> None:
-        """Tell what was not told yet; before the first step that is what the backends cannot keep."""
+        """Print the warnings that have not been printed yet."""
         for warning in warnings:
-            if warning not in self._told:
+            if warning not in self._printed:
                 complain(warning, label="warning", color="yellow")
-                self._told.append(warning)
+                self._printed.append(warning)
 
-    # -- after
+    # -- after the run
 
     def _draw(self, folder: Path, target: Path) -> None:
         from nrp_core.recording import figures as plot

@@ -1,4 +1,4 @@
-"""What came of a run, for people."""
+"""The summary of a run as text."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _verdict(result: Result, interrupted: bool) -> str:
     words = {
         True: "passed",
         False: "failed: a criterion is not met",
-        None: "not decided: the run was cut short",
+        None: "not decided: the run ended early",
     }
     return typer.style(words[result.passed], fg=_MARKS[result.passed][1], bold=True)
 

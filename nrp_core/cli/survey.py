@@ -1,6 +1,6 @@
-"""Look at every installed backend, each in a child process: some end the interpreter that imports them.
+"""Examine every installed backend in a child process: some terminate the interpreter that imports them.
 
-``python -m nrp_core.cli.survey KIND NAME`` looks at one and prints what it finds as JSON.
+``python -m nrp_core.cli.survey KIND NAME`` examines one backend and prints the result as JSON.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ _COMMAND = re.compile(r"(?:; try|; remove one)?: (pip (?:un)?install [^;]+)$")
 
 @dataclass(frozen=True, slots=True)
 class Surveyed:
-    """What is known of an installed backend.
+    """The state of an installed backend.
 
     Args:
         kind: ``brain`` or ``world``.
-        provider: its name and who provides it.
+        provider: its name and distribution.
         available: whether it can be used here.
-        capabilities: what it has with its default options, as plain data; empty if it does not say.
+        capabilities: its capabilities with default options, as JSON data; empty if they are unknown.
         reason: why it cannot be used; empty if it can.
-        remedy: the one command that would make it available, where one is known.
-        diagnoses: what it found when it looked at this machine.
+        remedy: the command that would make it available; empty if unknown.
+        diagnoses: its diagnoses of this machine.
     """
 
     kind: str
@@ -57,16 +57,16 @@ class Surveyed:
 
     @property
     def advice(self) -> str:
-        """Why it cannot be used and what to do, in one line."""
+        """The reason why it cannot be used and the remedy, in one line."""
         return f"{self.reason}; try: {self.remedy}" if self.remedy else self.reason
 
 
 def survey(*, anew: bool = False, timeout_s: float = TIMEOUT_S) -> list[Surveyed]:
-    """Look at all installed backends, of both kinds, by kind and name.
+    """Examine all installed backends and return them sorted by kind and name.
 
     Args:
-        anew: look again, even if nothing has changed since the last time.
-        timeout_s: for each.
+        anew: ignore cached results.
+        timeout_s: the time limit of each backend, s.
     """
     found = [(kind, provider) for kind, registry in KINDS.items() for provider in registry().providers()]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -74,20 +74,20 @@ def survey(*, anew: bool = False, timeout_s: float = TIMEOUT_S) -> list[Surveyed
 
 
 def look_at(kind: str, provider: Provider, *, anew: bool = False, timeout_s: float = TIMEOUT_S) -> Surveyed:
-    """Look at one installed backend."""
+    """Examine one installed backend."""
     depends_on = f"{provider} {_files_stamp(provider)} {_packages_stamp()}"
     answer = inquire(
         "nrp_core.cli.survey", kind, provider.name, depends_on=depends_on, timeout_s=timeout_s, anew=anew
     )
-    said = [line for line in answer.output.splitlines() if line.startswith(_MARK)]
-    if answer.exit_code == 0 and said:
-        return _told(kind, provider, json.loads(said[-1].removeprefix(_MARK)))
+    answers = [line for line in answer.output.splitlines() if line.startswith(_MARK)]
+    if answer.exit_code == 0 and answers:
+        return _surveyed(kind, provider, json.loads(answers[-1].removeprefix(_MARK)))
     remedy = f"pip install --force-reinstall {provider.distribution}"
     return Surveyed(kind, provider, False, reason=_how_it_died(answer, timeout_s), remedy=remedy)
 
 
-def _told(kind: str, provider: Provider, data: dict[str, Any]) -> Surveyed:
-    """Return what a backend said of itself, and whether something that it needs is missing."""
+def _surveyed(kind: str, provider: Provider, data: dict[str, Any]) -> Surveyed:
+    """Return the answer of a backend, with a reason if one of its requirements is missing."""
     diagnoses = tuple(Diagnosis(**diagnosis) for diagnosis in data["diagnoses"])
     reason, remedy = data["reason"], data["remedy"]
     missing = next((d for d in diagnoses if d.needed and not d.present), None)
@@ -105,11 +105,11 @@ def _how_it_died(answer: ChildResult, timeout_s: float) -> str:
     return f"importing it ends the interpreter with exit code {answer.exit_code} {last[0]}".rstrip()
 
 
-# -- what an answer depends on
+# -- cache keys
 
 
 def _files_stamp(provider: Provider) -> int:
-    """Return a number that changes with the files of the package that provides a backend, and with ours."""
+    """Return a number that changes with the files of the package that provides a backend and of this one."""
     packages = (provider.target.partition(":")[0].partition(".")[0], "nrp_core")
     return hash(tuple(_times_of(package) for package in packages))
 
@@ -150,5 +150,5 @@ def _look(registry: Registry[Any], name: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    # on a line of its own, whatever the backend has printed
+    # on a separate line, after any output of the backend
     print("\n" + _MARK + json.dumps(_look(KINDS[sys.argv[1]](), sys.argv[2])))

@@ -18,12 +18,12 @@ def backends(
     refresh: Annotated[
         bool,
         typer.Option(
-            "--refresh", envvar="NRP_REFRESH", help="Look again, even if nothing seems to have changed."
+            "--refresh", envvar="NRP_REFRESH", help="Check again, even if nothing seems to have changed."
         ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """List the installed backends: what they have, or why not."""
+    """List the installed backends: their capabilities, or why they cannot be used."""
     from nrp_core.cli.survey import survey
 
     found = survey(anew=refresh)
@@ -34,11 +34,11 @@ def backends(
         for line in _lines(backend):
             typer.echo(line)
     if not found:
-        typer.echo("none is installed; try: pip install nrp-core")
+        typer.echo("no backend is installed; try: pip install nrp-core")
 
 
 def as_data(backend: Surveyed) -> dict[str, Any]:
-    """Return what is known of a backend as plain data."""
+    """Return all data about a backend as a dictionary."""
     return {
         "kind": backend.kind,
         "name": backend.provider.name,
@@ -60,12 +60,12 @@ def _lines(backend: Surveyed) -> Iterator[str]:
     yield f"{mark} {backend.kind} {name}  {provider.distribution} {provider.version}"
     if not backend.available:
         yield f"    {backend.advice}"
-    for question, answer in _told(backend.capabilities):
-        yield f"    {question:<16} {answer}"
+    for name, value in _capability_texts(backend.capabilities):
+        yield f"    {name:<16} {value}"
 
 
-def _told(capabilities: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Return questions and answers in words; what a backend does not have is left out."""
+def _capability_texts(capabilities: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the name and value of each capability as text."""
     for name, value in capabilities.items():
         if name.endswith("_ns"):
             steps = "exact" if value is None else f"{value / 1e6:g} ms"

@@ -23,14 +23,14 @@ NEEDED = ("pytest", "hypothesis")
 
 
 class Kind(StrEnum):
-    """What is proved."""
+    """The side of the loop under test."""
 
     BRAIN = "brain"
     WORLD = "world"
 
 
 class KitLevel(StrEnum):
-    """How far is asked; each level contains the one before it."""
+    """How much is tested; each level contains the one before it."""
 
     CONTRACT = "contract"
     CORE = "core"
@@ -38,22 +38,25 @@ class KitLevel(StrEnum):
 
 
 def conformance(
-    kind: Annotated[Kind, typer.Argument(help="Which side of the loop it simulates.")],
+    kind: Annotated[Kind, typer.Argument(help="The side of the loop that the backend simulates.")],
     name: Annotated[str, typer.Argument(metavar="NAME", help="The name of an installed backend.")],
     options: Annotated[
         list[str] | None,
         typer.Option("--options", "-o", metavar="KEY=VALUE", help="An option of the backend; repeatable."),
     ] = None,
     level: Annotated[
-        KitLevel, typer.Option(help="core adds capabilities and accuracy, full statistics, pairs and speed.")
+        KitLevel,
+        typer.Option(
+            help="Tests to run: core adds capabilities and accuracy; full adds statistics, pairs and speed."
+        ),
     ] = KitLevel.CORE,
     report: Annotated[
-        Path | None, typer.Option("--report", metavar="FILE", help="Write the report as JSON as well.")
+        Path | None, typer.Option("--report", metavar="FILE", help="Also write the report as JSON.")
     ] = None,
     json: Json = False,
 ) -> None:
-    """Prove that a backend keeps the contract, has what it declares, and is as exact as it claims."""
-    _require_the_kit()
+    """Test that a backend keeps the contract, has its declared capabilities and is as accurate as claimed."""
+    _require_packages()
     _require_backend(kind, name)
     require_folder_of(report, "--report")
     found = _run(kind, name, _parsed(options or []), level)
@@ -62,12 +65,12 @@ def conformance(
     if json:
         document(found)
     else:
-        _tell(found)
+        _print(found)
     if not found["conforms"]:
         raise typer.Exit(NO)
 
 
-def _require_the_kit() -> None:
+def _require_packages() -> None:
     from nrp_core.errors import NrpError
 
     missing = [package for package in NEEDED if find_spec(package) is None]
@@ -91,7 +94,7 @@ def _parsed(options: list[str]) -> dict[str, str]:
 
 
 def _run(kind: Kind, name: str, options: dict[str, str], level: KitLevel) -> Any:
-    """Run the kit in a process of its own; what its pytest tells goes to standard error."""
+    """Run the tests in a separate process; the output of pytest goes to standard error."""
     from nrp_core.conformance.run import ALONE
     from nrp_core.errors import ExperimentError, NrpError
 
@@ -104,7 +107,7 @@ def _run(kind: Kind, name: str, options: dict[str, str], level: KitLevel) -> Any
         if not written.exists():
             raise NrpError(
                 f"the tests of {kind} '{name}' ended with exit code {code} and without a report; "
-                "what they said is above"
+                "see their output above"
             )
         found = json.loads(written.read_text("utf-8"))
     if "refused" in found:
@@ -115,7 +118,7 @@ def _run(kind: Kind, name: str, options: dict[str, str], level: KitLevel) -> Any
 def _ended(command: list[str]) -> int:
     """Run a command whose output goes to standard error, and return its exit code.
 
-    It is a process group of its own: Ctrl-C is for the process that waits, which then ends it.
+    It gets its own process group: Ctrl-C reaches only the waiting process, which then kills the group.
     """
     with subprocess.Popen(command, stdout=2, process_group=0) as process:
         try:
@@ -132,7 +135,7 @@ def _write(path: Path, found: Any) -> None:
         path.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
 
 
-def _tell(found: Any) -> None:
+def _print(found: Any) -> None:
     from nrp_core.conformance.report import lines
 
     for line in lines(found):

@@ -26,33 +26,40 @@ def diff(
     experiment: Annotated[
         str,
         typer.Argument(
-            metavar="EXPERIMENT", help="An experiment, as for nrp run; or, of two recordings, the first."
+            metavar="EXPERIMENT", help="An experiment, as for nrp run; or the first of two recordings."
         ),
     ],
     other: Annotated[
-        Path | None, typer.Argument(metavar="DIR2", help="Another recording: compare these two, run nothing.")
+        Path | None,
+        typer.Argument(metavar="DIR2", help="The second recording: compare the two without a run."),
     ] = None,
     brains: Annotated[
-        str, typer.Option(metavar="A,B", envvar="NRP_BRAINS", help="Brain backends; by default its own.")
+        str,
+        typer.Option(metavar="A,B", envvar="NRP_BRAINS", help="Brain backends; by default the experiment's."),
     ] = "",
     worlds: Annotated[
-        str, typer.Option(metavar="X,Y", envvar="NRP_WORLDS", help="World backends; by default its own.")
+        str,
+        typer.Option(metavar="X,Y", envvar="NRP_WORLDS", help="World backends; by default the experiment's."),
     ] = "",
     seeds: Annotated[
-        int, typer.Option(metavar="N", envvar="NRP_SEEDS", min=1, help="Seeds, from its own on.")
+        int,
+        typer.Option(
+            metavar="N", envvar="NRP_SEEDS", min=1, help="Number of seeds, from the experiment's seed on."
+        ),
     ] = 20,
     vary: Annotated[
         list[str] | None,
         typer.Option(
             metavar="KEY=LOW..HIGH",
-            help="Draw a setting anew with each seed, e.g. 'events.go.at=4..8 s'; repeatable.",
+            help="Draw a setting at random for each seed, e.g. 'events.go.at=4..8 s'; repeatable.",
         ),
     ] = None,
     margin: Annotated[
         list[str] | None,
         typer.Option(
             metavar="METRIC=VALUE",
-            help="How much does not matter: in the metric's unit, or as 2sd; METRIC/PART too; repeatable.",
+            help="Largest difference that does not matter, in the metric's unit or as 2sd, for a METRIC or a "
+            "METRIC/PART; repeatable.",
         ),
     ] = None,
     overrides: Overrides = None,
@@ -63,19 +70,19 @@ def diff(
             metavar="DIR",
             envvar="NRP_RESULTS",
             file_okay=False,
-            help="Where the runs are recorded; what is there is not run again.",
+            help="Folder of the recorded runs; runs that it already holds are not repeated.",
         ),
     ] = None,
     jobs: Annotated[
-        int | None, typer.Option(metavar="N", envvar="NRP_JOBS", min=1, help="Runs at once.")
+        int | None, typer.Option(metavar="N", envvar="NRP_JOBS", min=1, help="Number of runs in parallel.")
     ] = None,
     html: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Write one HTML page as well."),
+        typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Also write an HTML page."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Tell whether a finding depends on the simulator, and where runs part; fails if it does, or may."""
+    """Tell whether a result depends on the simulator and where runs diverge; fail if it does or may."""
     from nrp_core.comparison.metrics.base import Margins, all_metrics
 
     require_folder_of(html, "--html")
@@ -107,7 +114,7 @@ def _grid(
     grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied)
     if len(grid.brains) * len(grid.worlds) < 2:
         raise typer.BadParameter(
-            "takes two names, or the other of the two does", param_hint="--brains, --worlds"
+            "give two names to at least one of the two options", param_hint="--brains, --worlds"
         )
     return grid
 
@@ -168,7 +175,7 @@ def _names(text: str) -> list[str]:
 
 
 def _folder(experiment: str) -> Path:
-    """Return where results go by default: beside nothing else, in the current folder."""
+    """Return the default folder of the results, in the current folder."""
     return Path(Path(experiment).resolve().name).with_suffix(RESULTS_SUFFIX)
 
 

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def doctor(json: Json = False) -> None:
-    """Tell what this machine lacks and what that means.
+    """List what this machine lacks and the consequences.
 
-    Fails if no brain or no world can run here.
+    Fail if no brain backend or no world backend can run here.
     """
     from nrp_core._support.machine import describe, diagnose
     from nrp_core.cli.survey import survey
@@ -35,15 +35,17 @@ def doctor(json: Json = False) -> None:
         for line in (*_about("this machine", list(map(_line, machine))), *_about_backends(looked_at)):
             typer.echo(line)
         typer.echo(
-            "\neverything needed is here" if healthy else "\nno brain or no world backend can run here"
+            "\neverything required is installed"
+            if healthy
+            else "\na brain and a world backend are required; at least one of them cannot run here"
         )
     if not healthy:
         raise typer.Exit(NO)
 
 
-def _about(whose: str, lines: list[str]) -> Iterator[str]:
+def _about(title: str, lines: list[str]) -> Iterator[str]:
     if lines:
-        yield typer.style(whose, bold=True)
+        yield typer.style(title, bold=True)
         yield from lines
 
 

@@ -12,11 +12,11 @@ from nrp_core.cli.output import document
 
 def explain(
     code: Annotated[
-        str | None, typer.Argument(metavar="CODE", help="A code such as NRP203; without one, all of them.")
+        str | None, typer.Argument(metavar="CODE", help="A code such as NRP203; by default, list all codes.")
     ] = None,
     json: Json = False,
 ) -> None:
-    """Say what a code of `nrp validate` means, why it matters and what to do."""
+    """Explain a code of `nrp validate`: its meaning, why it matters and how to fix it."""
     from nrp_core.errors import did_you_mean
     from nrp_core.findings import Code
 
@@ -25,16 +25,16 @@ def explain(
     if wanted is not None and wanted not in names:
         hint = did_you_mean(wanted, names)
         hint = hint if "did you mean" in hint else "; nrp explain lists all"
-        raise typer.BadParameter(f"there is no code '{code}'{hint}", param_hint="CODE")
-    told = [
+        raise typer.BadParameter(f"unknown code '{code}'{hint}", param_hint="CODE")
+    codes = [
         {"code": one.name, "summary": one.summary, "why": one.why, "suggestion": one.suggestion}
         for one in Code
         if wanted in (None, one.name)
     ]
     if json:
-        document({"codes": told} if wanted is None else told[0])
+        document({"codes": codes} if wanted is None else codes[0])
     elif wanted is None:
-        for one in told:
+        for one in codes:
             typer.echo(f"{one['code']}  {one['summary']}")
     else:
-        typer.echo("{code}: {summary}\n\n  why: {why}\n  fix: {suggestion}".format(**told[0]))
+        typer.echo("{code}: {summary}\n\n  why: {why}\n  fix: {suggestion}".format(**codes[0]))

@@ -17,7 +17,7 @@ FORMATS = ("nwb", "sonata", "csv")
 def export(
     recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
     kind: Annotated[
-        str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="What to write it as.")
+        str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="The format to write.")
     ],
     output: Annotated[
         Path | None,
@@ -26,7 +26,7 @@ def export(
             "-o",
             metavar="PATH",
             envvar="NRP_OUTPUT",
-            help="A new file (nwb) or folder; by default named after DIR, here.",
+            help="A new file (nwb) or folder; by default named after DIR, in the current folder.",
         ),
     ] = None,
     json: Json = False,
@@ -35,7 +35,9 @@ def export(
     if kind not in FORMATS:
         from nrp_core.errors import did_you_mean
 
-        raise typer.BadParameter(f"no format '{kind}'{did_you_mean(kind, FORMATS)}", param_hint="--format")
+        raise typer.BadParameter(
+            f"unknown format '{kind}'{did_you_mean(kind, FORMATS)}", param_hint="--format"
+        )
     from nrp_core.recording.export import Format
     from nrp_core.recording.export import export as write
     from nrp_core.recording.reading.recording import Recording
@@ -45,7 +47,11 @@ def export(
     name = source.folder.resolve().name
     target = output or Path(f"{name}.nwb" if kind == Format.NWB else f"{name}-{kind}")
     if not source.complete:
-        complain("it was cut or damaged: what is whole is written", label="warning", color="yellow")
+        complain(
+            "the recording is truncated or damaged: only its intact part is exported",
+            label="warning",
+            color="yellow",
+        )
     files = write(source, Format(kind), target)
     if json:
         document({"format": kind, "files": files, "complete": source.complete})

@@ -22,17 +22,17 @@ def functions(
             metavar="FILE",
             exists=True,
             dir_okay=False,
-            help="Add the functions of a file; each takes the place of the one of its name.",
+            help="Add the functions of a file; each replaces the function of the same name.",
         ),
     ] = None,
     remove: Annotated[
-        list[str] | None, typer.Option("--remove", metavar="NAME", help="Take a function away.")
+        list[str] | None, typer.Option("--remove", metavar="NAME", help="Remove a function.")
     ] = None,
     activate: Annotated[
-        list[str] | None, typer.Option("--activate", metavar="NAME", help="Let a function run again.")
+        list[str] | None, typer.Option("--activate", metavar="NAME", help="Resume a function.")
     ] = None,
     deactivate: Annotated[
-        list[str] | None, typer.Option("--deactivate", metavar="NAME", help="Let a function rest.")
+        list[str] | None, typer.Option("--deactivate", metavar="NAME", help="Pause a function.")
     ] = None,
     json: Json = False,
 ) -> None:
@@ -52,7 +52,7 @@ def functions(
         document({"functions": found})
         return
     for one in found:
-        state = "runs" if one["active"] else "failed" if one["failure"] else "rests"
+        state = "active" if one["active"] else "failed" if one["failure"] else "paused"
         typer.echo(f"{one['name']}  {state}  {one['flow']}, {one['place']}")
 
 

@@ -1,4 +1,4 @@
-"""``nrp inspect``: what a file holds, told and drawn; what kind of file it is, its content says."""
+"""``nrp inspect``: describe and draw the contents of a file; its content decides its kind."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.model import Model, Scene
 
 PICTURES = (".png", ".jpg")
-_BEGINNING = 4096  # bytes, in which the first element of an XML file is found
+_BEGINNING = 4096  # bytes to search for the first element of an XML file
 _ROOTS = ("sdf", "robot", "gazebo")
 _SUFFIXES = (".sdf", ".world", ".urdf", ".xacro", ".zip")
 
@@ -32,16 +32,20 @@ def inspect(
     picture: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", envvar="NRP_PICTURE", dir_okay=False, help="Draw it: a .png or .jpg file."
+            metavar="FILE",
+            envvar="NRP_PICTURE",
+            dir_okay=False,
+            help="Also draw the scene into a .png or .jpg file.",
         ),
     ] = None,
     models: Models = None,
     json: Json = False,
 ) -> None:
-    """Tell what is in the file of a robot, a room or transfer functions, or in a recording.
+    """Show the contents of a file of a robot, a room or transfer functions, or of a recording.
 
-    Of a robot or a room: links, joints, sensors, drives, topics, warnings. Of transfer functions: what each
-    reads, drives and returns. Of a recording: what ran, how far, what was recorded, and whether it is whole.
+    For a robot or a room: links, joints, sensors, drives, topics, warnings. For transfer functions: the
+    inputs, outputs and return values of each. For a recording: the experiment, the duration, the recorded
+    topics, and whether it is complete.
     """
     from nrp_core.cli.commands.inspect_functions import are_functions, inspect_functions
     from nrp_core.cli.commands.inspect_recording import inspect_recording, is_recording
@@ -58,15 +62,15 @@ def inspect(
         from nrp_core.errors import ExperimentError
 
         raise ExperimentError(
-            "this is neither SDF nor URDF nor an archive of one of them, no file of transfer functions and "
-            "no recording; for an experiment there is nrp validate",
+            "not an SDF or URDF file, an archive of one, a file of transfer functions or a recording; "
+            "to check an experiment, use nrp validate",
             path=file,
         )
     _inspect_scene(file, picture, models or [], as_json=json)
 
 
 def _is_scene(file: Path) -> bool:
-    """Tell whether a file is an archive, or XML of a robot or a room, also in a format that was added."""
+    """Return whether a file is an archive, or XML of a robot or a room, also in a plugin's format."""
     from zipfile import is_zipfile
 
     from nrp_core.world.scene.reading.formats import added_formats
@@ -98,7 +102,7 @@ def _inspect_scene(file: Path, picture: Path | None, models: list[Path], *, as_j
 
 
 def _as_data(scene: Scene) -> dict[str, Any]:
-    """Return everything about a scene as plain data; its fields are those of the scene's classes."""
+    """Return all data about a scene; the keys are the field names of the scene's classes."""
     from nrp_core._support.jsonable import to_jsonable
 
     return {
@@ -122,9 +126,9 @@ def _topics(model: Model) -> list[dict[str, str]]:
 def _check_picture(path: Path) -> None:
     with usage_errors("--picture"):
         if path.suffix.lower() not in PICTURES:
-            raise ValueError(f"a picture is a {' or '.join(PICTURES)} file, not '{path.name}'")
+            raise ValueError(f"an image is a {' or '.join(PICTURES)} file, not '{path.name}'")
         if not path.absolute().parent.is_dir():
-            raise ValueError(f"there is no folder {path.parent}")
+            raise ValueError(f"the folder {path.parent} does not exist")
 
 
 def _draw(scene: Scene, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""``nrp inspect`` of a file of transfer functions, in any format that is known; nothing in it is run."""
+"""``nrp inspect`` of a file of transfer functions in any known format; none of its code is run."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 
 def are_functions(file: Path) -> bool:
-    """Tell whether a file is of a kind that transfer functions are written in."""
+    """Return whether a file has the suffix of a format of transfer functions."""
     from nrp_core.experiment.making.maker import LISTERS
 
     return file.is_file() and file.suffix in LISTERS.names()
 
 
 def inspect_functions(file: Path, *, as_json: bool) -> None:
-    """Tell each transfer function with what it reads, drives and returns, and what is wrong with them.
+    """Print each transfer function with its inputs, outputs and return value, and the findings.
 
     Raises:
-        ExperimentError: the file cannot be read, or there is none in it.
+        ExperimentError: the file cannot be read or declares no transfer function.
     """
     from nrp_core.analysis.declarations import Declarations
     from nrp_core.errors import TransferFunctionError

@@ -1,4 +1,4 @@
-"""What ``nrp inspect`` tells of a recording."""
+"""``nrp inspect`` of a recording."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MAGIC = b"\x89MCAP"
 
 
 def is_recording(path: Path) -> bool:
-    """Tell whether a folder holds a recording, or a file is one: by its first bytes."""
+    """Return whether a folder holds a recording, or a file begins like one."""
     if path.is_dir():
         return (path / MCAP_NAME).is_file()
     with path.open("rb") as file:
@@ -27,7 +27,7 @@ def is_recording(path: Path) -> bool:
 
 
 @dataclass(slots=True)
-class _Tally:
+class _TopicTotals:
     count: int = 0
     size: int = 0
     first_ns: int = 0
@@ -40,11 +40,11 @@ class _Tally:
 
 
 def inspect_recording(path: Path, *, as_json: bool) -> None:
-    """Write what a recording holds to standard output."""
+    """Print the contents of a recording."""
     data = _data(Recording(path))
     if not data["complete"]:
-        advice = f"'nrp recover {path}' makes a proper file of what is whole"
-        complain(f"it was cut or damaged; {advice}", label="warning", color="yellow")
+        advice = f"'nrp recover {path}' restores its intact part"
+        complain(f"the recording is truncated or damaged; {advice}", label="warning", color="yellow")
     if as_json:
         document(data)
         return
@@ -53,10 +53,10 @@ def inspect_recording(path: Path, *, as_json: bool) -> None:
 
 
 def _data(recording: Recording) -> dict[str, Any]:
-    tallies = {name: _Tally() for name in recording.topics}
+    totals = {name: _TopicTotals() for name in recording.topics}
     snapshots_s: list[float] = []
     for topic, message in recording.raw():
-        tallies[topic.name].add(message.log_time, len(message.data))
+        totals[topic.name].add(message.log_time, len(message.data))
         if topic.name == SNAPSHOTS:
             snapshots_s.append(seconds(message.log_time))
     run = recording.run
@@ -73,15 +73,15 @@ def _data(recording: Recording) -> dict[str, Any]:
         "state": run.get("state"),
         "passed": dict(run.get("result") or {}).get("passed"),
         "continues": run.get("continues"),
-        "begin_s": seconds(min((t.first_ns for t in tallies.values() if t.count), default=0)),
-        "end_s": seconds(max((t.last_ns for t in tallies.values() if t.count), default=0)),
+        "begin_s": seconds(min((t.first_ns for t in totals.values() if t.count), default=0)),
+        "end_s": seconds(max((t.last_ns for t in totals.values() if t.count), default=0)),
         "steps": max(0, len(chain) - 1),
         "chain": chain[-1] if chain else None,
         "snapshots_s": snapshots_s,
         "topics": {
             name: {
-                "type": topic.type_name, "role": topic.role, "messages": tallies[name].count,
-                "bytes": tallies[name].size,
+                "type": topic.type_name, "role": topic.role, "messages": totals[name].count,
+                "bytes": totals[name].size,
             }
             for name, topic in recording.topics.items()
         },
@@ -98,9 +98,9 @@ def _lines(data: dict[str, Any]) -> Iterator[str]:
     if data["recorded"]:
         yield f"  recorded {data['recorded']}, {data['state']}"
     if data["continues"]:
-        yield f"  goes on from {data['continues']['recording']} at {seconds(data['continues']['t_ns']):g} s"
+        yield f"  continues {data['continues']['recording']} at {seconds(data['continues']['t_ns']):g} s"
     if data["chain"]:
-        yield f"  hash of the last step {data['chain']}"
+        yield f"  hash of the last step: {data['chain']}"
     if data["snapshots_s"]:
         yield f"  snapshots at {', '.join(f'{t_s:g}' for t_s in data['snapshots_s'])} s"
     width = max((len(topic) for topic in data["topics"]), default=0)

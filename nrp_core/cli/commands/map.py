@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 TEMPLATE = "map.html.j2"
 _NAME_WIDTH = 13
-"""Columns of a terminal that a name gets even where there is little room."""
+"""Minimum width of a name in columns of the terminal."""
 
 
 def map(  # noqa: A001  the name of the command
@@ -28,22 +28,22 @@ def map(  # noqa: A001  the name of the command
     seed: Seed = None,
     html: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Write one HTML page as well."),
+        typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Also write an HTML page."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Tell what a brain backend needs for an experiment's network, and what it would not keep of it."""
+    """Report the resources that a brain backend needs for a network and the properties that it changes."""
     account = _account(experiment, overrides, models, brain, seed)
     if html is not None:
         _write(html, _page(account))
     if json:
         document(as_data(account))
     else:
-        _tell(account)
+        _print(account)
 
 
 def as_data(account: Account) -> dict[str, Any]:
-    """Return everything as plain data."""
+    """Return the reports as a dictionary."""
     return {
         "experiment": account.experiment,
         "brain": account.brain,
@@ -58,7 +58,7 @@ def _account(
     experiment: str, overrides: list[str] | None, models: list[Path] | None, brain: str | None,
     seed: int | None,
 ) -> Account:  # fmt: skip
-    """Return the reports of the backend asked for, of the experiment's own, or of the only one with any."""
+    """Return the reports of the requested backend, the experiment's backend, or the only one with reports."""
     from nrp_core.errors import CapabilityError
     from nrp_core.experiment.reading.find import load_experiment
     from nrp_core.experiment.reports import account_of, reporting
@@ -73,7 +73,9 @@ def _account(
         others = reporting()
         if brain is not None or len(others) != 1:
             raise
-    complain(f"the experiment's own brain reports nothing; this is {others[0]}", label="note", color="blue")
+    complain(
+        f"the experiment's brain backend has no reports; these are of {others[0]}", label="note", color="blue"
+    )
     return of(others[0])
 
 
@@ -97,17 +99,17 @@ def _page(account: Account) -> str:
     return environment.get_template(TEMPLATE).render(account=account)
 
 
-def _tell(account: Account) -> None:
+def _print(account: Account) -> None:
     from rich.console import Console
 
     console = Console(highlight=False, soft_wrap=False)
     sizes = f"{account.neurons:,} neurons, {account.synapses:,} synapses"
     console.print(f"[bold]{account.experiment}[/bold] on {account.brain}: {sizes}")
     for report in account.reports:
-        _tell_report(console, report)
+        _print_report(console, report)
 
 
-def _tell_report(console: Any, report: Report) -> None:
+def _print_report(console: Any, report: Report) -> None:
     from rich.text import Text
 
     console.print()

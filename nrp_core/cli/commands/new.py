@@ -18,7 +18,7 @@ TEMPLATES = Path(__file__).parents[1] / "templates" / "new"
 
 
 class Subject(StrEnum):
-    """What can be made."""
+    """The kinds of distribution."""
 
     BRAIN = "brain"
     WORLD = "world"
@@ -26,22 +26,20 @@ class Subject(StrEnum):
 
 
 def new(
-    subject: Annotated[Subject, typer.Argument(metavar="SUBJECT", help="What it is.")],
+    subject: Annotated[Subject, typer.Argument(metavar="SUBJECT", help="The kind of distribution.")],
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="What users will call it, in lower case, e.g. acme.")
+        str, typer.Argument(metavar="NAME", help="The name for users, in lower case, e.g. acme.")
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="DIR", help="The new folder; by default nrp-brain-NAME and the like."
-        ),
+        typer.Option("--output", "-o", metavar="DIR", help="The new folder; by default nrp-SUBJECT-NAME."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Start a distribution with a brain, a world or an experiment of your own."""
+    """Create a distribution for your own brain, world or experiment."""
     if not NAME.fullmatch(name):
-        wanted = "lower-case letters, digits, '_' and '-', a letter first"
-        raise typer.BadParameter(f"'{name}' is no name: {wanted}", param_hint="NAME")
+        rule = "use lower-case letters, digits, '_' and '-', and begin with a letter"
+        raise typer.BadParameter(f"'{name}' is not a valid name: {rule}", param_hint="NAME")
     _require_free(subject, name)
     folder = output or Path(f"nrp-{subject}-{name.replace('_', '-')}")
     files = _write(folder, TEMPLATES / subject, _values(subject, name))
@@ -49,8 +47,8 @@ def new(
         document({"folder": str(folder), "files": [str(file) for file in files]})
         return
     for file in files:
-        typer.echo(f"made {folder / file}")
-    typer.echo(f"what to do with it: {folder / 'README.md'}")
+        typer.echo(f"created {folder / file}")
+    typer.echo(f"next steps: {folder / 'README.md'}")
 
 
 def _require_free(subject: Subject, name: str) -> None:
@@ -71,7 +69,7 @@ def _require_free(subject: Subject, name: str) -> None:
 
 
 def _values(subject: Subject, name: str) -> Mapping[str, Any]:
-    """Return what the templates are given."""
+    """Return the variables of the templates."""
     from importlib.metadata import version
 
     from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION
@@ -90,7 +88,7 @@ def _values(subject: Subject, name: str) -> Mapping[str, Any]:
 
 
 def _write(folder: Path, templates: Path, values: Mapping[str, Any]) -> list[Path]:
-    """Fill a folder and return its files; nothing that exists is touched."""
+    """Fill a new or empty folder and return its files."""
     import jinja2
 
     from nrp_core._support.writing import writing

@@ -17,7 +17,7 @@ def plot(
     what: Annotated[
         str,
         typer.Argument(
-            metavar="[run|raster|trajectory|devices|camera]", envvar="NRP_WHAT", help="What it shows."
+            metavar="[run|raster|trajectory|devices|camera]", envvar="NRP_WHAT", help="The figure to draw."
         ),
     ] = "run",
     output: Annotated[
@@ -27,12 +27,12 @@ def plot(
             "-o",
             metavar="FILE",
             envvar="NRP_OUTPUT",
-            help="A .png, .svg or .pdf file; by default a .png named after what it shows, here.",
+            help="A .png, .svg or .pdf file; by default WHAT.png in the current folder.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Draw a figure of a recorded run: the whole story, or a part of it."""
+    """Draw a figure of a recorded run: all of it, or one part."""
     from nrp_core.errors import did_you_mean
     from nrp_core.recording import figures as figure
     from nrp_core.recording.reading.recording import Recording
@@ -41,12 +41,16 @@ def plot(
         source = Recording(recording)
     with usage_errors("WHAT"):
         if what not in (known := [one.value for one in figure.What]):
-            raise ValueError(f"no figure '{what}'{did_you_mean(what, known)}")
+            raise ValueError(f"unknown figure '{what}'{did_you_mean(what, known)}")
     target = output or Path(f"{what}.png")
     with usage_errors("--output"):
         figure.check_target(target)
     if not source.complete:
-        complain("it was cut or damaged: what is whole is drawn", label="warning", color="yellow")
+        complain(
+            "the recording is truncated or damaged: only its intact part is drawn",
+            label="warning",
+            color="yellow",
+        )
     figure.plot(source, target, figure.What(what))
     if json:
         document({"figure": target, "complete": source.complete})

@@ -14,7 +14,9 @@ from nrp_core.cli.output import document
 def publish(
     socket: SocketPath,
     topic: Annotated[str, typer.Argument(metavar="TOPIC", help="A topic of the run, or an alias.")],
-    value: Annotated[str, typer.Argument(metavar="VALUE", help="In YAML: red, 0.5, '{linear: {x: 1}}'.")],
+    value: Annotated[
+        str, typer.Argument(metavar="VALUE", help="The value in YAML: red, 0.5, '{linear: {x: 1}}'.")
+    ],
     json: Json = False,
 ) -> None:
     """Publish a message in a run that was started with --control SOCKET."""

@@ -22,12 +22,12 @@ def recover(
             "-o",
             metavar="FILE",
             envvar="NRP_OUTPUT",
-            help="Write the whole part here; by default it takes the place of the file, which is kept.",
+            help="The file to write; by default it replaces the damaged file, which is kept renamed.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Make a proper file of what is whole in a recording that was cut or damaged."""
+    """Recover the intact part of a recording that is truncated or damaged."""
     from nrp_core.recording.reading.recording import Recording
     from nrp_core.recording.reading.recover import recover as recovered
 
@@ -37,7 +37,7 @@ def recover(
     if json:
         document(outcome)
     elif outcome.kept is None:
-        typer.echo(f"{source.file} is complete: there is nothing to recover")
+        typer.echo(f"{source.file} is complete: nothing to recover")
     else:
         typer.echo(f"{outcome.file}: {outcome.messages} messages, {outcome.until_s:g} s")
-        typer.echo(f"what was there is kept as {outcome.kept}")
+        typer.echo(f"the original file is kept as {outcome.kept}")

@@ -20,7 +20,7 @@ RECORDED = "recorded"
 def _side(name: str) -> Any:
     return typer.Option(
         f"--{name}", metavar=RECORDED, envvar=f"NRP_REPLAY_{name.upper()}",
-        help=f"Play the {name} back instead of simulating it.",
+        help=f"Play back the recorded {name} instead of simulating it.",
     )  # fmt: skip
 
 
@@ -28,12 +28,12 @@ def replay(
     recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
     verify: Annotated[
         bool,
-        typer.Option("--verify", envvar="NRP_VERIFY", help="Stop at the first difference and fail there."),
+        typer.Option("--verify", envvar="NRP_VERIFY", help="Stop at the first difference and fail."),
     ] = False,
     brain: Annotated[str | None, _side("brain")] = None,
     world: Annotated[str | None, _side("world")] = None,
     start: Annotated[
-        str | None, typer.Option("--from", metavar="TIME", help="Go on from here, e.g. 12.3s.")
+        str | None, typer.Option("--from", metavar="TIME", help="Continue from this time, e.g. 12.3s.")
     ] = None,
     until: Annotated[
         str | None, typer.Option(metavar="TIME", envvar="NRP_UNTIL", help="Stop at this time, e.g. 20s.")
@@ -45,16 +45,16 @@ def replay(
             metavar="FILE",
             exists=True,
             dir_okay=False,
-            help="An edited file of transfer functions, in place of the one of that name.",
+            help="An edited file of transfer functions; it replaces the recorded file of the same name.",
         ),
     ] = None,
     record: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", envvar="NRP_RECORD", help="Record it into a new folder."),
+        typer.Option(metavar="DIR", envvar="NRP_RECORD", help="Record the replay into a new folder."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Run a recording again, and say whether it is the same; it runs code that is in the recording."""
+    """Run a recording again and report whether it is identical; this executes code from the recording."""
     from nrp_core.cli.progress import display
     from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.recording.layout import check_folder
@@ -62,7 +62,9 @@ def replay(
     from nrp_core.recording.replay.replay import Replay, ReplayRequest
 
     if verify and record is not None:
-        raise typer.BadParameter("what stops at a difference is not recorded", param_hint="--verify")
+        raise typer.BadParameter(
+            "cannot be combined with --record: it stops at a difference", param_hint="--verify"
+        )
     with usage_errors("DIR"):
         source = Recording(recording)
     if record is not None:
@@ -90,15 +92,15 @@ def replay(
     if json:
         document({"identical": outcome.identical, **_data(outcome), "result": result.to_dict()})
     else:
-        typer.echo(_said(outcome))
+        typer.echo(_verdict(outcome))
         if outcome.error is not None and outcome.identical:
-            typer.echo(f"it ended as it did then: {outcome.error}")
+            typer.echo(f"it ended like the recorded run: {outcome.error}")
         if record is not None:
             typer.echo(f"recorded in {record}")
     raise typer.Exit(NO if verify and not outcome.identical else 0)
 
 
-def _said(outcome: ReplayResult) -> str:
+def _verdict(outcome: ReplayResult) -> str:
     if outcome.difference is not None:
         return typer.style("differs", fg="red", bold=True) + f" first at {outcome.difference}"
     span = f"{outcome.from_ns * 1e-9:g} s to {outcome.until_ns * 1e-9:g} s, {outcome.steps} steps"
@@ -114,7 +116,7 @@ def _data(outcome: ReplayResult) -> dict[str, Any]:
 def _is_recorded(side: str, given: str | None) -> bool:
     if given not in (None, RECORDED):
         raise typer.BadParameter(
-            f"a {side} can only be '{RECORDED}' here, not '{given}'; nrp run takes the folder too, with "
+            f"a {side} can only be '{RECORDED}' here, not '{given}'; for another backend, use nrp run DIR "
             f"--{side} {given}",
             param_hint=f"--{side}",
         )

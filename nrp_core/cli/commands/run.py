@@ -33,38 +33,48 @@ def run(
     pace: Annotated[
         str | None,
         typer.Option(
-            metavar="max|realtime|FACTOR", envvar="NRP_PACE", help="How fast simulated time passes."
+            metavar="max|realtime|FACTOR",
+            envvar="NRP_PACE",
+            help="Speed of simulated time relative to real time.",
         ),
     ] = None,
     record: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", envvar="NRP_RECORD", help="Record everything into a new folder."),
+        typer.Option(metavar="DIR", envvar="NRP_RECORD", help="Record the run into a new folder."),
     ] = None,
     pictures: Annotated[
         Pictures,
         typer.Option(
-            metavar="exact|jpeg|hash|off", envvar="NRP_PICTURES", help="How camera pictures are recorded."
+            metavar="exact|jpeg|hash|off", envvar="NRP_PICTURES", help="How to record camera images."
         ),
     ] = Pictures.EXACT,
     snapshots: Annotated[
         str,
         typer.Option(
-            metavar="TIME|off", envvar="NRP_SNAPSHOTS", help="How often a recording keeps the whole state."
+            metavar="TIME|off",
+            envvar="NRP_SNAPSHOTS",
+            help="Time between two recorded snapshots of the state.",
         ),
     ] = "10s",
     plot: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", envvar="NRP_PLOT", help="Draw a figure: a .png, .svg or .pdf file."),
+        typer.Option(
+            metavar="FILE", envvar="NRP_PLOT", help="Draw a figure of the run into a .png, .svg or .pdf file."
+        ),
     ] = None,
     control: Annotated[
         Path | None,
-        typer.Option(metavar="SOCKET", envvar="NRP_CONTROL", help="Let nrp publish talk to the run here."),
+        typer.Option(
+            metavar="SOCKET",
+            envvar="NRP_CONTROL",
+            help="Accept nrp publish and nrp functions on this Unix socket.",
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Run an experiment; fails if a criterion of it is not met.
+    """Run an experiment; fail if one of its criteria is not met.
 
-    Ctrl-C ends it between two steps: what was recorded is complete, and the exit code is 130.
+    Ctrl-C ends the run between two steps: its recording is complete, and the exit code is 130.
     """
     from nrp_core.cli.session import RunRequest, Session
     from nrp_core.findings import InvalidExperimentError

@@ -12,14 +12,14 @@ from nrp_core.cli.output import document
 
 
 class SchemaSubject(StrEnum):
-    """What there is a schema of."""
+    """The file formats with a schema."""
 
     EXPERIMENT = "experiment"
 
 
 def schema(
-    subject: Annotated[SchemaSubject, typer.Argument(metavar="SUBJECT", help="What to describe.")],
-    json: Json = False,  # noqa: ARG001  it is a JSON document anyway
+    subject: Annotated[SchemaSubject, typer.Argument(metavar="SUBJECT", help="The file format to describe.")],
+    json: Json = False,  # noqa: ARG001  the output is always JSON
 ) -> None:
     """Print the JSON Schema of a file format, for editors."""
     from nrp_core.experiment.reading.schema import experiment_schema

@@ -18,7 +18,7 @@ _COLORS = {"error": "red", "warning": "yellow", "note": "blue"}
 
 
 class FindingFormat(StrEnum):
-    """How findings are written."""
+    """The output formats."""
 
     TEXT = "text"
     JSON = "json"
@@ -33,7 +33,7 @@ def validate(
     overrides: Overrides = None,
     models: Models = None,
     format: Annotated[  # noqa: A002  the name of the option
-        FindingFormat, typer.Option("--format", envvar="NRP_FORMAT", help="How to write what is found.")
+        FindingFormat, typer.Option("--format", envvar="NRP_FORMAT", help="The output format.")
     ] = FindingFormat.TEXT,
     json: Json = False,
 ) -> None:
@@ -62,7 +62,7 @@ def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool) -> N
 
 
 def _write_text(findings: list[Finding]) -> None:
-    """Write a line for each finding, and below the first of a kind why it matters and what to do."""
+    """Write a line for each finding; the first of each code also gets its reason and its fix."""
     explained = set()
     for finding in findings:
         complain(str(finding), label=str(finding.level), color=_COLORS[str(finding.level)])
@@ -72,7 +72,7 @@ def _write_text(findings: list[Finding]) -> None:
 
 
 def _exit_code(findings: list[Finding]) -> int:
-    """Return 4 if all that is wrong is a backend that is missing, 3 if anything else is."""
+    """Return 0 without errors, 4 if every error is a missing backend, 3 otherwise."""
     from nrp_core.findings import Code, Level
 
     wrong = {finding.code for finding in findings if finding.level is Level.ERROR}

@@ -45,7 +45,7 @@ def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
     if target.exists():
         raise ExperimentError("there is something already", path=target)
     if not target.absolute().parent.is_dir():
-        raise ExperimentError("there is no such folder", path=target.absolute().parent)
+        raise ExperimentError("the folder does not exist", path=target.absolute().parent)
     try:
         with writing(target), _nothing_left(target):
             return _write(recording, kind, target)

@@ -30,7 +30,7 @@ def check_target(path: Path) -> None:
     """Refuse a file that no figure can be drawn into.
 
     Raises:
-        ExperimentError: the suffix is not one of :data:`SUFFIXES`, there is no such folder, or Matplotlib
+        ExperimentError: the suffix is not one of :data:`SUFFIXES`, the folder does not exist, or Matplotlib
             is not installed.
     """
     require_matplotlib()
@@ -38,7 +38,7 @@ def check_target(path: Path) -> None:
         hint = did_you_mean(path.suffix, SUFFIXES)
         raise ExperimentError(f"a figure is a .png, .svg or .pdf file, not '{path.name}'{hint}")
     if not path.absolute().parent.is_dir():
-        raise ExperimentError("there is no such folder", path=path.parent)
+        raise ExperimentError("the folder does not exist", path=path.parent)
 
 
 class What(StrEnum):
@@ -65,7 +65,7 @@ def plot(recording: Recording, path: Path, what: What = What.RUN) -> None:
         what: the whole story, or a part of it.
 
     Raises:
-        ExperimentError: the suffix is another, there is no such folder, the recording has nothing of
+        ExperimentError: the suffix is another, the folder does not exist, the recording has nothing of
             what shall be shown, or the disk does not take it.
     """
     check_target(path)

@@ -66,7 +66,7 @@ class Recording:
         self.folder = path if path.is_dir() else path.parent
         self.file = path / MCAP_NAME if path.is_dir() else path
         if not self.file.is_file():
-            lacking = f"no file '{self.file.name}' is in it" if path.is_dir() else "there is no such folder"
+            lacking = f"no file '{self.file.name}' is in it" if path.is_dir() else "the folder does not exist"
             raise ExperimentError(f"no recording: {lacking}", path=path)
 
     @cached_property

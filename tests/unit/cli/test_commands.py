@@ -157,7 +157,9 @@ def test_the_doctor_says_no_if_no_world_can_run(nrp: Nrp, found: list[Surveyed])
     done = nrp("doctor")
     assert done.code == 1
     assert "✗ no engine; try: pip install engine" in done.out
-    assert done.out.endswith("no brain or no world backend can run here\n")
+    assert done.out.endswith(
+        "a brain and a world backend are required; at least one of them cannot run here\n"
+    )
 
 
 def test_the_doctor_tells_what_is_missing_and_what_that_means(nrp: Nrp, found: list[Surveyed]) -> None:

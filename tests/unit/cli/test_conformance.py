@@ -23,7 +23,7 @@ def test_an_option_without_key_or_value_is_wrong_usage(nrp, option):
 
 def test_a_report_that_could_not_be_written_is_refused_before_anything_runs(nrp, tmp_path):
     for report, told in (
-        (tmp_path / "no" / "report.json", "there is no such folder"),
+        (tmp_path / "no" / "report.json", "the folder does not exist"),
         (tmp_path, "is a folder"),
     ):
         done = nrp("conformance", "brain", "event", "--report", report)

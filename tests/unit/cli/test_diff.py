@@ -172,13 +172,13 @@ def test_two_recordings_are_compared_without_running_anything(nrp: Any, worlds: 
 @pytest.mark.parametrize(
     ("arguments", "code", "told"),
     [
-        (["--worlds", "disc"], 2, "takes two names"),
+        (["--worlds", "disc"], 2, "give two names"),
         (["--worlds", "disc,dics"], 4, "did you mean 'disc'"),
         (["--worlds", "disc,disc"], 3, "given twice"),
         (["--worlds", "disc,twin", "--margin", "time=1"], 2, "no metric is called 'time'"),
         (["--worlds", "disc,twin", "--vary", "seed"], 2, "KEY=LOW..HIGH"),
         (["--worlds", "disc,twin", "--vary", "events.rad.at=1..2 s"], 3, "did you mean 'red'"),
-        (["--worlds", "disc,twin", "--html", "no/page.html"], 2, "there is no such folder"),
+        (["--worlds", "disc,twin", "--html", "no/page.html"], 2, "the folder does not exist"),
     ],
 )
 def test_what_cannot_be_compared_is_refused_before_anything_runs(

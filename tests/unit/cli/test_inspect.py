@@ -100,7 +100,7 @@ def test_an_archive_is_looked_into(nrp, tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("notes.txt", "hello", "this is neither SDF nor URDF"),
+        ("notes.txt", "hello", "not an SDF or URDF file"),
         (
             "robot.sdf",
             "<sdf version='1.9'><model name='m'></sdf>",
@@ -120,4 +120,4 @@ def test_what_cannot_be_read_is_one_error(nrp, tmp_path, name, content, message)
 def test_a_picture_of_another_kind_is_refused_before_anything_is_read(nrp, tmp_path):
     done = nrp("inspect", HUSKY, "--picture", tmp_path / "husky.gif")
     assert done.code == 2
-    assert "a picture is a .png or .jpg file" in done.err
+    assert "an image is a .png or .jpg file" in done.err

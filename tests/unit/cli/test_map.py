@@ -87,7 +87,7 @@ def test_an_experiment_whose_brain_reports_nothing_is_mapped_by_the_one_that_doe
     done = nrp("map", lossy)
     assert done.code == 0
     assert "on spinnaker" in done.out
-    assert "the experiment's own brain reports nothing" in done.err
+    assert "the experiment's brain backend has no reports" in done.err
 
 
 def test_a_brain_that_reports_nothing_is_an_error_when_it_is_asked_for(nrp: Nrp, lossy: Path) -> None:

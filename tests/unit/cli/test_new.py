@@ -131,5 +131,5 @@ def test_a_name_that_is_taken_is_refused_with_its_owner(nrp, tmp_path, subject, 
 
 def test_a_backend_that_is_not_written_yet_does_not_open_and_says_why(made):
     made("world", "acme")
-    with pytest.raises(NrpError, match=r"'acme' does not open: .*_build: make what self\.scene\.models are"):
+    with pytest.raises(NrpError, match=r"'acme' does not open: .*_build: create self\.scene\.models"):
         Run(load_experiment("braitenberg_husky", ["world.backend=acme"]))

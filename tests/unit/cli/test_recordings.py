@@ -86,7 +86,7 @@ def test_a_side_is_played_back(nrp: Nrp, recorded: Path) -> None:
         assert nrp("replay", recorded, side, "recorded", "--verify").code == 0
         wrong = nrp("replay", recorded, side, "mujoco")
         assert wrong.code == 2
-        assert "nrp run takes the folder too" in wrong.err
+        assert "for another backend, use nrp run DIR" in wrong.err
 
 
 def test_what_is_asked_for_wrongly_is_refused_before_anything_runs(
@@ -197,7 +197,7 @@ def test_of_a_cut_recording_what_is_whole_is_drawn_and_said(nrp: Nrp, recorded: 
     file.write_bytes(file.read_bytes()[:-1])
     done = nrp("plot", recorded, "-o", figure)
     assert (done.code, done.out) == (0, f"{figure}\n")
-    assert done.err == "warning: it was cut or damaged: what is whole is drawn\n"
+    assert done.err == "warning: the recording is truncated or damaged: only its intact part is drawn\n"
     figure.unlink()
     file.write_bytes(b"")
     nothing = nrp("plot", recorded, "-o", figure)

@@ -39,7 +39,7 @@ def test_a_run_that_is_cut_short_has_decided_nothing_and_exits_with_0(nrp: Nrp, 
     done = nrp("run", experiment, "--until", "0.1 s")
     assert done.code == 0
     assert "? arrives: not decided" in done.out
-    assert done.out.splitlines()[-1] == "not decided: the run was cut short"
+    assert done.out.splitlines()[-1] == "not decided: the run ended early"
 
 
 def test_json_holds_everything_that_scripts_rely_on(nrp: Nrp, experiment: Path) -> None:
@@ -130,7 +130,7 @@ def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Pat
         (("run", "{}", "--until", "15ms"), 2, "15ms is not a whole number of steps of 20 ms"),
         (("run", "{}", "--until=-1s"), 2, "it cannot stop at -1s"),
         (("run", "{}", "--plot", "figure.gif"), 2, "a figure is a .png, .svg or .pdf file"),
-        (("run", "{}", "--plot", "no/such/figure.png"), 2, "there is no such folder"),
+        (("run", "{}", "--plot", "no/such/figure.png"), 2, "the folder does not exist"),
         (("run", "{}", "--record", "{}"), 2, "a recording begins in a new folder"),
         (("run", "{}", "--pictures", "gif"), 2, "'gif'"),
         (("run", "{}", "--sed", "3"), 2, "--seed"),
@@ -187,7 +187,7 @@ def test_a_mistake_in_the_program_is_one_line_unless_asked_for(
     monkeypatch.setattr(Run, "run", lambda *_: [].pop())
     done = nrp("run", experiment, "--record", tmp_path / "recording")
     assert done.code == 1
-    assert "IndexError: pop from empty list; this is a mistake in the program" in done.err
+    assert "IndexError: pop from empty list; this is a bug in the program" in done.err
     assert "Traceback" not in done.err
     assert Recording(tmp_path / "recording").run["state"] == "failed"
     assert "Traceback" in nrp("--debug", "run", experiment).err

@@ -267,7 +267,7 @@ def test_a_mesh_is_shown_to_viewers_by_its_file(tmp_path: Path) -> None:
 def test_a_file_that_is_no_picture_is_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(ExperimentError, match=r"not 'figure\.pgn'; did you mean '\.png'"):
         check_target(tmp_path / "figure.pgn")
-    with pytest.raises(ExperimentError, match="there is no such folder"):
+    with pytest.raises(ExperimentError, match="the folder does not exist"):
         check_target(tmp_path / "nowhere" / "figure.png")
 
 
