@@ -20,10 +20,14 @@ if TYPE_CHECKING:
     from nrp_core.world.drives.planar_move import PlanarMove as PlanarMove
     from nrp_core.world.drives.wheels import WheelDrive as WheelDrive
     from nrp_core.world.engine import Engine as Engine
+    from nrp_core.world.engine_kit.backend import PhysicsBackend as PhysicsBackend
+    from nrp_core.world.engine_kit.jointed import JointedEngine as JointedEngine
+    from nrp_core.world.engine_kit.options import PhysicsOptions as PhysicsOptions
     from nrp_core.world.interface import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
     from nrp_core.world.interface import WorldBackend as WorldBackend
     from nrp_core.world.interface import WorldOptions as WorldOptions
     from nrp_core.world.part import Part as Part
+    from nrp_core.world.part import PartInPlace as PartInPlace
     from nrp_core.world.render.cameras import DepthArray as DepthArray
     from nrp_core.world.render.cameras import ImageArray as ImageArray
     from nrp_core.world.render.optics import drawn as drawn
@@ -101,8 +105,11 @@ else:
             "nrp_core.world.drives.planar_move": "PlanarMove",
             "nrp_core.world.drives.wheels": "WheelDrive",
             "nrp_core.world.engine": "Engine",
+            "nrp_core.world.engine_kit.backend": "PhysicsBackend",
+            "nrp_core.world.engine_kit.jointed": "JointedEngine",
+            "nrp_core.world.engine_kit.options": "PhysicsOptions",
             "nrp_core.world.interface": "WORLD_INTERFACE_VERSION WorldBackend WorldOptions",
-            "nrp_core.world.part": "Part",
+            "nrp_core.world.part": "Part PartInPlace",
             "nrp_core.world.render.cameras": "DepthArray ImageArray",
             "nrp_core.world.render.optics": "drawn",
             "nrp_core.world.rigid.matrices": "matrix_of",

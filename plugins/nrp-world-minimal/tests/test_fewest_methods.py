@@ -5,7 +5,7 @@ from dataclasses import replace
 from nrp_world_minimal.engine import MinimalBackend, MinimalEngine
 
 from nrp_core.conformance import WorldBackendTests
-from nrp_core.world.engine import Engine
+from nrp_core.world import Engine
 
 
 class FewestEngine(MinimalEngine):

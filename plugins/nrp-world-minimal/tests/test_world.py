@@ -10,8 +10,7 @@ from nrp_world_minimal.engine import Footprint, MinimalBackend, way_out
 
 from nrp_core.conformance.world.kit import twist
 from nrp_core.conformance.world.scenes import at, floor, robot, thing
-from nrp_core.world.interface import WorldOptions
-from nrp_core.world.scene.model import Box, Scene
+from nrp_core.world import Box, Scene, WorldOptions
 
 coordinates = st.floats(-1, 1)
 sizes = st.floats(0.1, 2)

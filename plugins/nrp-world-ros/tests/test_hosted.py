@@ -14,19 +14,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_core import worlds
 from nrp_core.conformance.world.kit import states, twist
 from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, robot, screen, thing
 from nrp_core.errors import LifecycleError, SimulationError
-from nrp_core.world.backends import worlds
+from nrp_core.world import Box, ModelMotion, Scene, Sphere, Stamped, World
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.scene.model import Box, Scene, Sphere
-from nrp_core.world.topics import Stamped
-from nrp_core.world.world import World
 
 from conftest import Programs, needs_ros2
 from nrp_world_ros import RosBackend, RosOptions

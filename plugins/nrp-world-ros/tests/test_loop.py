@@ -38,8 +38,8 @@ def test_by_the_clock_of_a_simulator_that_does_not_wait_the_experiment_passes(ro
 
 
 RESET = """
-from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core import load_experiment
+from nrp_core import Run
 
 settings = ["world.backend=ros", "world.options={time: lockstep}"]
 with Run(load_experiment("braitenberg_husky", settings)) as run:

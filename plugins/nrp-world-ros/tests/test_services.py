@@ -13,9 +13,9 @@ from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
 import pytest
+from nrp_core import worlds
 from nrp_core.errors import TopicError
-from nrp_core.world.backends import worlds
-from nrp_core.world.scene.model import Scene
+from nrp_core.world import Scene
 
 from conftest import Ros, needs_ros
 from nrp_world_ros.calls import Calls

@@ -15,11 +15,11 @@ from nrp_core.errors import NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.world.backends import worlds
+from nrp_core.world.engine import Engine
 from nrp_core.world.interface import WORLD_INTERFACE_VERSION
-from nrp_core.world.world import World
 
 VERSIONS = {"brain": BRAIN_INTERFACE_VERSION, "world": WORLD_INTERFACE_VERSION}
-SIDES = {"brain": (brains, Brain), "world": (worlds, World)}
+SIDES = {"brain": (brains, Brain), "world": (worlds, Engine)}
 ROOT = Path(__file__).parents[3]
 
 
@@ -61,10 +61,10 @@ def test_its_methods_are_the_fewest_and_each_says_what_to_write(made, side):
     folder = made(side, f"acme_{side}")
     registry, base = SIDES[side]
     module = sys.modules[type(registry().load(f"acme_{side}")).__module__]
-    written = getattr(module, f"Acme{2 * side.capitalize()}")
+    written = getattr(module, f"Acme{side.capitalize()}{base.__name__}")
     methods = {name for name in vars(written) if name.startswith("_do_")}
     assert methods == {name for name in base.__abstractmethods__ if name.startswith("_do_")}
-    source = (folder / "src" / f"nrp_{side}_acme_{side}" / f"{side}.py").read_text()
+    source = (folder / "src" / f"nrp_{side}_acme_{side}" / f"{base.__name__.lower()}.py").read_text()
     assert source.count("raise NotImplementedError") == len(methods)  # a reset builds anew
     for name in (methods | {"_build"}) - {"_do_reset"}:
         assert f'"{name}: ' in source

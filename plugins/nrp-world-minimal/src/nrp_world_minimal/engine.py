@@ -14,17 +14,25 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
-from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine import Engine
-from nrp_core.world.interface import WorldBackend, WorldOptions
-from nrp_core.world.render.optics import drawn
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
-from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.model import Collision, Model, Plane, Scene
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.world import (
+    BodyVelocity,
+    Collision,
+    Engine,
+    FloatArray,
+    Model,
+    ModelMotion,
+    Plane,
+    Pose,
+    Scene,
+    Vector,
+    WorldBackend,
+    WorldCapabilities,
+    WorldOptions,
+    drawn,
+    matrix_of,
+    triangles_of,
+)
 
 STEP_NS = 5_000_000
 STEP_S = seconds(STEP_NS)

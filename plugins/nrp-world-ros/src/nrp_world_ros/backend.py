@@ -7,15 +7,11 @@ from dataclasses import replace
 from enum import IntEnum, StrEnum
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.errors import BackendError, BackendLoadError
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
-from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine import Engine
-from nrp_core.world.interface import WorldBackend, WorldOptions
-from nrp_core.world.scene.model import Scene
+from nrp_core.world import Diagnosis, Engine, Scene, WorldBackend, WorldCapabilities, WorldOptions
 from pydantic import Field, model_validator
 
 from nrp_world_ros import ros1, ros2

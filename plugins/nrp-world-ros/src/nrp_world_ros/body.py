@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from nrp_core.world.topics import Publication
-from nrp_core.world.world import World
+from nrp_core.world import Publication, World
 
 from nrp_world_ros.bridge import Bridge
 from nrp_world_ros.lockstep import DONE, GO, Sent, Turn, Turns

@@ -6,12 +6,10 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
-from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
+from nrp_core.world import Closing, Direction, Stamped, Subscription, TopicInfo, World
 from nrp_core.world.messages.base import Time
 from nrp_core.world.services.gazebo import PREFIX
-from nrp_core.world.topics import Direction, Stamped, Subscription, TopicInfo
-from nrp_core.world.world import World
 
 from nrp_world_ros.calls import Calls
 from nrp_world_ros.frames import TF, Frames

@@ -12,9 +12,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from nrp_core.errors import NrpError, TopicError
+from nrp_core.world import Direction, World
 from nrp_core.world.services.gazebo import PREFIX, response_of
-from nrp_core.world.topics import Direction
-from nrp_core.world.world import World
 
 from nrp_world_ros.node import Node
 

@@ -13,7 +13,7 @@ from nrp_core.quantities import time_ns
 from nrp_world_ros.backend import LAST_DOMAIN, Ros
 
 if TYPE_CHECKING:
-    from nrp_core.experiment.model.experiment import Experiment
+    from nrp_core import Experiment
 
     from nrp_world_ros.bridge import Bridge
     from nrp_world_ros.node import Node
@@ -51,7 +51,7 @@ def ros_bridge(
     ] = None,
 ) -> None:
     """Let ROS see an experiment and command its robots: rviz, rosbag, your nodes."""
-    from nrp_core.experiment.reading.find import load_experiment
+    from nrp_core import load_experiment
 
     from nrp_world_ros.node import join
 
@@ -93,8 +93,8 @@ def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep:
 
 
 def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
+    from nrp_core import Run
     from nrp_core.clock import seconds
-    from nrp_core.experiment.running.run import Run
 
     from nrp_world_ros.bridge import Bridge
 

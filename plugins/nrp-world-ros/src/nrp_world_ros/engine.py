@@ -8,13 +8,23 @@ from typing import Any
 
 from nrp_core.clock import NS_PER_MS, milliseconds, seconds
 from nrp_core.errors import CapabilityError, SimulationError
-from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine import Engine
+from nrp_core.world import (
+    BodyPath,
+    BodyVelocity,
+    Direction,
+    Engine,
+    JointAim,
+    Model,
+    ModelMotion,
+    Part,
+    Rgba,
+    Scene,
+    Stamped,
+    TopicInfo,
+    WorldCapabilities,
+    Wrench,
+)
 from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.part import Part
-from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, ModelMotion, Wrench
-from nrp_core.world.scene.model import Model, Rgba, Scene
-from nrp_core.world.topics import Direction, Stamped, TopicInfo
 
 from nrp_world_ros.backend import RosOptions, TimeSource
 from nrp_world_ros.inbox import DEPTH

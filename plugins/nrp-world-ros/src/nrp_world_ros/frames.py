@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from nrp_core.errors import CapabilityError
+from nrp_core.world import World
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.pose_messages import pose_message
-from nrp_core.world.world import World
 
 from nrp_world_ros.node import Node, ros_type
 

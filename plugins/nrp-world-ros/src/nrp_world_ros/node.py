@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import Any, ClassVar, Protocol
 
-from nrp_core._support.closing import Closing
+from nrp_core.world import Closing
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.generated import made
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-from nrp_core.world.part import Part, PartInPlace
-from nrp_core.world.topics import Direction, Stamped, TopicInfo
+from nrp_core.world import Direction, Part, Stamped, TopicInfo
+from nrp_core.world.part import PartInPlace
 
 
 class Post(Protocol):

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from nrp_core.world import ModelMotion, Pose, Scene
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Scene
 
 
 class Whereabouts:

@@ -7,9 +7,7 @@ from typing import Any
 
 from nrp_core.errors import SimulationError
 from nrp_core.simulation import Snapshot
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.world import World
+from nrp_core.world import ModelMotion, Scene, World
 
 from nrp_world_ros.body import Body
 from nrp_world_ros.hosted.notes import Answer, Notes, Question, portable

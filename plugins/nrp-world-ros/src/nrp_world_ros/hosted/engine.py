@@ -13,17 +13,27 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.errors import NrpError, SimulationError
+from nrp_core.world import (
+    BodyPath,
+    DepthArray,
+    ImageArray,
+    JointStates,
+    Light,
+    Model,
+    ModelMotion,
+    Part,
+    Scene,
+    Stamped,
+    TopicInfo,
+    Touch,
+    Wrench,
+)
 from nrp_core.world.controllers.joint import ControllerPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.part import Part
-from nrp_core.world.render.cameras import DepthArray, ImageArray
-from nrp_core.world.rigid.motion import BodyPath, JointStates, ModelMotion, Touch, Wrench
-from nrp_core.world.scene.model import Light, Model, Scene
 from nrp_core.world.services.gazebo import Services
-from nrp_core.world.topics import Stamped, TopicInfo
 
 from nrp_world_ros.engine import RosEngine
 from nrp_world_ros.hosted.dialogue import Dialogue

@@ -17,9 +17,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from nrp_core._support.closing import Closing
 from nrp_core.errors import SimulationError
-from nrp_core.world.scene.model import Scene
+from nrp_core.world import Closing, Scene
 
 from nrp_world_ros.hosted.notes import Answer, Notes
 from nrp_world_ros.lockstep import DONE, GO, Turn

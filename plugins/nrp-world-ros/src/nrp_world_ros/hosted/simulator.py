@@ -6,12 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from nrp_core import worlds
 from nrp_core.errors import ExperimentError
-from nrp_core.world.backends import worlds
-from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import WorldBackend, WorldOptions
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.world import World
+from nrp_core.world import Scene, World, WorldBackend, WorldCapabilities, WorldOptions
 from pydantic import ValidationError
 
 

@@ -6,9 +6,9 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from nrp_core._support.closing import Closing
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import SimulationError
+from nrp_core.world import Closing
 from nrp_core.world.messages.cdr import Codec
 
 from nrp_world_ros.inbox import Inbox, Letter

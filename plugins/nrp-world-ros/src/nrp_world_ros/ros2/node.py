@@ -9,9 +9,9 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from nrp_core._support.closing import Closing
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import SimulationError, TopicError
+from nrp_core.world import Closing
 from nrp_core.world.messages.cdr import Codec
 
 from nrp_world_ros.node import Node, Publisher
