@@ -1,8 +1,8 @@
 """How much faster than real time many copies of one scene run in one process, all robots driving at random.
 
 Copies of the Braitenberg room with its Husky, without cameras; every step each robot gets a command of its
-own and tells where it is. Beside MuJoCo's own batch of the same model, which takes the same physics steps and
-does nothing else. The factors are simulated seconds of all copies in a second of CPU time, and of wall time.
+own and reports its pose. For comparison, MuJoCo's own batch of the same model takes the same physics steps
+and does nothing else. The factors are simulated seconds of all copies per second of CPU and of wall time.
 
     python benchmarks/batch.py
     python benchmarks/batch.py --copies 64 --engine pybullet

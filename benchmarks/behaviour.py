@@ -1,8 +1,8 @@
-"""Does the Braitenberg Husky behave, on every pair of backends, whatever the seed?
+"""Check the behaviour of the Braitenberg Husky on every pair of backends, with many seeds.
 
 Runs the shipped experiment over brains x worlds x gains x order of the screens x seeds, and a minute
 without red, and prints how many runs met all criteria, how long the robot took to each screen and how far it
-strayed before the first one. The exit code is 1 where a run failed.
+strayed before the first one. The exit code is 1 if a run failed.
 
     python benchmarks/behaviour.py --seeds 10
     python benchmarks/behaviour.py --seeds 1 --image-scale 0.2
@@ -34,7 +34,7 @@ class Case(NamedTuple):
 
 
 class Row(NamedTuple):
-    """What came of it."""
+    """The result of a run."""
 
     case: Case
     passed: bool
@@ -45,7 +45,7 @@ class Row(NamedTuple):
 
 
 def run(case: Case) -> Row:
-    """Run one case, twice where determinism is asked for."""
+    """Run one case, or twice to check determinism."""
     from nrp_core.experiment.reading.find import load_experiment
     from nrp_core.experiment.running.run import Run
 

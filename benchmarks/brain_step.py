@@ -1,4 +1,4 @@
-"""What a 20 ms step of the Braitenberg brain costs, with three rates written and two integrators read.
+"""The cost of a 20 ms step of the Braitenberg brain, with three rates written and two integrators read.
 
 The brain is that of the shipped experiment; all its spikes are recorded. NEST runs the same network where
 it can be imported, with the calls that a closed loop needs (set the rates, simulate, read two voltages),
@@ -127,7 +127,7 @@ def row(name: str, costs_us: list[float], spikes_a_step: float, nest_us: float |
 
 
 def compare(names: list[str], steps: int, rounds: int) -> list[dict[str, Any]]:
-    """Let all brains take turns; the first round warms up."""
+    """Run all brains in turn; the first round is the warm-up."""
     network, rng = braitenberg(), np.random.default_rng(1)
     with ExitStack() as stack:
         runs = {name: stack.enter_context(backend(name, network)) for name in names}

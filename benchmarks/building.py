@@ -1,4 +1,4 @@
-"""What it costs to build a network of 15.6 million synapses from a PyNN script.
+"""The cost of building a network of 15.6 million synapses from a PyNN script.
 
 The network is Brunel's (J. Comput. Neurosci. 8:183, 2000): 10 000 excitatory and 2 500 inhibitory cells,
 each with 1 250 inputs. Every case runs in a process of its own, so that its peak of memory is its own; CPU

@@ -1,4 +1,4 @@
-"""How many Python calls a step of the loop makes, and how often they go from one module to another.
+"""The number of Python calls in a step of the loop, and of calls from one module to another.
 
 The robot of the Braitenberg experiment, with its brain, functions and events, takes steps in which its
 camera takes an image by the ``raster`` renderer. Counted are the frames of functions that belong to this
@@ -34,7 +34,7 @@ OURS = ("nrp_core.", "nrp_world_", "nrp_brain_", "nrp_experiments.", "nrp_bibi."
 
 @dataclass
 class Counts:
-    """What is counted in one step.
+    """The counts of one step.
 
     Args:
         calls: frames of this project.

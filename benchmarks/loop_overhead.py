@@ -38,7 +38,7 @@ def listings() -> list[TransferFunction]:
 
 
 class StillEngine(MockEngine):
-    """A robot with a camera and a drive that sees the same red square for ever."""
+    """A robot with a camera and a drive that always sees the same red square."""
 
     def __init__(self) -> None:
         camera = Camera("eye", "/husky/camera", 30.0, horizontal_fov=1.57, width=320, height=240)
@@ -53,7 +53,7 @@ class StillEngine(MockEngine):
 
 
 def measure(steps: int) -> dict[str, float]:
-    """Return CPU microseconds a step, by what they are spent on."""
+    """Return CPU microseconds per step, by activity."""
     brain = MockBrain({"sensors": 5, "other": 1, "actors": 2})
     with ClosedLoop(
         brain, MockWorld(engine=StillEngine()), listings(), period_ns=PERIOD_NS, concurrent=False

@@ -66,7 +66,7 @@ CASES = {
 
 
 def measured(python: str, script: str, case: Case, *extra: str) -> dict[str, Any]:
-    """Run a network in a child process; return what it reports."""
+    """Run a network in a child process; return its report."""
     call = [python, str(PEERS / script), case.model, "--n", str(case.n), *case.extra, *extra]
     done = subprocess.run(call, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -76,7 +76,7 @@ def measured(python: str, script: str, case: Case, *extra: str) -> dict[str, Any
 
 
 def compare(case: Case, interpreters: dict[str, str], rounds: int) -> Iterable[dict[str, Any]]:
-    """Let all simulators run a network in turn."""
+    """Run a network in all simulators in turn."""
     modes = ("grid", "exact") if case.exact else ("grid",)
     calls: dict[str, tuple[str, ...]] = {
         **{mode: (sys.executable, "nrp_run.py", "--mode", mode) for mode in modes},
@@ -104,7 +104,7 @@ def compare(case: Case, interpreters: dict[str, str], rounds: int) -> Iterable[d
 
 
 def share(case: Case, threads: int, rounds: int) -> Iterable[dict[str, Any]]:
-    """Let one thread and several run a network on the grid in turn."""
+    """Run a network on the grid by one thread and by several in turn."""
     extra = ("--duration", "200", "--chunks", "10", "--threads", str(threads))
     runs = [measured(sys.executable, "threads_run.py", case, *extra) for _ in range(rounds)]
     one, several = (min(run[name] for run in runs) for name in ("one", "several"))

@@ -1,7 +1,7 @@
-"""Do both engines do the same, and what the closed forms say? Drives, slopes and loads, physics, cameras.
+"""Compare both engines with each other and with closed forms: drives, slopes and loads, physics, cameras.
 
 Prints tables in Markdown; `docs/reference/parity.md` shows them. Poses are compared after the same commands,
-pictures from the same places; everything follows from the seeds.
+images from the same places; the seeds determine everything.
 
     python benchmarks/parity.py
     python benchmarks/parity.py --seeds 3 --only drives cameras
@@ -106,7 +106,7 @@ def advance(world: World, seconds: float) -> None:
 
 
 def driven(world: World, commands: Commands, seconds: float = 1.0) -> Pose:
-    """Let the robot settle, give it each command for some time, and return its way from the start."""
+    """Let the robot settle, give it each command for some time, and return its trajectory from the start."""
     topic = next(name for name in ("/robot/cmd_vel", "/husky/cmd_vel") if name in world.topics)
     says = world.advertise(topic)
     advance(world, 0.5)
@@ -119,7 +119,7 @@ def driven(world: World, commands: Commands, seconds: float = 1.0) -> Pose:
 
 
 def ideal(commands: Commands, seconds: float = 1.0) -> Pose:
-    """Return where the unicycle gets to."""
+    """Return the final pose of the unicycle."""
     place, yaw = 0j, 0.0
     for v, w in commands:
         chord = v * seconds * np.sinc(w * seconds / tau)  # sin(x) / x at x = w t / 2

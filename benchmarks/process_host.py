@@ -1,7 +1,7 @@
-"""What a step costs more if the brain runs in a process of its own, by the number of events that go into it.
+"""The extra cost of a step if the brain runs in a process of its own, by the number of input events.
 
 Two brains of 100 silent cells, one here and one in another process, take turns and get the same events. Wall
-time, the best of many steps: what is of interest is the way there and back, not who else uses the machine.
+time, the best of many steps: the cost of the round trip matters, not the load of the machine.
 
     python benchmarks/process_host.py --events 0 80 4000 100000
 """
@@ -28,7 +28,7 @@ WEIGHT_NA = 1e-6
 
 
 def step_s(brain: Brain, rng: np.random.Generator, n_events: int) -> float:
-    """Return the wall time of a step with so many events."""
+    """Return the wall time of a step with this number of events."""
     times_ms = milliseconds(brain.now_ns) + STEP_MS * rng.random(n_events)
     events = SynapticEvents(rng.integers(0, CELLS, n_events), times_ms, np.full(n_events, WEIGHT_NA))
     began = time.perf_counter()

@@ -1,9 +1,9 @@
-"""What recording costs: the same run, recorded and not, in turn.
+"""The cost of recording: the same run, recorded and not, in turn.
 
-The experiment that ships runs three times in one process: as it is, recorded without the camera, and
-recorded with it. They take turns of half a second of simulated time, each time in another order, in which a
-recording is handed to the system several times. CPU time decides, which other programs disturb less than
-wall time: of each round the ratio, of the ratios the median.
+The shipped experiment runs three times in one process: not recorded, recorded without the camera, and
+recorded with it. They take turns of half a second of simulated time, in changing order, in which a
+recording is flushed several times. The result is the median of the ratios of CPU time in each round; other
+programs disturb CPU time less than wall time.
 
     python benchmarks/recording.py [SECONDS] [OVERRIDE...]
 """
@@ -32,7 +32,7 @@ UNRECORDED = "not"
 
 
 class Spent(NamedTuple):
-    """What a round took, s."""
+    """The duration of a round, s."""
 
     cpu_s: float
     wall_s: float
@@ -48,7 +48,7 @@ def spent(run: Run, until_s: float) -> Spent:
 
 
 def measure(duration_s: float, overrides: list[str]) -> Rounds:
-    """Return what each round took, by how it was recorded."""
+    """Return the duration of each round, by the kind of recording."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()))
         names = [UNRECORDED, *LIMITS]
@@ -71,7 +71,7 @@ def measure(duration_s: float, overrides: list[str]) -> Rounds:
 
 
 def added(rounds: Rounds, kept: Pictures, clock: int) -> float:
-    """Return which share a recording adds to the run, by one of the clocks."""
+    """Return the share that recording adds to the run, by one of the clocks."""
     pairs = zip(rounds[kept], rounds[UNRECORDED], strict=True)
     return median(with_it[clock] / without[clock] for with_it, without in pairs) - 1
 

@@ -69,7 +69,7 @@ def vase(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_mesh(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Write a mesh in the format that the suffix says."""
+    """Write a mesh in the format of its suffix."""
     match path.suffix:
         case ".stl":
             from nrp_core.world.scene.meshes.stl import write_stl
@@ -132,7 +132,9 @@ def measure(models: int, rounds: int) -> dict[str, float]:
         result["read, warm"] = min(cpu_ms(lambda: read_scene(room)) for _ in range(rounds))
         scene = read_scene(room)
         if scene.warnings or len(scene.models) != models:
-            raise RuntimeError(f"the room is not read as it was written: {scene.warnings}")
+            raise RuntimeError(
+                f"the room that was read differs from the room that was written: {scene.warnings}"
+            )
         for name in ("mujoco", "pybullet"):
             backend = worlds().load(name)
 

@@ -1,6 +1,6 @@
 """The spinnaker backend: neuron updates, synaptic events, and the step of the Braitenberg brain.
 
-CPU time of one thread, best of several runs; the first start, which compiles, is not in it.
+CPU time of one thread, best of several runs; the first start, which compiles, is not included.
 
     python benchmarks/spinnaker.py
 """
@@ -71,7 +71,7 @@ def updates_per_second(cell_type: str, size: int = 10_000, duration_ms: int = 10
 
 
 def events_per_second(n_sources: int = 1000, fan_out: int = 10_000, size: int = 10_000) -> float:
-    """Let every source spike in every fifth tick; weights and delays differ from synapse to synapse."""
+    """Make every source spike in every fifth tick; weights and delays differ between synapses."""
     rng = np.random.default_rng(1)
     n = n_sources * fan_out
     trains = tuple(np.arange(1.0, 1000.0, 5.0) for _ in range(n_sources))

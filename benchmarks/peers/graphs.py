@@ -34,7 +34,7 @@ class Graph:
     weight: tuple[float, float]
     delay: float
     sources: tuple[Indices, Indices]
-    """Of each neuron, excitatory ones first, as numbers within their kind; shape ``(n, in_degree)``."""
+    """The sources of each neuron, excitatory first, as indices in their kind; shape ``(n, in_degree)``."""
     initial: dict[str, npt.NDArray[np.float64]]
     noise: tuple[float, float] = (0.0, 0.0)
     """Rate (Hz) and weight of an independent Poisson train into each neuron."""
@@ -94,7 +94,7 @@ def _vogels_abbott(model: str, sizes: tuple[int, int], rng: np.random.Generator)
 
 
 def _brunel(sizes: tuple[int, int], rng: np.random.Generator) -> Graph:
-    """Let weights shrink as the in-degree grows, so that networks of all sizes fire alike."""
+    """Reduce weights as the in-degree grows, so that networks of all sizes fire alike."""
     degrees = (sizes[0] // 10, sizes[1] // 10)
     sources = _fixed_in_degree(sizes, degrees, rng)
     cells = {**_LEAKY, "v_rest": 0.0, "cm": 1.0, "tau_refrac": 2.0, "v_reset": 0.0, "v_thresh": 20.0}
@@ -108,7 +108,7 @@ def _brunel(sizes: tuple[int, int], rng: np.random.Generator) -> Graph:
 def _fixed_in_degree(
     sizes: tuple[int, int], degrees: tuple[int, int], rng: np.random.Generator
 ) -> tuple[Indices, Indices]:
-    """Let each neuron choose its sources at random, with repetition, in memory for little more than those."""
+    """Draw the sources of each neuron at random, with repetition, using little extra memory."""
     n = sum(sizes)
     exc, inh = np.empty((n, degrees[0]), np.uint16), np.empty((n, degrees[1]), np.uint16)
     for first in range(0, n, CHUNK):

@@ -1,4 +1,4 @@
-"""What every child process of benchmarks/networks.py does: measure a run, print the result as JSON."""
+"""The work of every child process of benchmarks/networks.py: measure a run, print the result as JSON."""
 
 from __future__ import annotations
 
