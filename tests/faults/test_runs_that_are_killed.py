@@ -24,7 +24,7 @@ import os, sys, time
 from pathlib import Path
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.recording_folder import Capsule
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 
 folder, hangs_at_ns = Path(sys.argv[1]), int(sys.argv[2])
 
@@ -39,7 +39,7 @@ def hang(loop):
 
 
 with Run(load_experiment("braitenberg_husky", ["world.options.image_scale=0.2", "pace=realtime"])) as run:
-    Capsule(run, folder)
+    RecordingFolder(run, folder)
     run.on_step.append(stamp)
     run.loop.hooks.before_step.append(hang)
     run.run()
