@@ -1,11 +1,11 @@
-"""The brain side: what authors of brain backends need, each name imported when it is first used.
+"""The names that authors of brain backends need; each is imported when it is first used.
 
-A backend derives from :class:`Brain` and :class:`BrainBackend`; it is given a :class:`Network`.
+A backend derives from :class:`Brain` and :class:`BrainBackend`; it receives a :class:`Network`.
 """
 
 from nrp_core._support.lazy import lazily
 
-TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
+TYPE_CHECKING = False  # type checkers know this name; importing typing would take 5 ms
 if TYPE_CHECKING:
     from nrp_core._support.arrays import FloatArray as FloatArray
     from nrp_core._support.arrays import IndexArray as IndexArray

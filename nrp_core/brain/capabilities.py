@@ -1,4 +1,4 @@
-"""What a brain backend has: one typed object that the core refuses by, tests skip by and tables show."""
+"""The capabilities of a brain backend, for the core's checks, the tests and the tables of the docs."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from nrp_core.simulation import Determinism
 
 @dataclass(frozen=True, slots=True)
 class BrainCapabilities:
-    """What a brain backend has, asked as questions.
+    """The capabilities of a brain backend.
 
     Args:
-        cells: which PyNN standard cells can it simulate?
-        synapses: which synapse types?
-        extensions: which of these are additions to what the simulator is known for?
-        approximate: which cells does it solve so roughly that they leave their equations by more than the
-            resolution explains?
-        resolution_ns: on which grid do its events lie? None: they are exact.
-        determinism: how far do two runs agree?
-        state_variables: which state can be read while running?
-        changes: what of the network can be changed while running: ``parameters`` of its cells, ``weights``
-            of its synapses? Those of source cells that the core draws always can.
-        snapshot: can its state be saved and restored?
-        releases_gil: can it step while Python code runs in another thread?
+        cells: the PyNN standard cells that it simulates.
+        synapses: the synapse types that it simulates.
+        extensions: the cells and synapses that the original simulator does not have.
+        approximate: the cells whose error is larger than the resolution explains.
+        resolution_ns: the grid on which its events lie; None if event times are exact.
+        determinism: how closely two runs agree.
+        state_variables: the state variables that can be read while it runs.
+        changes: what can change while it runs: ``parameters`` of cells, ``weights`` of synapses.
+            Parameters of source cells whose spikes the core draws can always change.
+        snapshot: whether its state can be saved and restored.
+        releases_gil: whether it can step while Python code runs in another thread.
     """
 
     cells: frozenset[str]
@@ -40,14 +39,14 @@ class BrainCapabilities:
     releases_gil: bool = False
 
     def require(self, network: Network, name: str) -> None:
-        """Check that all cells and synapses of a network are there.
+        """Check that the backend has all cells and synapses of a network.
 
         Args:
             network: the network.
-            name: whose capabilities these are, for the message.
+            name: the backend, for the message.
 
         Raises:
-            CapabilityError: some are not; it names the population or projection, and the nearest that are.
+            CapabilityError: a type is missing; the message names its owner and the nearest supported type.
         """
         for population in network.populations.values():
             if not population.is_source and population.cell_type not in self.cells:

@@ -23,9 +23,9 @@ class ParameterChange:
     """New parameters of some cells of one population.
 
     Args:
-        label: of the population.
-        index: cells within it, shape ``(n,)``.
-        values: by PyNN's name, PyNN's units, each of shape ``(n,)``.
+        label: the population's label.
+        index: the cells' indices within the population, shape ``(n,)``.
+        values: new values by PyNN name, in PyNN's units, each of shape ``(n,)``.
     """
 
     label: str
@@ -39,9 +39,9 @@ def parameter_changes(
     """Return new values of cells, population by population.
 
     Args:
-        network: whose cells they are.
+        network: the network.
         neurons: global ids.
-        values: by PyNN's name: one number for all, or one for each neuron.
+        values: new values by PyNN name: one number for all neurons, or one for each.
 
     Raises:
         NetworkError: a population has no such parameter, or a value is impossible.
@@ -66,14 +66,14 @@ def parameter_changes(
 def spike_trains(
     network: Network, label: str, trains: Sequence[npt.ArrayLike], cells: npt.ArrayLike | None
 ) -> tuple[IntArray, list[FloatArray]]:
-    """Return which cells of a population get new spike trains (ms), by default all, and the trains.
+    """Return the cells of a population that get new spike trains (by default all), and the trains (ms).
 
     Raises:
-        NetworkError: these are not cells with given spikes, or times do not ascend from 0.
+        NetworkError: not a SpikeSourceArray population, or times do not ascend from 0.
     """
     population = network.populations.get(label)
     if population is None or population.cell_type != "SpikeSourceArray":
-        raise NetworkError(f"'{label}' is no population of SpikeSourceArray cells")
+        raise NetworkError(f"'{label}' is not a population of SpikeSourceArray cells")
     index = np.arange(population.size)
     index = index if cells is None else index[np.atleast_1d(np.asarray(cells, dtype=np.int64))]
     if len(trains) != len(index):
@@ -84,10 +84,10 @@ def spike_trains(
 
 
 def projection_of(network: Network, label: str) -> Projection:
-    """Return the projection of a label.
+    """Return the projection with this label.
 
     Raises:
-        NetworkError: there is none.
+        NetworkError: the network has no such projection.
     """
     labels = [projection.label for projection in network.projections]
     if label not in labels:

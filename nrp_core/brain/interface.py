@@ -1,8 +1,8 @@
-"""The brain side: what a spiking simulator must offer to take part in the loop.
+"""The interface that a spiking simulator implements to take part in the loop.
 
-A minimal backend writes six methods: advance, spikes out, spikes of source cells in, synaptic events in,
-current in, reset. Devices, source populations, random trains and their timing are
-supplied here, once for all backends.
+A minimal backend implements six methods: advance, spikes out, spikes of source cells in, synaptic events in,
+current in, reset. Devices, source populations, random spike trains and their timing are implemented here,
+once for all backends.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
 
 BRAIN_INTERFACE_VERSION = 1
-"""Version of this interface; a backend class carries the one it was written for as ``interface_version``."""
+"""Version of this interface; a backend states the one it was written for as ``interface_version``."""
 
 
 class BrainOptions(BaseModel):
-    """Base of a backend's options, as an experiment file gives them; unknown names are refused."""
+    """Base class of a backend's options in an experiment file; unknown names are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Brain(Simulation):
-    """A network in a simulator, at a time.
+    """A network in a simulator, at a point in time.
 
     Args:
-        network: what is simulated.
-        seed: the experiment's seed for the brain.
-        capabilities: what the backend has.
-        identity: text that names backend and options.
+        network: the simulated network.
+        seed: the seed of the brain's random numbers.
+        capabilities: the backend's capabilities.
+        identity: a text that names the backend and its options.
     """
 
     def __init__(
@@ -81,15 +81,15 @@ class Brain(Simulation):
 
     @final
     def add_source(self, spec: SourceSpec, neurons: npt.ArrayLike, *, name: str) -> SourcePort:
-        """Let a source act on neurons from now on.
+        """Connect a source to neurons from now on.
 
         Args:
             spec: the source, e.g. :class:`~nrp_core.brain.devices.sources.PoissonSource`.
             neurons: global ids.
-            name: names its random stream; equal names, equal trains.
+            name: the name of its random stream; equal names give equal trains.
 
         Raises:
-            NeuronSelectionError: there is no such neuron, or it is a source itself.
+            NeuronSelectionError: a neuron does not exist, or is a source itself.
         """
         self.require_ready()
         port = spec.open(self._targets(neurons, name), self._seeds.child("device"), name)
@@ -100,11 +100,11 @@ class Brain(Simulation):
 
     @final
     def add_sink(self, spec: SinkSpec, neurons: npt.ArrayLike, *, name: str) -> SinkPort:
-        """Let a sink listen to neurons (global ids) from now on.
+        """Connect a sink to neurons (global ids) from now on.
 
         Raises:
-            NeuronSelectionError: there is no such neuron.
-            CapabilityError: it records state that the backend does not show.
+            NeuronSelectionError: a neuron does not exist.
+            CapabilityError: the sink records a state variable that the backend cannot read.
         """
         self.require_ready()
         port = spec.open(self._selected(neurons), self.network.size, name)
@@ -117,7 +117,7 @@ class Brain(Simulation):
 
     @final
     def remove(self, port: SourcePort | SinkPort) -> None:
-        """Take a device away; the network is as if it had never been there, but for what it did."""
+        """Remove a device; the effects of its past activity remain."""
         if isinstance(port, SourcePort):
             self._sources.remove(port)
         else:
@@ -126,11 +126,11 @@ class Brain(Simulation):
 
     @property
     def devices(self) -> tuple[SourcePort | SinkPort, ...]:
-        """All sources and sinks at work, in the order in which they were added."""
+        """All active sources and sinks, in the order in which they were added."""
         return (*self._sources, *self._sinks)
 
     def _devices_changed(self) -> None:
-        """Know the devices for which a run has to halt."""
+        """Collect the devices for which a run must halt."""
         self._flowing = [source for source in self._sources if isinstance(source, CurrentPort)]
         self._recorders = [sink for sink in self._sinks if isinstance(sink, StateRecorderPort)]
 
@@ -138,7 +138,7 @@ class Brain(Simulation):
 
     @final
     def read_state(self, variable: str, neurons: npt.ArrayLike) -> FloatArray:
-        """Return a state variable (``v`` in mV, ...) of neurons (global ids) as it is now."""
+        """Return a state variable (``v`` in mV, ...) of neurons (global ids) at the current time."""
         self.require_ready()
         if variable not in self.capabilities.state_variables:
             known = ", ".join(sorted(self.capabilities.state_variables)) or "none"
@@ -151,15 +151,15 @@ class Brain(Simulation):
         with guarded(self, "read state"):
             return self._do_read_state(variable, ids)
 
-    # -- changes of the network while it runs; a reset undoes them
+    # -- changes of the network while it runs; a reset reverts them
 
     @final
     def set_parameters(self, neurons: npt.ArrayLike, values: Mapping[str, npt.ArrayLike]) -> None:
-        """Let cells have other parameters from now on.
+        """Change parameters of cells from now on.
 
         Args:
             neurons: global ids.
-            values: by PyNN's name, PyNN's units: one number for all, or one for each neuron.
+            values: new values by PyNN name, in PyNN's units: one number for all neurons, or one for each.
 
         Raises:
             CapabilityError: the backend cannot change them while it runs.
@@ -181,16 +181,16 @@ class Brain(Simulation):
     def set_spike_times(
         self, population: str, trains: Sequence[npt.ArrayLike], cells: npt.ArrayLike | None = None
     ) -> None:
-        """Give cells of a ``SpikeSourceArray`` population other spikes; those before now do not count.
+        """Replace the spike trains of ``SpikeSourceArray`` cells; times before now are ignored.
 
         Args:
-            population: its label.
-            trains: ascending times in ms, one train a cell.
-            cells: which cells of the population, by default all.
+            population: the population's label.
+            trains: ascending times in ms, one train for each cell.
+            cells: indices of cells within the population, by default all.
 
         Raises:
-            CapabilityError: the simulator emits them itself.
-            NetworkError: it is no such population, or times do not ascend.
+            CapabilityError: the simulator emits these spikes itself.
+            NetworkError: not a ``SpikeSourceArray`` population, or times do not ascend.
         """
         self.require_ready()
         index, arrays = changes.spike_trains(self.network, population, trains, cells)
@@ -201,10 +201,10 @@ class Brain(Simulation):
 
     @final
     def read_weights(self, projection: str) -> FloatArray:
-        """Return the weights of a projection (by label) as they are now, in the order of its synapses.
+        """Return the current weights of a projection (by label), in the order of its synapses.
 
         Raises:
-            CapabilityError: they are plastic, and the backend does not show them.
+            CapabilityError: the weights are plastic, and the backend cannot read them.
             NetworkError: there is no such projection.
         """
         self.require_ready()
@@ -217,11 +217,11 @@ class Brain(Simulation):
 
     @final
     def set_weights(self, projection: str, weights: npt.ArrayLike) -> None:
-        """Let the synapses of a projection have other weights; spikes on their way keep the old ones.
+        """Change the weights of a projection; spikes already in transit keep the old weights.
 
         Args:
-            projection: its label.
-            weights: PyNN's meaning and units: one number for all, or one for each synapse.
+            projection: the projection's label.
+            weights: in PyNN's units: one number for all synapses, or one for each.
 
         Raises:
             CapabilityError: the backend cannot change them while it runs.
@@ -233,7 +233,7 @@ class Brain(Simulation):
         with guarded(self, "change weights"):
             self._do_set_weights(changes.projection_of(self.network, projection), each)
 
-    # -- the sequence of one advance, the same for every backend
+    # -- the sequence of one advance, identical for every backend
 
     @property
     def _seeds(self) -> Seeds:
@@ -254,7 +254,7 @@ class Brain(Simulation):
         self._run_under_currents(t_ns)
         spikes = Spikes.merged([self._do_take_spikes(), *(Spikes(ids, times) for ids, times in emitted)])
         if len(spikes) and not (isfinite(spikes.times_ms.item(0)) and isfinite(spikes.times_ms.item(-1))):
-            raise DivergedError(f"{type(self).__name__} gave a spike time that is not finite", t_ns=t_ns)
+            raise DivergedError(f"{type(self).__name__} returned a spike time that is not finite", t_ns=t_ns)
         for sink in self._sinks:
             sink.receive(spikes, until_ms)
 
@@ -365,7 +365,7 @@ class Brain(Simulation):
         if not self.capabilities.snapshot:
             raise CapabilityError(f"{type(self).__name__} cannot save and restore its state")
 
-    # -- for backends: the fewest operations that cannot be derived
+    # -- for backends: the operations that cannot be derived from others
 
     @abstractmethod
     def _do_run_until(self, t_ns: int) -> None:
@@ -373,26 +373,26 @@ class Brain(Simulation):
 
     @abstractmethod
     def _do_take_spikes(self) -> Spikes:
-        """Return and forget the spikes since the last call but those that the core emits; any order."""
+        """Return and clear the new spikes in any order, without those that the core emits."""
 
     @abstractmethod
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
-        """Let source cells (global ids) emit spikes at exact times in the window to come."""
+        """Emit spikes of source cells (global ids) at exact times within the next window."""
 
     @abstractmethod
     def _do_inject(self, events: SynapticEvents) -> None:
-        """Let events arrive at synapses of non-source cells; arrivals may lie beyond the window to come."""
+        """Deliver events to synapses of non-source cells; arrival times may lie beyond the next window."""
 
     @abstractmethod
     def _do_set_current(self, currents_na: FloatArray) -> None:
-        """Hold these currents into all cells from now on, shape ``(network.size,)``."""
+        """Set the constant current into each cell from now on, nA, shape ``(network.size,)``."""
 
     @abstractmethod
     def _do_reset(self, seed: int) -> None:
         """Return to the state right after opening."""
 
     def _emits(self, population: Population) -> bool:
-        """Whether the simulator emits the spikes of a source population itself; else the core draws them."""
+        """Whether the simulator itself emits the spikes of a source population; else the core does."""
         return False
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
@@ -404,7 +404,7 @@ class Brain(Simulation):
         raise NotImplementedError(change.label)
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
-        """Return the weights as they are now; the array is the caller's."""
+        """Return a copy of the current weights."""
         raise NotImplementedError(projection.label)
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
@@ -412,20 +412,20 @@ class Brain(Simulation):
         raise NotImplementedError(projection.label)
 
     def _do_save(self) -> object:
-        """Return the complete state as something that pickles."""
+        """Return the complete state as an object that can be pickled."""
         raise NotImplementedError
 
     def _do_restore(self, saved: object) -> None:
-        """Return to what :meth:`_do_save` gave."""
+        """Restore a state from :meth:`_do_save`."""
         raise NotImplementedError
 
 
 class BrainBackend(ABC):
-    """The entry point of a brain simulator; importing and constructing it is cheap.
+    """The entry point of a brain simulator. It must be cheap to import and construct.
 
     Attributes:
-        interface_version: the version of this interface it was written for; the first, if it does not say.
-        options: the model of its options.
+        interface_version: the version of this interface that it was written for; 1 by default.
+        options: the class of its options.
     """
 
     interface_version: ClassVar[int] = 1
@@ -433,25 +433,27 @@ class BrainBackend(ABC):
 
     @abstractmethod
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
-        """Return what the backend has under these options; does not load the simulator."""
+        """Return the backend's capabilities with these options, without loading the simulator."""
 
     def diagnose(self) -> list[Diagnosis]:
-        """Look at this machine for what the backend needs; may load the simulator."""
+        """Check whether this machine has what the backend needs; may load the simulator."""
         return []
 
     def warnings(self, network: Network, options: BrainOptions) -> list[str]:
-        """Return what the simulator would not keep of a network, one sentence each; asked before every run.
+        """Return the parts of a network that the simulator would change or ignore, one sentence each.
+
+        Called before every run.
 
         Raises:
-            NetworkError, CapabilityError: it would not take the network at all.
+            NetworkError, CapabilityError: the simulator cannot run the network.
         """
         return []
 
     def reports(self, network: Network, options: BrainOptions) -> list[Report]:
-        """Return all there is to know about a network before it runs there; by default nothing.
+        """Return reports about a network on this backend, before it runs; none by default.
 
         Raises:
-            NetworkError, CapabilityError: the simulator would not take the network at all.
+            NetworkError, CapabilityError: the simulator cannot run the network.
         """
         return []
 

@@ -1,6 +1,6 @@
-"""What a backend has to say about a network before it runs, for people, pages and programs alike.
+"""A backend's report on a network before it runs, for terminals, web pages and programs.
 
-A backend fills in numbers and says what they are; how they look is the business of who shows them.
+A backend gives numbers with their names and units; the program that shows them chooses the layout.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ Value: TypeAlias = str | int | float | bool | None
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """What a number or text is.
+    """The name, unit and format of a value.
 
     Args:
-        name: for programs, with its unit: ``sdram_bytes``.
-        title: for people: ``SDRAM``.
-        form: Python's format of a value; with nothing, as it is.
-        unit: written behind a value.
-        meaning: one sentence, where the title is not enough.
-        is_detail: whether a short account leaves it out.
+        name: identifier in JSON, with the unit: ``sdram_bytes``.
+        title: heading in text: ``SDRAM``.
+        form: Python format specification of a value; empty for ``str``.
+        unit: unit written after the value.
+        meaning: one sentence of explanation, if the title is not enough.
+        is_detail: whether a short report omits it.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Quantity:
     is_detail: bool = False
 
     def shown(self, value: Value) -> str:
-        """Return a value as people read it; what is not there is a dash."""
+        """Return a value as text with its unit; a dash for None."""
         if value is None:
             return "-"
         if isinstance(value, bool):
@@ -43,7 +43,7 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """One number or text about the whole."""
+    """One value about the whole network."""
 
     quantity: Quantity
     value: Value
@@ -54,14 +54,14 @@ class Fact:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Many of the same kind.
+    """A table of values about parts of the network.
 
     Args:
-        name: for programs.
-        title: for people.
-        columns: what the values of a row are.
-        rows: the values.
-        is_detail: whether a short account leaves it out.
+        name: identifier in JSON.
+        title: heading in text.
+        columns: the quantity of each column.
+        rows: the values, row by row.
+        is_detail: whether a short report omits it.
     """
 
     name: str
@@ -71,26 +71,26 @@ class Table:
     is_detail: bool = False
 
     def shown(self) -> list[list[str]]:
-        """Return all values as people read them."""
+        """Return all values as text with their units."""
         return [[c.shown(value) for c, value in zip(self.columns, row, strict=True)] for row in self.rows]
 
     def is_number(self, column: int) -> bool:
-        """Whether a column holds numbers, which stand to the right."""
+        """Whether a column holds only numbers, which are aligned to the right."""
         return not any(isinstance(row[column], (str, bool)) for row in self.rows)
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """One account of a network.
+    """One report on a network.
 
     Args:
-        name: for programs.
-        title: for people.
-        facts: about the whole.
-        tables: about the parts.
-        warnings: what would be lost or not work, one sentence each.
-        advice: what else could be done better, likewise.
-        notes: how far the numbers can be trusted.
+        name: identifier in JSON.
+        title: heading in text.
+        facts: values about the whole network.
+        tables: values about its parts.
+        warnings: what would be lost or would not work, one sentence each.
+        advice: possible improvements, one sentence each.
+        notes: how accurate the numbers are.
     """
 
     name: str
@@ -102,7 +102,7 @@ class Report:
     notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything as plain values: facts by name, rows of tables as objects."""
+        """Return the report as JSON-compatible values: facts by name, table rows as objects."""
         return {
             "name": self.name,
             "title": self.title,

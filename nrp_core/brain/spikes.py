@@ -1,7 +1,7 @@
 """Spikes and synaptic events as flat arrays.
 
-Nobody changes them; they are not frozen because some are made in every step, and that would take four times
-as long.
+The objects are never changed. They are not frozen dataclasses because some are created in every step, and
+freezing takes four times as long.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Spikes:
 
     @classmethod
     def merged(cls, parts: list[Spikes]) -> Spikes:
-        """Join parts into one, ascending in time and by id among equal times."""
+        """Join parts, sorted by time and by id among equal times."""
         parts = [part for part in parts if len(part)]
         if not parts:
             return cls()
@@ -57,7 +57,7 @@ class Spikes:
         return cls(neurons[order], times[order])
 
     def among(self, chosen: npt.NDArray[np.bool_]) -> Spikes:
-        """Return the spikes of chosen neurons, a mask over global ids."""
+        """Return the spikes of selected neurons, given as a mask over global ids."""
         (places,) = chosen[self.neurons].nonzero()
         return Spikes(self.neurons[places], self.times_ms[places])
 
@@ -69,12 +69,12 @@ class Spikes:
 
 @dataclass(slots=True)
 class SynapticEvents:
-    """Events that arrive at synapses of neurons, from outside the network.
+    """Events from outside the network that arrive at synapses of neurons.
 
     Args:
         neurons: global ids of the targets, shape ``(n,)``.
         times_ms: exact arrival times, not before now, shape ``(n,)``.
-        weights: PyNN meaning and units for the target's cell type, shape ``(n,)``.
+        weights: weights in PyNN's units for the target's cell type, shape ``(n,)``.
         receptor: ``excitatory`` or ``inhibitory``.
     """
 

@@ -1,1 +1,1 @@
-"""Devices that drive neurons and listen to them, the same on every backend."""
+"""Devices that drive and record neurons, the same on every backend."""

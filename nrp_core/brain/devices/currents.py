@@ -1,6 +1,6 @@
 """Currents into neurons from outside: constant, sinusoidal, noisy.
 
-A varying current is a staircase on a grid of ``dt`` that begins at time 0, whatever the run is split into.
+A varying current is constant within each step ``dt`` of a grid from time 0, however a run is split.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from nrp_core.seeds import Seeds
 
 @dataclass(frozen=True, slots=True)
 class CurrentSpec(SourceSpec):
-    """What all currents share.
+    """Base of all currents.
 
     Args:
-        start, stop: ms; no current before and from then on.
+        start, stop: ms; the current is zero before ``start`` and from ``stop`` on.
     """
 
     start: float = 0.0
@@ -45,7 +45,7 @@ class DCSource(CurrentSpec):
 
 @dataclass(frozen=True, slots=True)
 class VaryingSpec(CurrentSpec):
-    """What varying currents share.
+    """Base of varying currents.
 
     Args:
         dt: ms between two values.
@@ -79,7 +79,7 @@ class ACSource(VaryingSpec):
 
 @dataclass(frozen=True, slots=True)
 class NoisyCurrentSource(VaryingSpec):
-    """Gaussian white noise: every ``dt`` each neuron gets a new value, independent of all others.
+    """Gaussian white noise: every ``dt`` each neuron gets a new value, independent of all other values.
 
     Args:
         mean, stdev: nA.
@@ -93,7 +93,7 @@ class NoisyCurrentSource(VaryingSpec):
 
 
 class CurrentPort(SourcePort):
-    """A current at work: settings of the spec's names, and a window of time."""
+    """An active current: its settings and its time window."""
 
     def __init__(self, spec: CurrentSpec, neurons: IntArray, name: str) -> None:
         super().__init__(neurons, name)
@@ -114,7 +114,7 @@ class CurrentPort(SourcePort):
         return value if on else np.zeros(len(self.neurons))
 
     def next_change_ms(self, now_ms: float) -> float:
-        """Return when, after ``now_ms``, the current changes by itself."""
+        """Return the next time after ``now_ms`` at which the current changes by itself."""
         return min((border for border in (self._spec.start, self._spec.stop) if border > now_ms), default=inf)
 
     def reset(self, seeds: Seeds) -> None:
@@ -131,11 +131,11 @@ class CurrentPort(SourcePort):
 
     @abstractmethod
     def _value(self, now_ms: float) -> FloatArray:
-        """Return the current into each neuron while it flows; asked in the order of time."""
+        """Return the current into each neuron within the time window; called in the order of time."""
 
 
 class _Tunable:
-    """A setting of a current that can be changed while it flows."""
+    """A setting of a current that can be changed while it is active."""
 
     def __init__(self, doc: str) -> None:
         self.__doc__ = doc
@@ -151,7 +151,7 @@ class _Tunable:
 
 
 class DCPort(CurrentPort):
-    """A :class:`DCSource` at work."""
+    """An active :class:`DCSource`."""
 
     quantity, unit = "amplitude", "nA"
     amplitude = _Tunable("Current into each neuron, nA: one number where all have the same.")
@@ -161,7 +161,7 @@ class DCPort(CurrentPort):
 
 
 class VaryingPort(CurrentPort):
-    """A current with a value for each cell of its grid."""
+    """A current with a value for each interval of its grid."""
 
     _spec: VaryingSpec
 
@@ -170,12 +170,12 @@ class VaryingPort(CurrentPort):
         return min(next_value_ms, super().next_change_ms(now_ms))
 
     def _cell(self, now_ms: float) -> int:
-        """Return which cell of the grid a time lies in; a border, to rounding, begins the next one."""
+        """Return the grid interval of a time; a boundary, to rounding, belongs to the next interval."""
         return floor(now_ms / self._spec.dt + 1e-9)
 
 
 class ACPort(VaryingPort):
-    """An :class:`ACSource` at work; each cell of the grid has the value of its middle."""
+    """An active :class:`ACSource`; each interval of the grid has the value at its middle."""
 
     quantity, unit = "amplitude", "nA"
     amplitude = _Tunable("Amplitude, nA.")
@@ -192,7 +192,7 @@ class ACPort(VaryingPort):
 
 
 class NoisyCurrentPort(VaryingPort):
-    """A :class:`NoisyCurrentSource` at work."""
+    """An active :class:`NoisyCurrentSource`."""
 
     quantity, unit = "mean", "nA"
     mean = _Tunable("Mean current, nA.")

@@ -1,4 +1,4 @@
-"""A device that sends single spikes, when and to which neurons a function says."""
+"""A device through which a function sends single spikes to chosen neurons at chosen times."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SpikeInjector(SourceSpec):
     """Spikes into neurons, one by one.
 
     Args:
-        weight: PyNN's meaning for the target's cell type.
+        weight: weight in PyNN's units for the target's cell type.
         delay: ms from injection to arrival.
         receptor_type: ``excitatory`` or ``inhibitory``.
     """
@@ -38,7 +38,7 @@ class SpikeInjector(SourceSpec):
 
 
 class SpikeInjectorPort(SourcePort):
-    """A :class:`SpikeInjector` at work; while it is not active, what it should send is lost."""
+    """An active :class:`SpikeInjector`; its spikes are discarded while ``active`` is False."""
 
     def __init__(self, spec: SpikeInjector, neurons: IntArray, name: str) -> None:
         super().__init__(neurons, name)
@@ -56,11 +56,11 @@ class SpikeInjectorPort(SourcePort):
         """Send a spike to neurons, by default to all.
 
         Args:
-            neuron_ids: places among the neurons of this device, from 0 on.
-            times_ms: when, one time for all or one for each; by default now.
+            neuron_ids: indices into the neurons of this device, from 0.
+            times_ms: spike times, ms: one for all or one for each neuron; by default the current time.
 
         Raises:
-            NeuronSelectionError: there is no such neuron.
+            NeuronSelectionError: a neuron does not exist.
             ValueError: a time lies in the past.
         """
         n = len(self.neurons)

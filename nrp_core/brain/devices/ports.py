@@ -1,4 +1,4 @@
-"""What all sources have in common: the specification, the port it opens, settings for each neuron."""
+"""The base of all sources: the specification, the port that it opens, and settings for each neuron."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.seeds import Seeds
 
 Value = float | Sequence[float] | FloatArray
-"""What a setting takes: one number for all neurons, or one for each."""
+"""A value of a setting: one number for all neurons, or one for each."""
 
 NO_EVENTS: Final = SynapticEvents(np.empty(0, np.int64), np.empty(0), np.empty(0))
 
 
 @dataclass(frozen=True, slots=True)
 class SourceSpec(ABC):
-    """What a source is; :meth:`open` makes it work on neurons."""
+    """The specification of a source; :meth:`open` connects it to neurons."""
 
     @abstractmethod
     def open(self, neurons: IntArray, seeds: Seeds, name: str) -> SourcePort:
-        """Return the source at work on ``neurons`` (global ids)."""
+        """Return a source connected to ``neurons`` (global ids)."""
 
 
 class SourcePort(ABC):
-    """A source at work. ``active = False`` silences it and keeps its settings.
+    """A connected source. ``active = False`` silences it and keeps its settings.
 
     Attributes:
-        quantity: the attribute that sets it, for recorders; None where it has no such.
-        unit: of that value.
+        quantity: the name of its main setting, for recorders; None if it has none.
+        unit: the unit of that setting.
     """
 
     quantity: ClassVar[str | None] = None
@@ -47,30 +47,30 @@ class SourcePort(ABC):
         self.active = True
 
     def start(self, now_ms: float, network: Network) -> None:
-        """Begin to act on a network."""
+        """Connect to a network."""
 
     def events(self, since_ms: float, until_ms: float) -> SynapticEvents:
-        """Return what was emitted with ``since_ms < t <= until_ms``, by time of arrival."""
+        """Return the events emitted with ``since_ms < t <= until_ms``, with their arrival times."""
         return NO_EVENTS
 
     @abstractmethod
     def reset(self, seeds: Seeds) -> None:
-        """Start anew at time 0 with new streams; settings go back to the specification."""
+        """Restart at time 0 with new random streams and the specification's settings."""
 
     @abstractmethod
     def save(self) -> object:
-        """Return everything that changes while running."""
+        """Return all state that changes while running."""
 
     @abstractmethod
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
 
 
 def check_synapse(weight: float, delay: float, receptor_type: str) -> None:
-    """Check how a spike source is connected.
+    """Check the weight, delay and receptor of a spike source.
 
     Raises:
-        ValueError: a value is impossible.
+        ValueError: a value is invalid.
     """
     if not isfinite(weight):
         raise ValueError(f"weight must be finite, not {weight}")
@@ -81,15 +81,15 @@ def check_synapse(weight: float, delay: float, receptor_type: str) -> None:
 
 
 class Setting:
-    """A value for each neuron, which most of the time is the same for all.
+    """A value for each neuron, usually the same for all.
 
     Args:
-        what: its name, for messages.
+        what: the setting's name, for messages.
         size: number of neurons.
         least, most: the smallest and the largest value allowed.
 
     Attributes:
-        common: the value of all neurons, or None where they differ.
+        common: the value of all neurons, or None if they differ.
     """
 
     def __init__(self, what: str, size: int, *, least: float = -inf, most: float = inf) -> None:
@@ -98,12 +98,14 @@ class Setting:
         self._each: FloatArray | None = None
 
     def set(self, value: Value) -> None:
-        """Take one number, or one for each neuron.
+        """Set one number for all neurons, or one for each.
 
         Raises:
-            ValueError: a value is not finite, too small or too large, or the number of values is another.
+            ValueError: a value is not finite, too small or too large, or the number of values is wrong.
         """
-        if isinstance(value, (int, float)):  # the way of a transfer function, 50 times a second
+        if isinstance(
+            value, (int, float)
+        ):  # fast path for transfer functions, which set a scalar in every step
             self._require(isfinite(value) and self._least <= value <= self._most, value)
             self.common, self._each = float(value), None
             return
@@ -118,7 +120,7 @@ class Setting:
 
     @property
     def value(self) -> float | FloatArray:
-        """One number where all neurons have the same."""
+        """One number if all neurons have the same."""
         return self.each.copy() if self.common is None else self.common
 
     @property

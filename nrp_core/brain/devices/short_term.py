@@ -1,4 +1,4 @@
-"""Synapses of devices that tire and recover: see :mod:`nrp_core.brain.network.synapses.tsodyks_markram`."""
+"""Short-term plasticity of devices: see :mod:`nrp_core.brain.network.synapses.tsodyks_markram`."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class ShortTermSynapses:
 
     Args:
         given: ``{"type": "TsodyksMarkram", "U": ..., "tau_rec": ..., "tau_facil": ...}``, times in ms.
-        tau_psc: of each target, ms.
+        tau_psc: the synaptic time constant of each target, ms.
 
     Raises:
-        ValueError: it is another type, or a constant is missing or unknown.
-        NetworkError: a constant is impossible.
+        ValueError: another synapse type, or a constant is missing or unknown.
+        NetworkError: a constant is invalid.
     """
 
     def __init__(self, given: Mapping[str, Any], tau_psc: FloatArray) -> None:
@@ -45,12 +45,12 @@ class ShortTermSynapses:
             self._table[name] = value
 
     def released(self, index: IntArray, times_ms: FloatArray) -> FloatArray:
-        """Return the shares of the weight with which spikes, in the order of time, arrive."""
+        """Return the fraction of the weight that each spike transmits; spikes are in the order of time."""
         spikes = zip(index.tolist(), times_ms.tolist(), strict=True)
         return np.array([released_share(self._table[i], t) for i, t in spikes])
 
     def reset(self) -> None:
-        """Rest, at time 0."""
+        """Set the synapses to rest at time 0."""
         for name in _STATE:
             self._table[name] = 0.0
 
@@ -59,5 +59,5 @@ class ShortTermSynapses:
         return self._table.copy()
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         self._table[:] = saved

@@ -1,4 +1,4 @@
-"""Devices that listen to neurons: exact functions of their spikes, the same on every backend.
+"""Devices that record neurons: exact functions of their spikes, the same on every backend.
 
 Names, units and defaults are those of the Neurorobotics Platform and PyNN (ms, mV, nF, nA).
 """
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SinkSpec(ABC):
-    """What a sink is; :meth:`open` makes it listen to neurons."""
+    """The specification of a sink; :meth:`open` connects it to neurons."""
 
     @abstractmethod
     def open(self, neurons: IntArray, n_neurons: int, name: str) -> SinkPort:
-        """Return the sink at work on ``neurons`` (global ids) of a network with ``n_neurons``."""
+        """Return a sink connected to ``neurons`` (global ids) of a network with ``n_neurons``."""
 
 
 class SinkPort(ABC):
-    """A sink at work. ``active = False`` makes it deaf.
+    """A connected sink. With ``active = False`` it ignores spikes.
 
     Attributes:
-        quantity: the attribute that holds its value now, for recorders; None where it has no such.
-        unit: of that value.
-        passing: whether it only hands on what it hears; it then is no part of a snapshot.
+        quantity: the name of the attribute with its current value, for recorders; None if it has none.
+        unit: the unit of that value.
+        passing: whether it only forwards spikes; it is then not part of a snapshot.
     """
 
     quantity: ClassVar[str | None] = None
@@ -53,7 +53,7 @@ class SinkPort(ABC):
         self._hears_all = bool(self._heard.all())
 
     def receive(self, spikes: Spikes, until_ms: float) -> None:
-        """Take the spikes of all neurons in the window that ends at ``until_ms``."""
+        """Receive the spikes of all neurons in the window that ends at ``until_ms``."""
         if not self.active:
             spikes = Spikes()
         elif not self._hears_all:
@@ -65,28 +65,28 @@ class SinkPort(ABC):
 
     @abstractmethod
     def reset(self) -> None:
-        """Start anew at time 0."""
+        """Restart at time 0."""
 
     @abstractmethod
     def save(self) -> object:
-        """Return everything that changes while running."""
+        """Return all state that changes while running."""
 
     @abstractmethod
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
 
 
 @dataclass(frozen=True, slots=True)
 class LeakyIntegrator(SinkSpec):
-    """A neuron with infinite threshold that all chosen neurons project to.
+    """A neuron with infinite threshold that receives the spikes of all chosen neurons.
 
     Args:
-        weight: nA a spike; negative on the inhibitory receptor. None: +0.01 or -0.01.
+        weight: nA; negative on the inhibitory receptor. None: +0.01 or -0.01, by receptor.
         delay: ms.
         receptor_type: ``excitatory`` or ``inhibitory``.
         cm, tau_m, tau_syn_E, tau_syn_I, v_rest, i_offset: as PyNN's IF_curr_alpha and IF_curr_exp.
-        v_thresh: infinity; an integrator that fires is not one.
-        synapse_type: for synapses that tire, see
+        v_thresh: always infinity, since an integrator never fires.
+        synapse_type: for short-term plasticity, see
             :class:`~nrp_core.brain.devices.short_term.ShortTermSynapses`.
     """
 
@@ -157,7 +157,7 @@ class PopulationRate(SinkSpec):
     A spike adds a difference of exponentials of unit area, so the mean is the sum of the rates in Hz.
 
     Args:
-        tau_fall, tau_rise: ms; exchanged where the rise is the slower.
+        tau_fall, tau_rise: ms; exchanged if the rise is slower than the fall.
     """
 
     tau_fall: float = 20.0
@@ -178,7 +178,7 @@ class SpikeRecorder(SinkSpec):
     """All spikes of the chosen neurons.
 
     Args:
-        keep_ms: how long spikes are kept; everything by default.
+        keep_ms: how long spikes are kept, ms; by default forever.
     """
 
     keep_ms: float = inf
@@ -202,7 +202,9 @@ class _FilterPort(SinkPort):
 
     def tire(self, synapse_type: Mapping[str, Any]) -> None:
         """Give each neuron a synapse with short-term plasticity."""
-        from nrp_core.brain.devices.short_term import ShortTermSynapses  # loads a compiler
+        from nrp_core.brain.devices.short_term import (
+            ShortTermSynapses,
+        )  # imported here since it loads a compiler
 
         self._synapses = ShortTermSynapses(synapse_type, np.full(len(self._heard), self._kernel.tau_syn_ms))
 
@@ -237,29 +239,29 @@ class _FilterPort(SinkPort):
 
 
 class LeakyIntegratorPort(_FilterPort):
-    """A leaky integrator at work."""
+    """A connected leaky integrator."""
 
     quantity, unit = "voltage", "mV"
 
     @property
     def voltage(self) -> float:
-        """Membrane voltage now, mV."""
+        """Current membrane voltage, mV."""
         return self._read()
 
 
 class PopulationRatePort(_FilterPort):
-    """A population rate at work."""
+    """A connected population rate."""
 
     quantity, unit = "rate", "Hz"
 
     @property
     def rate(self) -> float:
-        """Smoothed sum of the firing rates now, Hz."""
+        """Current smoothed sum of the firing rates, Hz."""
         return self._read()
 
 
 class SpikeRecorderPort(SinkPort):
-    """A spike recorder at work."""
+    """A connected spike recorder."""
 
     def __init__(self, keep_ms: float, neurons: IntArray, n_neurons: int, name: str) -> None:
         super().__init__(neurons, n_neurons, name)

@@ -1,4 +1,4 @@
-"""The spikes that the source populations of a network emit by their own parameters."""
+"""The spikes that the source populations of a network emit according to their parameters."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from nrp_core.seeds import Seeds
 
 
 class PopulationTrains:
-    """The trains of one source population (``SpikeSourcePoisson``, ``SpikeSourceArray``).
+    """The spike trains of one source population (``SpikeSourcePoisson``, ``SpikeSourceArray``).
 
     Args:
         population: the cells.
-        neurons: their global ids.
-        seeds: of the brain.
+        neurons: the cells' global ids.
+        seeds: the brain's random seeds.
 
     Raises:
-        CapabilityError: another kind of source cells.
+        CapabilityError: an unsupported type of source cells.
     """
 
     def __init__(self, population: Population, neurons: IntArray, seeds: Seeds) -> None:
         if population.cell_type not in ("SpikeSourcePoisson", "SpikeSourceArray"):
             raise CapabilityError(
-                f"source cells of type {population.cell_type} are not known; use SpikeSourcePoisson"
+                f"source cells of type {population.cell_type} are not supported; use SpikeSourcePoisson"
             )
         self._population, self._neurons = population, neurons
         self._parameters: Mapping[str, FloatArray] = population.parameters
@@ -53,7 +53,7 @@ class PopulationTrains:
         return ids[order], times[order]
 
     def set_parameters(self, index: IntArray, values: Mapping[str, FloatArray]) -> None:
-        """Let Poisson cells of the population have other parameters from now on."""
+        """Change parameters of the population's Poisson cells from now on."""
         changed = {name: array.copy() for name, array in self._parameters.items()}
         for name, array in values.items():
             changed[name][index] = array
@@ -66,9 +66,9 @@ class PopulationTrains:
             self._open_ports()
 
     def set_spike_times(self, index: IntArray, trains: Sequence[FloatArray], now_ms: float) -> None:
-        """Give cells other trains; what lies before now is past, a spike at this very moment comes yet.
+        """Replace the spike trains of cells; spikes before the current time are ignored.
 
-        It comes only if the old train had none now, as that one has been emitted.
+        A spike at exactly the current time is emitted unless the old train had one, which is already emitted.
         """
         chosen = self._neurons[index]
         done = self._ids[(self._times_ms == now_ms) & (now_ms > 0.0)]
@@ -80,7 +80,7 @@ class PopulationTrains:
         self._trains_changed = True
 
     def reset(self, seeds: Seeds) -> None:
-        """Start anew at time 0, with the parameters of the network."""
+        """Restart at time 0, with the parameters of the network."""
         self._seeds = seeds
         self._generation = 0
         self._parameters = self._population.parameters
@@ -88,12 +88,12 @@ class PopulationTrains:
         self._take_given()
 
     def save(self) -> object:
-        """Return everything that changes while running."""
+        """Return all state that changes while running."""
         poisson = dict(self._parameters), self._generation, [port.save() for port in self._ports]
         return poisson, (self._ids, self._times_ms) if self._trains_changed else None
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         (self._parameters, self._generation, states), trains = saved
         self._take_given()
         if trains is not None:
@@ -127,7 +127,7 @@ class PopulationTrains:
             self._ports.append(PoissonPort(spec, self._neurons[chosen], self._seeds, name))
 
     def _windows(self) -> tuple[FloatArray, list[IntArray]]:
-        """Return the distinct starts and durations, shape ``(n, 2)``, and which cells have them."""
+        """Return the distinct starts and durations, shape ``(n, 2)``, and the index of each cell's pair."""
         pairs = np.stack([self._parameters["start"], self._parameters["duration"]], axis=1)
         distinct, which = np.unique(pairs, axis=0, return_inverse=True)
         return distinct, [np.flatnonzero(which == i) for i in range(len(distinct))]

@@ -1,7 +1,7 @@
-"""Devices that drive neurons: the core draws their spikes, so that all backends get the same ones.
+"""Devices that drive neurons. The core draws their spikes, so that every backend gets the same spikes.
 
 Names, units and defaults are those of the Neurorobotics Platform and PyNN (ms, Hz, nA, uS).
-A source acts on its neurons from outside; it is not part of the network and leaves no trace in it.
+A source acts on its neurons from outside; it is not part of the network and does not change it.
 """
 
 from nrp_core.brain.devices.currents import (

@@ -1,4 +1,4 @@
-"""Devices that record the state of neurons: voltages, conductances, whatever a brain shows."""
+"""Devices that record state variables of neurons, such as voltages and conductances."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.spikes import Spikes
 
 _ROUNDING = 1e-9
-"""Samples by which a time may miss a multiple of ``dt``."""
+"""Tolerance for a time at a multiple of ``dt``, in samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +23,8 @@ class StateRecorder(SinkSpec):
     Args:
         variable: its name, e.g. ``v`` (mV), ``gsyn_exc`` or ``gsyn_inh`` (uS).
         dt: ms between two samples, which lie at multiples of it, or at the brain's next grid point; the
-            first is the state at the time when the recorder is added.
-        keep_ms: how long samples are kept; all by default.
+            first sample is taken when the recorder is added.
+        keep_ms: how long samples are kept, ms; by default forever.
     """
 
     variable: str = "v"
@@ -52,7 +52,7 @@ class ConductanceRecorder(StateRecorder):
 
 
 class StateRecorderPort(SinkPort):
-    """A state recorder at work."""
+    """A connected state recorder."""
 
     def __init__(self, spec: StateRecorder, neurons: IntArray, n_neurons: int, name: str) -> None:
         super().__init__(neurons, n_neurons, name)
@@ -61,22 +61,22 @@ class StateRecorderPort(SinkPort):
 
     @property
     def variable(self) -> str:
-        """What it records."""
+        """The recorded variable."""
         return self._spec.variable
 
     def next_sample_ms(self, now_ms: float) -> float:
-        """Return when, after ``now_ms``, it takes its next sample."""
+        """Return the time of the next sample after ``now_ms``."""
         return (self._number(now_ms) + 1) * self._spec.dt
 
     def is_due(self, since_ms: float, now_ms: float) -> bool:
-        """Return whether a sample belongs to ``now_ms``, after those up to ``since_ms``."""
+        """Return whether a sample is due at ``now_ms``, after those up to ``since_ms``."""
         return self._number(now_ms) > self._number(since_ms)
 
     def _number(self, t_ms: float) -> int:
         return floor(t_ms / self._spec.dt + _ROUNDING)
 
     def take(self, now_ms: float, values: FloatArray) -> None:
-        """Keep a sample, one value a neuron, if it is active."""
+        """Store a sample, one value for each neuron, if the recorder is active."""
         if self.active:
             self._samples.append((now_ms, values))
 

@@ -1,4 +1,4 @@
-"""Spikes on a grid that wait for the window in which a simulator takes them, for many emitters at once."""
+"""Queues of spikes on a time grid, until a simulator takes those of its next window."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Train = tuple[list[float], list[float]]
 
 
 class TrainQueue:
-    """Spikes by the number of who emits them.
+    """Queued spikes by the number of their emitter.
 
     Args:
-        grid: the simulator's.
+        grid: the simulator's time grid.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -29,7 +29,7 @@ class TrainQueue:
         self._waiting.append((emitters, steps, weights))
 
     def take(self, until_step: int) -> tuple[IntArray, list[Train]]:
-        """Return, and forget, what is due up to a point: the emitters, ascending, and a train for each."""
+        """Return and remove the spikes up to a grid point: the emitters, ascending, and a train for each."""
         if not self._waiting:
             return np.empty(0, np.int64), []
         emitters, steps, weights = map(np.concatenate, zip(*self._waiting, strict=True))

@@ -1,8 +1,8 @@
-"""Spike trains that the core draws: Poisson and equidistant, at rates that change at any time.
+"""Spike trains drawn by the core: Poisson and equidistant, at rates that can change at any time.
 
 In operational time (the integral of the rate) a train is fixed: its arrivals ``u_k`` come in order from
 one stream. A change of the rate only moves the anchor between real and operational time, so a train
-depends neither on how a run is split nor on writes that change nothing.
+depends neither on how a run is split nor on writes that keep the value.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ _BLOCK: Final = 256
 
 @dataclass(frozen=True, slots=True)
 class SpikeSourceSpec(SourceSpec):
-    """What spiking sources share.
+    """Base of spiking sources.
 
     Args:
-        rate: spikes a second and neuron: one number, or one for each neuron.
-        weight: PyNN's meaning for the target's cell type.
+        rate: firing rate, Hz: one number for all neurons, or one for each.
+        weight: weight in PyNN's units for the target's cell type.
         delay: ms from emission to arrival.
         receptor_type: ``excitatory`` or ``inhibitory``.
-        start, duration: ms; silent outside.
-        n: number of independent generators on each neuron.
-        synapse_type: for synapses that tire, see
+        start, duration: ms; the source is silent outside this interval.
+        n: number of independent generators for each neuron.
+        synapse_type: for short-term plasticity, see
             :class:`~nrp_core.brain.devices.short_term.ShortTermSynapses`.
     """
 
@@ -76,14 +76,14 @@ class PoissonSource(SpikeSourceSpec):
 
 @dataclass(frozen=True, slots=True)
 class FixedFrequencySource(SpikeSourceSpec):
-    """Equidistant spikes, the first one period after the rate became positive."""
+    """Equidistant spikes; the first comes one period after the rate becomes positive."""
 
     def open(self, neurons: IntArray, seeds: Seeds, name: str) -> FixedFrequencyPort:
         return FixedFrequencyPort(self, neurons, seeds, name)
 
 
 class TrainPort(SourcePort):
-    """Spike trains whose operational time runs at the rate."""
+    """Spike trains whose operational time advances at the rate."""
 
     quantity, unit = "rate", "Hz"
 
@@ -99,7 +99,9 @@ class TrainPort(SourcePort):
     def start(self, now_ms: float, network: Network) -> None:
         if self._spec.synapse_type is None:
             return
-        from nrp_core.brain.devices.short_term import ShortTermSynapses  # loads a compiler
+        from nrp_core.brain.devices.short_term import (
+            ShortTermSynapses,
+        )  # imported here since it loads a compiler
 
         self._places = np.zeros(network.size, np.int64)
         self._places[self.neurons] = np.arange(len(self.neurons))
@@ -116,7 +118,7 @@ class TrainPort(SourcePort):
 
     @property
     def rate(self) -> float | FloatArray:
-        """Spikes a second, one number where all neurons have the same."""
+        """Firing rate, Hz; one number if all neurons have the same."""
         return self._rates.value
 
     @rate.setter
@@ -137,7 +139,7 @@ class TrainPort(SourcePort):
         return SynapticEvents(neurons, times + self._spec.delay, weights, self._spec.receptor_type)
 
     def _between(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
-        """Return times and neurons of a window."""
+        """Return times and neurons of the spikes in a window."""
         cuts = [border for border in self._borders_ms if since_ms < border < until_ms]
         if not cuts:
             return self._segment(since_ms, until_ms)
@@ -146,7 +148,7 @@ class TrainPort(SourcePort):
         return np.concatenate(times), np.concatenate(neurons)
 
     def _segment(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
-        """Return times and neurons of a stretch of time without a border in it."""
+        """Return times and neurons of the spikes in an interval within which the rate is constant."""
         start_ms, stop_ms = self._borders_ms
         on = self.active and start_ms <= since_ms < stop_ms
         rate = self._operational_rate if on else 0.0
@@ -158,11 +160,11 @@ class TrainPort(SourcePort):
         return self._take(until_ms)
 
     def _operational(self, t_ms: float) -> float:
-        """Operational time, to rounding, of a real time at the rate in force."""
+        """Operational time, to rounding, of a real time at the current rate."""
         return self._anchor_u + (t_ms - self._anchor_ms) * self._anchored_rate * 1e-3
 
     def _real_ms(self, u: Time) -> Time:
-        """Real time of operational times at the rate in force."""
+        """Real times of operational times at the current rate."""
         return self._anchor_ms + (u - self._anchor_u) * (1e3 / self._anchored_rate)
 
     def save(self) -> object:
@@ -178,7 +180,7 @@ class TrainPort(SourcePort):
         self._restore_train(train)
 
     _operational_rate: float
-    """Arrivals a second in the whole train."""
+    """Rate of the whole train, Hz."""
 
     @abstractmethod
     def _rates_changed(self) -> None: ...
@@ -197,10 +199,10 @@ class TrainPort(SourcePort):
 
 
 class PoissonPort(TrainPort):
-    """Poisson trains: one superposition of all, each arrival given to a neuron by an independent draw."""
+    """Poisson trains: one superposition of all; each arrival is assigned to a random neuron."""
 
     _chosen: IntArray | None
-    """To whom the arrivals drawn so far go, as long as the rates keep their ratio."""
+    """The neurons of the arrivals drawn so far, valid while the rates keep their ratios."""
 
     def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
         self._equal_shares = self._shares = np.arange(1, len(neurons) + 1) / max(1, len(neurons))
@@ -216,7 +218,7 @@ class PoissonPort(TrainPort):
         self._operational_rate = total * self._spec.n
 
     def _share_out(self, shares: FloatArray) -> None:
-        """Give each arrival to a neuron; the shares of the neurons are summed up."""
+        """Assign each arrival to a neuron by the cumulative shares of the neurons."""
         if shares is not self._shares:
             self._shares, self._chosen = shares, None
 
@@ -230,9 +232,11 @@ class PoissonPort(TrainPort):
     def _take(self, until_ms: float) -> tuple[FloatArray, IntArray]:
         guess = self._operational(until_ms)
         if self._last_u <= guess + 1.0:
-            self._draw_beyond(guess + 1.0)  # so that the last arrival is surely not due
+            self._draw_beyond(guess + 1.0)  # ensures that the last arrival is not due yet
         first, last = self._next, int(self._u.searchsorted(guess, "right"))
-        while self._real_ms(self._u.item(last)) <= until_ms:  # the guess is off by rounding, the times decide
+        while (
+            self._real_ms(self._u.item(last)) <= until_ms
+        ):  # the estimate has rounding errors; the exact times decide
             last += 1
         while last > first and self._real_ms(self._u.item(last - 1)) > until_ms:
             last -= 1

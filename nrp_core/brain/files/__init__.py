@@ -1,4 +1,4 @@
-"""Networks in files: our own, which holds everything, and SONATA's, which others write."""
+"""Networks in files: this project's own format, which is complete, and SONATA."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""HDF5 files, opened so that whatever is wrong with one is a single error that names it."""
+"""Opens and reads HDF5 files; every failure becomes a single error that names the file."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def library() -> Any:
-    """Return the module ``h5py``, which only networks in files need.
+    """Return the module ``h5py``, which is needed only for networks in files.
 
     Raises:
-        NetworkError: it is not installed.
+        NetworkError: h5py is not installed.
     """
     try:
         import h5py
@@ -35,10 +35,10 @@ def library() -> Any:
 
 @contextmanager
 def reading(path: Path) -> Iterator[h5py.File]:
-    """Open a file for the block; errors of HDF5 and about the network in it name the file.
+    """Open a file for a ``with`` block; errors in the block name the file.
 
     Raises:
-        NetworkError: it is missing, cut short, damaged, or no HDF5.
+        NetworkError: the file is missing, truncated, damaged, or not HDF5.
     """
     _require_signature(path)
     if has_damaged_heap(path):
@@ -50,7 +50,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
         if isinstance(error, ExperimentError):
             error.path = error.path or path
         raise
-    except (OSError, RuntimeError, KeyError) as error:  # h5py raises all three for what is damaged
+    except (OSError, RuntimeError, KeyError) as error:  # h5py raises all three for damaged files
         reason = error.args[0] if error.args else error
         raise NetworkError(
             f"the file is cut short or damaged; make or copy it again ({reason})", path=path
@@ -58,7 +58,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
 
 
 def _require_signature(path: Path) -> None:
-    """Check the first bytes; opened by Python, the file is also among those that a recording keeps."""
+    """Check the first bytes; opening the file in Python also includes it in a recording of the run."""
     try:
         with path.open("rb") as file:
             begins = file.read(len(_SIGNATURE))
@@ -67,38 +67,38 @@ def _require_signature(path: Path) -> None:
     except OSError as error:
         raise NetworkError(f"cannot be read: {error.strerror}", path=path) from error
     if begins != _SIGNATURE:
-        raise NetworkError("is no HDF5 file", path=path)
+        raise NetworkError("is not an HDF5 file", path=path)
 
 
 def group(parent: Any, name: str) -> h5py.Group:
     """Return a group in a group.
 
     Raises:
-        NetworkError: there is none; it names the nearest.
+        NetworkError: there is no such group; the message names the nearest.
     """
     return _member(parent, name, library().Group, "group")
 
 
 def groups(parent: Any) -> list[tuple[str, h5py.Group]]:
-    """Return the groups in a group with their names.
+    """Return the subgroups of a group with their names.
 
     Raises:
-        NetworkError: something in it is none, or is damaged.
+        NetworkError: a member is not a group, or is damaged.
     """
     return [(name, group(parent, name)) for name in parent]
 
 
 def _member(parent: Any, name: str, kind: type, what: str) -> Any:
-    if name not in parent or not isinstance(found := parent[name], kind):  # its get() hides damage
+    if name not in parent or not isinstance(found := parent[name], kind):  # h5py's get() hides damage
         raise NetworkError(f"the group '{parent.name}' has no {what} '{name}'{did_you_mean(name, parent)}")
     return found
 
 
 def array(parent: Any, name: str, dtype: type | None = None) -> np.ndarray[Any, Any]:
-    """Return a dataset in a group, all of it.
+    """Return a complete dataset of a group.
 
     Raises:
-        NetworkError: there is none, it does not fit into memory, or its values are of another kind.
+        NetworkError: it does not exist, does not fit into memory, or has values of another type.
     """
     found = _member(parent, name, library().Dataset, "dataset")
     require_memory(f"the dataset '{found.name}'", 8 * found.size, f"its {found.size} values")
@@ -116,7 +116,7 @@ def attribute(parent: Any, name: str, kind: type) -> Any:
     """Return an attribute of a group, as ``int``, ``float`` or ``str``.
 
     Raises:
-        NetworkError: there is none, or it is of another kind.
+        NetworkError: it does not exist, or is of another type.
     """
     value = parent.attrs.get(name)
     if isinstance(value, bytes):

@@ -1,7 +1,7 @@
-"""Find damage in the heaps of an HDF5 file, which hold its texts, before the library reads them.
+"""Finds damage in the heaps of an HDF5 file, which hold its strings, before the library reads them.
 
-In a heap with free space of size 0, libhdf5 2.0 searches for the next object without an
-end. The layout is that of the format's specification, version 3, III.E "Global Heap".
+In a heap with free space of size 0, libhdf5 2.0 searches for the next object
+forever. The layout follows the format's specification, version 3, III.E "Global Heap".
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _FREE = 0
 
 
 def has_damaged_heap(path: Path) -> bool:
-    """Return whether the objects of some heap do not fill it, one after the other."""
+    """Return whether the consecutive objects of any heap do not fill it."""
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         place = data.find(_SIGNATURE)
         while place >= 0:

@@ -1,7 +1,7 @@
-"""A whole network in one file: HDF5, versioned, checked when it is read.
+"""A complete network in one HDF5 file, versioned, and checked when it is read.
 
-HDF5 because any language reads it, and will; every dataset carries a checksum, and the file the network's
-digest, so that what was read is what was written. The layout::
+HDF5 because every language can read it. Every dataset has a checksum and the file has the network's
+digest, so that the network read equals the network written. The layout::
 
     attributes    format, version, digest, timestep_ms (if any)
     populations/0, 1, ...    attributes label, size, cell_type
@@ -39,22 +39,22 @@ VERSION = 1
 _CHECKED = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
 
 _TEXTS = ("label", "pre", "post", "receptor", "synapse_type")
-"""Of a projection."""
+"""Arrays of a projection."""
 _LAYOUT = ("v110", "v110")
-"""Of HDF5 1.10 (2016), the first whose own structures carry checksums as well."""
+"""HDF5 1.10 (2016), the first version whose own structures have checksums."""
 
 T = TypeVar("T")
 
 
 def save_network(network: Network, path: Path | str) -> None:
-    """Write a network to a file; one that is there already is replaced once the new one is complete.
+    """Write a network to a file. An existing file is replaced once the new one is complete.
 
     Args:
         network: the network.
-        path: the file; by custom its name ends in ``.nrpnet``.
+        path: the file; by convention its name ends in ``.nrpnet``.
 
     Raises:
-        NetworkError: it cannot be written.
+        NetworkError: the file cannot be written.
     """
     path = Path(path)
     library()
@@ -83,12 +83,12 @@ def read_network(
 
     Args:
         path: the file.
-        populations: more names for neurons of its circuit.
-        seed: has no effect: everything random was drawn before the network was written.
+        populations: additional named selections of neurons of the circuit.
+        seed: has no effect, since the file holds no random values to draw.
 
     Raises:
-        NetworkError: the file is missing, cut short or damaged, is of another kind or a newer version, or
-            what it holds contradicts itself.
+        NetworkError: the file is missing, truncated or damaged, is of another format or a newer version, or
+            holds an inconsistent network.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
     """
     with reading(Path(path)) as file:
@@ -99,13 +99,17 @@ def read_network(
         timestep_ms = attribute(file, "timestep_ms", float) if "timestep_ms" in file.attrs else None
         network = Network(cells, tuple(projections), views, timestep_ms)
         if attribute(file, "digest", str) != network.digest:
-            raise NetworkError("the file is damaged: what it holds has another digest than what was written")
+            raise NetworkError(
+                "the file is damaged: the digest of its network differs from the digest stored in it"
+            )
         return with_views(network, populations or {})
 
 
 def _require_format(file: Any) -> None:
     if "format" not in file.attrs or attribute(file, "format", str) != FORMAT:
-        raise NetworkError(f"is HDF5, but holds no network (its attribute 'format' is not '{FORMAT}')")
+        raise NetworkError(
+            f"is an HDF5 file, but not a network file (its attribute 'format' is not '{FORMAT}')"
+        )
     version = attribute(file, "version", int)
     if not 1 <= version <= VERSION:
         raise NetworkError(
@@ -115,7 +119,7 @@ def _require_format(file: Any) -> None:
 
 
 def _parts(parent: Any, read: Callable[[Any], T]) -> list[T]:
-    """Return what the groups ``0``, ``1``, ... hold."""
+    """Return the contents of the groups ``0``, ``1``, ..."""
     return [read(group(parent, str(index))) for index in range(len(parent))]
 
 
@@ -203,7 +207,7 @@ def _origin(part: Any) -> Origin:
     try:
         return Origin(**_json(part, "origin"))
     except TypeError as error:
-        raise NetworkError(f"the attribute 'origin' of '{part.name}' is none: {error}") from error
+        raise NetworkError(f"the attribute 'origin' of '{part.name}' is not valid: {error}") from error
 
 
 def _json(part: Any, name: str) -> dict[str, Any]:
@@ -212,7 +216,7 @@ def _json(part: Any, name: str) -> dict[str, Any]:
     except json.JSONDecodeError as error:
         raise NetworkError(f"the attribute '{name}' of '{part.name}' is not JSON: {error}") from error
     if not isinstance(found, dict):
-        raise NetworkError(f"the attribute '{name}' of '{part.name}' is no JSON object")
+        raise NetworkError(f"the attribute '{name}' of '{part.name}' is not a JSON object")
     return found
 
 
@@ -224,7 +228,7 @@ def _read_view(part: Any) -> tuple[str, Any]:
 
 
 def _describe(part: Any, **values: str | int) -> None:
-    """Write attributes; texts at fixed length, which HDF5 keeps where its checksums are."""
+    """Write attributes; strings have fixed length, since HDF5 covers only those with checksums."""
     for name, value in values.items():
         if isinstance(value, str):
             text = value.encode()
@@ -249,5 +253,5 @@ def _get_all(part: Any, name: str) -> dict[str, FloatArray]:
 
 
 def _spread(values: FloatArray, size: int) -> FloatArray:
-    """Return one value as that many; other arrays as they are."""
+    """Return a single value repeated ``n`` times; other arrays unchanged."""
     return np.broadcast_to(values[0], (size,)) if values.shape == (1,) and size > 1 else values

@@ -1,7 +1,7 @@
-"""Load a brain script: an ordinary PyNN script, executed for the network that it builds.
+"""Loads a brain script: an ordinary PyNN script that is executed to build a network.
 
-Whatever PyNN simulator the script imports, ``nrp_core.pynn`` included, is the builder of
-:mod:`nrp_core.brain.pynn`. The script and the modules beside it see it so, nobody else does.
+Every PyNN simulator that the script imports, including ``nrp_core.pynn``, is the builder of
+:mod:`nrp_core.brain.pynn`. This holds only for the script and the modules beside it.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.paths import MissingFileError, existing_file
 
-# what of PyNN is not a simulator
+# modules of PyNN that are not simulators
 _LIBRARY = frozenset(
     {
         "common", "connectors", "core", "descriptions", "errors", "models", "morphology", "multisim",
         "network", "parameters", "random", "recording", "serialization", "space", "standardmodels", "utility",
     }
 )  # fmt: skip
-# simulators that PyNN once had
+# simulators of earlier PyNN versions
 _FORMER_SIMULATORS = frozenset({"brian", "moose", "nemo", "pcsim"})
 
 
@@ -46,27 +46,27 @@ def load_network(
 ) -> Network:
     """Execute a brain script and return its network.
 
-    What the script keeps in variables (populations, views, assemblies) becomes a view of that name.
+    Each variable that holds a population, view or assembly becomes a view of that name.
 
     Args:
         path: the script.
         populations: names for neurons of the script's ``circuit``, a population, view or assembly. A
-            ``circuit`` that is a dictionary gives its populations the names of its keys instead.
-        seed: all random numbers that the script does not seed itself follow from it.
+            ``circuit`` that is a dictionary names its populations by its keys instead.
+        seed: the seed of all random numbers that the script does not seed itself.
         simulators: further modules, ``package.module``, that the script imports as its simulator.
-        compiled: returns what the script, or a file that it imports, means, where it is not Python itself.
-        adapt: changes the simulator before the script sees it, say for the spellings of another version.
-        modules: further modules that the script sees, by name.
-        other: returns the network that the script built with one of these, from its variables; None where
-            it used PyNN.
-        missing: returns what stands in for modules that are nowhere.
-        folders: where modules are looked for that do not stand beside the script.
+        compiled: returns the code of the script or of a file that it imports, if it is not plain Python.
+        adapt: changes the simulator before the script runs, e.g. to add the names of another version.
+        modules: further modules for the script, by name.
+        other: returns the network that the script built with one of these modules, from its variables, or
+            None if it used PyNN.
+        missing: returns a placeholder for modules that do not exist.
+        folders: further folders to search for the script's modules.
 
     Raises:
-        NetworkError: the script is missing, is not Python, raises, or builds what cannot be; with
+        NetworkError: the script is missing, is not Python, raises, or builds an invalid network; with
             file and line.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
-        CapabilityError: the script uses a model that networks cannot hold.
+        CapabilityError: the script uses an unsupported model.
     """
     from nrp_core.brain.pynn import builder
     from nrp_core.brain.pynn.export import network_of
@@ -102,15 +102,15 @@ def scope_of(
     missing: Missing | None = None,
     compiled: Callable[[Path], CodeType] | None = None,
 ) -> Scope:
-    """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses its classes.
+    """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses ``sim``'s classes.
 
     Args:
         sim: the simulator.
         simulators: dotted names of further modules that are this simulator.
         modules: further modules, by name.
-        folders: where modules are looked for that do not stand beside the file.
-        missing: returns what stands in for modules that are nowhere.
-        compiled: returns what a file means; by default it is Python.
+        folders: further folders to search for modules.
+        missing: returns a placeholder for modules that do not exist.
+        compiled: returns the code of a file; by default it is Python.
     """
     from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
 

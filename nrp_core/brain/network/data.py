@@ -1,11 +1,11 @@
 """A neural network as data: populations, projections, named views.
 
-Every backend receives the identical network; connectivity and random parameters were drawn once,
+Every backend receives the same network; connectivity and random parameters were drawn once,
 when it was built. Names and units are PyNN's: ms, mV, nF, nA, uS; weights in uS for
 conductance-based and nA for current-based targets (mV for IF_curr_delta and Izhikevich), negative on the
 inhibitory receptor of current-based targets.
 
-Neurons are addressed by *global ids*: the populations laid one after another in definition order.
+Neurons are addressed by *global ids*: the populations are numbered one after another in definition order.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Population:
         cell_type: PyNN's name of the standard cell, e.g. ``IF_cond_alpha``.
         parameters: every parameter of the cell type, PyNN names and units, shape ``(size,)``.
         initial_values: initial state variables (``v`` in mV, ...), shape ``(size,)``.
-        spike_times_ms: for ``SpikeSourceArray``: one ascending array a cell, else empty.
-        positions_um: shape ``(size, 3)``, or None where the model has no space.
+        spike_times_ms: for ``SpikeSourceArray``: one ascending array for each cell, else empty.
+        positions_um: shape ``(size, 3)``, or None where the model has no positions.
 
     Raises:
         NetworkError: a shape does not fit or a value is not finite.
@@ -86,14 +86,14 @@ class Population:
 
 @dataclass(frozen=True)
 class Origin:
-    """How a projection was made, for backends that need the distribution and not the draw.
+    """How a projection was made, for backends that need distributions instead of drawn values.
 
     Args:
         connector: PyNN's name of the connector, e.g. ``FixedProbabilityConnector``.
-        parameters: its parameters: numbers, flags and texts; None for arrays.
+        parameters: its parameters: numbers, Booleans and strings; None for arrays.
         weight: the weight as given: a number, a distribution such as ``normal(mu=0.5, sigma=0.1)``, or a
-            function of the distance ``d`` such as ``0.1*exp(-d)``; None where each synapse got its own.
-        delay: the delay (ms) as given, likewise.
+            function of the distance ``d`` such as ``0.1*exp(-d)``; None if each synapse got its own.
+        delay: the delay (ms) from the script, in the same form.
     """
 
     connector: str
@@ -111,15 +111,15 @@ class Projection:
         label: unique name within the network.
         pre, post: labels of the populations.
         receptor: ``excitatory`` or ``inhibitory``.
-        pre_index, post_index: cells within their populations, shape ``(n_synapses,)``; kept in less memory
-            than they show, so who needs few at a time asks for :meth:`pairs`.
+        pre_index, post_index: cells within their populations, shape ``(n_synapses,)``; stored compressed,
+            so use :meth:`pairs` to read a few at a time.
         weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
             may share memory (a broadcast array).
-        delay_ms: shape ``(n_synapses,)``, likewise.
-        synapse_type: name of the law, see :mod:`nrp_core.brain.network.synapses.laws`.
+        delay_ms: shape ``(n_synapses,)``; equal delays may share memory.
+        synapse_type: name of the synapse law, see :mod:`nrp_core.brain.network.synapses.laws`.
         synapse_parameters: the law's parameters, PyNN names and units, shape ``(n_synapses,)``.
-        plasticity: of a law with parts, PyNN's class of each.
-        origin: how it was made.
+        plasticity: PyNN's class of each part of the law, if it has parts.
+        origin: how the projection was made.
     """
 
     label: str
@@ -141,7 +141,7 @@ class Projection:
         return len(indices_of(self, "pre_index"))
 
     def pairs(self) -> Iterator[tuple[IndexArray, IndexArray]]:
-        """Yield ``pre_index`` and ``post_index`` of all synapses in parts that need little memory."""
+        """Yield ``pre_index`` and ``post_index`` of all synapses in small parts."""
         return zip(indices_of(self, "pre_index").parts(), indices_of(self, "post_index").parts(), strict=True)
 
     def ends(self, synapse: int) -> tuple[int, int]:
@@ -151,17 +151,17 @@ class Projection:
 
 @dataclass(frozen=True)
 class Network:
-    """Populations, the projections between them, and named views on their neurons.
+    """Populations, the projections between them, and named views of their neurons.
 
     Args:
         populations: by label, in definition order (which fixes the global ids).
         projections: in definition order.
-        views: named groups of neurons as global ids, what transfer functions call ``nrp.brain.<name>``.
-        timestep_ms: the time step that the model was written for, or None where it names none; a
-            backend with a grid of its own may follow it.
+        views: named groups of neurons as global ids, ``nrp.brain.<name>`` in transfer functions.
+        timestep_ms: the time step that the model was written for, or None if it names none; a
+            backend with a fixed time step may use it.
 
     Raises:
-        NetworkError: the parts do not fit together.
+        NetworkError: the network is inconsistent.
     """
 
     populations: Mapping[str, Population]
@@ -198,7 +198,7 @@ class Network:
         """Return the global ids of a named view or population.
 
         Raises:
-            NeuronSelectionError: neither has that name.
+            NeuronSelectionError: there is no view or population of that name.
         """
         if label in self.views:
             return self.views[label]
@@ -220,10 +220,10 @@ class Network:
         raise NeuronSelectionError(f"the network has no neuron {neuron}; it has {self.size}")
 
     def positions_of(self, neurons: IntArray) -> FloatArray:
-        """Return where neurons (global ids) lie, um, shape ``(n, 3)``.
+        """Return the positions of neurons (global ids), um, shape ``(n, 3)``.
 
         Raises:
-            NeuronSelectionError: a population of theirs has no positions.
+            NeuronSelectionError: a population of these neurons has no positions.
         """
         positions = np.empty((len(neurons), 3))
         for label, population in self.populations.items():
@@ -239,7 +239,7 @@ class Network:
         return positions
 
     def synaptic_times_ms(self, neurons: IntArray, receptor: str) -> FloatArray:
-        """Return the time constant of a receptor of each neuron (global ids); 0 where input is a jump."""
+        """Return the time constant of a receptor of each neuron (global ids); 0 for delta synapses."""
         times, name = np.zeros(self.size), "tau_syn_E" if receptor == "excitatory" else "tau_syn_I"
         for label, population in self.populations.items():
             if name in population.parameters:
@@ -257,7 +257,7 @@ class Network:
         for projection in self.projections:
             _feed(state, (projection.label, projection.pre, projection.post, projection.receptor))
             for name in ("pre_index", "post_index"):
-                state.update(f"int32{(projection.size,)}False".encode())  # as _feed does
+                state.update(f"int32{(projection.size,)}False".encode())  # broadcast, as in _feed
                 for part in indices_of(projection, name).parts():
                     state.update(part.tobytes())
             _feed(state, projection.weight, projection.delay_ms, projection.synapse_type)

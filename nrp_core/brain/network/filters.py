@@ -1,9 +1,9 @@
-"""Exact linear filters of spike trains: what the leaky integrators and the population rate read.
+"""Exact linear filters of spike trains, used by the leaky integrators and the population rate.
 
 The membrane of a neuron that never fires, driven by exponential or alpha-shaped currents, is a linear
 system with a closed solution between events (Rotter & Diesmann 1999, Biological Cybernetics 81:381).
-The state is kept at the last event; reading never changes it, so any number of reads and any
-split of a run give the same numbers.
+The state is kept at the last event; reading never changes it, so the numbers do not depend on
+the number of reads or on how a run is split.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Kernel:
 
     @property
     def settled_mv(self) -> float:
-        """Voltage without spikes after a long time."""
+        """Steady-state voltage without spikes."""
         return self.v_rest_mv + self.i_offset_na * self.tau_m_ms / self.cm_nf
 
     @property
@@ -48,24 +48,24 @@ class Kernel:
 
 
 def driven(dt: float, leak: float, fade: float, gap: float, current: float, slope: float) -> float:
-    """Return what a fading current ``(current + slope t) exp(-t/tau_syn)`` leaves on a leaky integrator.
+    """Return a leaky integrator's response to the current ``(current + slope t) exp(-t/tau_syn)``.
 
     That is the integral of the current times ``exp(-(dt - t)/tau_m)`` over t in 0..dt, for any time
     constants, equal ones included.
 
     Args:
-        dt: the time that has passed.
+        dt: elapsed time.
         leak: ``exp(-dt/tau_m)``.
         fade: ``exp(-dt/tau_syn)``.
         gap: ``1/tau_syn - 1/tau_m``.
         current: the current at the beginning.
-        slope: its growth without the fading.
+        slope: its growth rate without the decay.
     """
     z = gap * dt
     if abs(z) > 0.02:
         area = (leak - fade) / gap
         return current * area if slope == 0.0 else current * area + slope * (area - dt * fade) / gap
-    # The closed form loses digits here; the series of its integrals is exact to rounding.
+    # The closed form loses digits here; the series expansion of its integrals is exact to rounding.
     area = 1 - z / 2 * (1 - z / 3 * (1 - z / 4 * (1 - z / 5 * (1 - z / 6 * (1 - z / 7)))))
     if slope == 0.0:
         return leak * dt * current * area
@@ -92,14 +92,14 @@ class LeakyMembrane:
         self._last_read: tuple[float, float] | None = None
 
     def push(self, arrival_ms: float, weight_na: float) -> None:
-        """Add a spike that arrives at ``arrival_ms``."""
+        """Add a weighted spike that arrives at ``arrival_ms``."""
         heapq.heappush(self._pending, (arrival_ms, weight_na))
         self._last_read = None
 
     def voltage_mv(self, t_ms: float) -> float:
-        """Return the voltage at ``t_ms``, absorbing what has arrived by then."""
+        """Return the voltage at ``t_ms``, including all spikes that have arrived by then."""
         if self._last_read is not None and self._last_read[0] == t_ms:
-            return self._last_read[1]  # a transfer function and a recording both ask
+            return self._last_read[1]  # a transfer function and a recording may both read it
         while self._pending and self._pending[0][0] <= t_ms:
             arrival_ms, weight = heapq.heappop(self._pending)
             self._move_to(arrival_ms)
@@ -113,7 +113,7 @@ class LeakyMembrane:
         return voltage
 
     def _above_at(self, dt_ms: float, fade: float) -> float:
-        """Voltage above its settled value after ``dt_ms``, when ``fade`` is left of the current."""
+        """Voltage above its steady state after ``dt_ms``; ``fade`` is the decay of the current."""
         leak = exp(-dt_ms / self._tau_m_ms)
         charge = driven(dt_ms, leak, fade, self._gap, self._current, self._slope)
         return self._above * leak + charge / self._cm_nf
@@ -131,7 +131,7 @@ class LeakyMembrane:
         return self._at_ms, self._current, self._slope, self._above, list(self._pending)
 
     def restore(self, state: tuple[float, float, float, float, list[tuple[float, float]]]) -> None:
-        """Return to a state."""
+        """Restore a state."""
         self._at_ms, self._current, self._slope, self._above, pending = state
         self._pending = list(pending)
         self._last_read = None

@@ -1,4 +1,4 @@
-"""The grid of simulators that advance in equal steps: what happens within a step happens at its end."""
+"""The time grid of simulators with a fixed time step: events within a step take effect at its end."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import TimestepError
 
 _ROUNDING: Final = 1e-6
-"""Steps by which a time that is meant to lie on the grid may be off it."""
+"""Tolerance for a time on the grid, in steps."""
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Points in time.
+    """Equidistant points in time.
 
     Args:
         step_ns: distance of the points.
-        owner: whose they are, for messages, e.g. ``NEST``.
+        owner: the simulator's name, for messages, e.g. ``NEST``.
     """
 
     step_ns: int
@@ -33,23 +33,23 @@ class Grid:
         return milliseconds(self.step_ns)
 
     def first_at(self, times_ms: FloatArray) -> IntArray:
-        """Return the number of the first point that is not before each time."""
+        """Return the number of the first point at or after each time."""
         return np.ceil(times_ms * (NS_PER_MS / self.step_ns) - _ROUNDING).astype(np.int64)
 
     def time_ms(self, numbers: IntArray) -> FloatArray:
-        """Return when points are."""
+        """Return the times of points."""
         times: FloatArray = numbers * self.step_ns / NS_PER_MS
         return times
 
     def delays(self, delays_ms: FloatArray) -> IntArray:
-        """Return delays in steps: the nearest number, at least one."""
+        """Return delays in steps, rounded to the nearest number, at least one."""
         return np.maximum(np.rint(delays_ms * (NS_PER_MS / self.step_ns)).astype(np.int64), 1)
 
     def number_of(self, t_ns: int) -> int:
         """Return the number of the point at a time.
 
         Raises:
-            TimestepError: there is none.
+            TimestepError: the time is not on the grid.
         """
         number, rest = divmod(t_ns, self.step_ns)
         if rest:

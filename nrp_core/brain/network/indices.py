@@ -1,8 +1,8 @@
-"""Indices of cells, one a synapse, in as little memory as they need.
+"""Indices of cells, one for each synapse, stored compactly.
 
-Connectors make synapses target by target, so one end of a projection ascends: then it is enough to know
-where the synapses of each cell begin. The other end takes two bytes where there are at most 65536 cells.
-Everybody sees arrays of 32-bit integers; those of large projections are made anew for each who asks.
+Connectors make synapses target by target, so the indices at one end of a projection ascend: then only the
+start of each cell's synapses is stored. The other end takes two bytes where there are at most 65536 cells.
+Readers get arrays of 32-bit integers; those of large projections are created for each read.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from nrp_core._support.arrays import IndexArray
 T = TypeVar("T")
 
 _FEW: Final = 1 << 16
-"""So few indices are kept as they are."""
+"""Up to this number, indices are not compressed."""
 _PART: Final = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
 class Indices:
-    """Indices that do not change.
+    """Immutable indices.
 
     Args:
-        values: one a synapse; or, where these ascend, where those of each cell begin: shape
-            ``(highest + 2,)``, the last one being the number of all.
-        ascending: which of the two.
+        values: one index for each synapse; or, if they ascend, the start of each cell's synapses, shape
+            ``(highest + 2,)``, where the last is the number of synapses.
+        ascending: whether ``values`` holds these starts.
     """
 
     values: npt.NDArray[Any]
@@ -38,7 +38,7 @@ class Indices:
 
     @staticmethod
     def of(values: npt.ArrayLike) -> Indices:
-        """Return indices in the least memory."""
+        """Return indices in their smallest form."""
         array = np.asarray(values)
         if len(array) < _FEW:
             return Indices(np.asarray(array, np.int32))
@@ -47,13 +47,13 @@ class Indices:
         if lowest >= 0 and 8 * (highest + 2) < len(array) and plain._ascends():
             begins = np.searchsorted(
                 array, np.arange(highest + 1, dtype=array.dtype)
-            )  # a copy, were types mixed
+            )  # mixed types would make a copy
             return Indices(np.append(begins, len(array)), ascending=True)
         return Indices(array.astype(index_type(highest + 1) if lowest >= 0 else np.int32, copy=False))
 
     @staticmethod
     def repeated(cells: npt.ArrayLike, counts: npt.ArrayLike) -> Indices:
-        """Return the indices of ascending cells, each as often as its count."""
+        """Return ascending indices of cells, each repeated by its count."""
         cells, counts = np.asarray(cells, np.int64), np.asarray(counts, np.int64)
         if counts.sum() < _FEW:
             return Indices(np.repeat(cells.astype(np.int32), counts))
@@ -65,7 +65,7 @@ class Indices:
         return int(self.values[-1]) if self.ascending else len(self.values)
 
     def bounds(self) -> tuple[int, int]:
-        """Return the lowest and the highest index; (0, -1) where there is none."""
+        """Return the lowest and the highest index, or (0, -1) if there is none."""
         if self.ascending:
             used = np.flatnonzero(np.diff(self.values))
             return int(used[0]), int(used[-1])
@@ -75,7 +75,7 @@ class Indices:
         )
 
     def part(self, first: int, last: int) -> IndexArray:
-        """Return the indices of some consecutive synapses."""
+        """Return the indices of consecutive synapses."""
         if not self.ascending:
             return self.values[first:last].astype(np.int32, copy=False)
         low, high = np.searchsorted(self.values, (first, last - 1), "right")
@@ -83,7 +83,7 @@ class Indices:
         return np.repeat(np.arange(low - 1, high, dtype=np.int32), counts)
 
     def parts(self) -> Iterator[IndexArray]:
-        """Yield all indices, so many at a time that they need little memory."""
+        """Yield all indices in small parts."""
         for first in range(0, len(self), _PART):
             yield self.part(first, min(first + _PART, len(self)))
 
@@ -101,12 +101,12 @@ class Indices:
 
 
 def index_type(size: int) -> type[np.integer[Any]]:
-    """Return the type that holds the indices of so many cells."""
+    """Return the smallest integer type for the indices of this number of cells."""
     return np.uint16 if size <= 1 << 16 else np.int32
 
 
 def folded(*names: str) -> Callable[[type[T]], type[T]]:
-    """Let a class keep attributes as :class:`Indices` and show them as arrays."""
+    """Make a class store attributes as :class:`Indices` and return them as arrays."""
 
     def decorate(owner: type[T]) -> type[T]:
         for name in names:
@@ -117,13 +117,13 @@ def folded(*names: str) -> Callable[[type[T]], type[T]]:
 
 
 def indices_of(owner: object, name: str) -> Indices:
-    """Return an attribute that is :func:`folded` as it is kept."""
+    """Return the stored form of a :func:`folded` attribute."""
     kept: Indices = vars(owner)[name]
     return kept
 
 
 def ends_of(projection: object, synapse: int) -> tuple[int, int]:
-    """Return ``pre_index`` and ``post_index`` of one synapse of something that has them :func:`folded`."""
+    """Return ``pre_index`` and ``post_index`` of one synapse of an object that stores them :func:`folded`."""
     pre, post = (
         indices_of(projection, name).part(synapse, synapse + 1) for name in ("pre_index", "post_index")
     )

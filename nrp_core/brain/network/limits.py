@@ -1,4 +1,4 @@
-"""Which numbers cells and synapses can have; one check for networks from any source."""
+"""Checks of the values of cells and synapses, the same for networks from any source."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ _LIMITS: Final = limits_of(
 def check_values(
     owner: str, values: Mapping[str, FloatArray], item: Callable[[int], str] = "cell {}".format
 ) -> None:
-    """Check that values are numbers, and of a sign and size that physics allows.
+    """Check that values are numbers, and physically valid in sign and size.
 
     Args:
-        owner: whose they are, for the message, e.g. ``population 'exc'``.
-        values: by PyNN's parameter name, in PyNN's units, one-dimensional.
-        item: describes the owner of the value at an index.
+        owner: the object with these values, for the message, e.g. ``population 'exc'``.
+        values: one-dimensional arrays by PyNN parameter name, in PyNN's units.
+        item: returns the description of the item at an index.
 
     Raises:
-        NetworkError: a value is impossible; the message names owner, item, parameter and value.
+        NetworkError: a value is invalid; the message names owner, item, parameter and value.
     """
     for name, array in values.items():
         limit = _LIMITS.get(name, FINITE)
@@ -45,14 +45,14 @@ def check_values(
 
 
 def check_cells(owner: str, values: Mapping[str, FloatArray]) -> None:
-    """Check that no cell is reset to where it spikes again at once.
+    """Check that the reset voltage of every cell is below its spike voltage.
 
     Args:
-        owner: whose they are, for the message.
-        values: every parameter of the cells, by PyNN's name, shape ``(n,)``.
+        owner: the object with these values, for the message.
+        values: every parameter of the cells by PyNN name, shape ``(n,)``.
 
     Raises:
-        NetworkError: one is.
+        NetworkError: a cell would spike again at once.
     """
     name = "c" if "c" in values else "v_reset"
     if name not in values:
@@ -75,11 +75,11 @@ def check_synapses(
 ) -> None:  # fmt: skip
     """Check the values of synapses as :func:`check_values` does, their limits and the sign of their weights.
 
-    A conductance is never negative, the receptor says what it does; a current is positive on the
+    A conductance is never negative, on either receptor; a current is positive on the
     excitatory receptor and negative on the inhibitory one.
 
     Args:
-        owner: whose they are, for the message.
+        owner: the object with these values, for the message.
         ends: returns the indices of the two cells that a synapse connects, for the message.
         values: ``weight`` and other parameters, shape ``(n_synapses,)``.
         receptor: ``excitatory`` or ``inhibitory``.
@@ -87,7 +87,7 @@ def check_synapses(
         signed: whether to check the sign.
 
     Raises:
-        NetworkError: a value is impossible, beyond another, or has the wrong sign.
+        NetworkError: a value is invalid, exceeds its limit, or has the wrong sign.
     """
 
     def item(synapse: int) -> str:
@@ -96,7 +96,7 @@ def check_synapses(
 
     check_values(owner, values, item)
     if {"w_min", "w_max"} <= values.keys():
-        least, most = (np.abs(values[name]) for name in ("w_min", "w_max"))  # limits are sizes
+        least, most = (np.abs(values[name]) for name in ("w_min", "w_max"))  # limits are magnitudes
         wrong = np.flatnonzero(least > most)
         if wrong.size:
             first = int(wrong[0])
@@ -113,10 +113,10 @@ def check_synapses(
 
 
 def check_spike_times(owner: str, trains: Sequence[FloatArray]) -> None:
-    """Check that spike trains (ms, one a cell) ascend from 0 on.
+    """Check that spike trains (ms, one for each cell) ascend from 0 on.
 
     Raises:
-        NetworkError: one does not.
+        NetworkError: a spike train does not ascend from 0.
     """
     for cell, times in enumerate(trains):
         if len(times) and not (times[0] >= 0 and times[-1] < np.inf and (np.diff(times) >= 0).all()):
@@ -126,7 +126,7 @@ def check_spike_times(owner: str, trains: Sequence[FloatArray]) -> None:
 
 
 def distinct(array: FloatArray) -> FloatArray:
-    """Return an array without the repetitions of one that was broadcast from a single value."""
+    """Return an array; one that was broadcast from a single value becomes an array of one element."""
     return array[:1] if array.strides == (0,) else array
 
 

@@ -1,4 +1,4 @@
-"""Memory foreseen from counts, so that what cannot fit is an error and not the end of the process."""
+"""Memory needs estimated in advance, so that an error is raised before the system ends the process."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ _LIMITS = (
     ("memory.max", "memory.current"),
     ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
 )
-"""A container's limit and use, in the second and the first version of control groups."""
+"""A container's memory limit and use, in cgroups versions 2 and 1."""
 
 
 def require_memory(owner: str, needed_bytes: float, what: str) -> None:
-    """Check that something fits into the memory that is free.
+    """Check that an object fits into the free memory.
 
     Args:
-        owner: whose it is, for the message, e.g. ``projection 'exc to inh'``.
-        needed_bytes: how much it takes at the least.
-        what: what takes it, with its counts.
+        owner: the owner of the memory, for the message, e.g. ``projection 'exc to inh'``.
+        needed_bytes: the least memory that it takes.
+        what: a description of the object, with its counts.
 
     Raises:
-        NetworkError: it does not fit; the message has all numbers.
+        NetworkError: it does not fit; the message has all the numbers.
     """
     free = free_bytes()
     if free is not None and needed_bytes > free:
@@ -38,9 +38,9 @@ def require_memory(owner: str, needed_bytes: float, what: str) -> None:
 
 
 def free_bytes() -> int | None:
-    """Return what this process may still take: of the machine, its container and its own limit.
+    """Return the memory available to this process, by the machine, its container and its own limit.
 
-    None where the system does not say.
+    None if the system does not report it.
     """
     return min(_bounds(), default=None)
 

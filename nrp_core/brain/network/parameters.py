@@ -1,4 +1,4 @@
-"""A parameter of a cell or synapse: its unit, its default, and which values it can have."""
+"""A parameter of a cell or synapse: its unit, its default and its valid values."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray
 
 MAX_RATE_HZ: Final = 1e7
-"""Spikes a second into one neuron: a hundred thousand afferents at 100 Hz. What is beyond is a mistake, and
-would have the machine draw spikes for ever."""
+"""Spikes a second into one neuron: a hundred thousand afferents at 100 Hz. A higher rate is a mistake, and
+drawing its spikes would take forever."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """Which values a parameter can have.
+    """The valid values of a parameter.
 
     Args:
         rule: completes "it must be ..."
-        allows: returns for each value whether it is one of them.
+        allows: returns for each value whether it is valid.
     """
 
     rule: str
@@ -44,9 +44,9 @@ class Parameter:
     """A parameter or state variable, under PyNN's name.
 
     Args:
-        default: PyNN's, or for a state variable its initial value.
-        unit: PyNN's; empty where it has none.
-        limit: which values it can have.
+        default: PyNN's default, or the initial value of a state variable.
+        unit: PyNN's unit; empty if there is none.
+        limit: its valid values.
     """
 
     default: float
@@ -55,7 +55,7 @@ class Parameter:
 
 
 def limits_of(tables: Iterable[Mapping[str, Parameter]]) -> dict[str, Limit]:
-    """Return the limit of each name; a name has the same one wherever it stands.
+    """Return the limit of each name; a name has the same limit in every table.
 
     Raises:
         ValueError: two tables disagree.

@@ -1,4 +1,4 @@
-"""Neurons picked from a circuit, as experiment files write it."""
+"""Selections of neurons from a circuit, as written in experiment files."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from nrp_core.errors import NeuronSelectionError
 
 Selection: TypeAlias = str | int | Sequence[int] | Mapping[str, Any] | None
 """Neurons of a circuit: ``"0:5"``, ``"0:6:2"``, ``5``, ``[0, 2]``, ``{"from": 0, "to": 6, "step": 2}``,
-``{"list": [0, 2]}``, or None for all of them; they mean what they mean to a NumPy array."""
+``{"list": [0, 2]}``, or None for all of them; they have the meaning of NumPy indexing."""
 
 CIRCUIT = "circuit"
 _BOUNDS = {"from": "start", "to": "stop", "step": "step"}
 
 
 def with_views(network: Network, populations: Mapping[str, Selection]) -> Network:
-    """Return a network in which some neurons have more names.
+    """Return a network with additional views of neurons.
 
     Args:
-        network: the network; its circuit is what bears that name, else all of its neurons.
-        populations: by name, which cells of the circuit these are.
+        network: the network; its circuit is the view or population ``circuit``, else all neurons.
+        populations: selections of cells of the circuit, by name.
 
     Raises:
         NeuronSelectionError: the circuit has no such cells.
@@ -40,15 +40,15 @@ def with_views(network: Network, populations: Mapping[str, Selection]) -> Networ
 
 
 def picked(name: str, selection: Selection, circuit: IntArray) -> IntArray:
-    """Return the neurons of a circuit (global ids) that a selection means.
+    """Return the selected neurons of a circuit (global ids).
 
     Args:
-        name: what they are to be called, for the message.
-        selection: which they are.
-        circuit: global ids.
+        name: the name of the selection, for the message.
+        selection: the selection.
+        circuit: global ids of the circuit.
 
     Raises:
-        NeuronSelectionError: that is no selection, reaches outside the circuit or picks none.
+        NeuronSelectionError: not a valid selection, reaches outside the circuit, or selects no cell.
     """
     size = len(circuit)
     try:
@@ -69,7 +69,7 @@ def picked(name: str, selection: Selection, circuit: IntArray) -> IntArray:
 
 
 def blamed(error: NeuronSelectionError, names: Iterable[str]) -> str:
-    """Return which of several populations an error of :func:`picked` is about, empty for none."""
+    """Return the population that an error of :func:`picked` is about, or an empty string."""
     return next((name for name in names if error.message.startswith(f"population '{name}':")), "")
 
 
@@ -80,10 +80,10 @@ def _is_inside(index: slice | IntArray, size: int) -> bool:
 
 
 def _index(selection: Selection) -> slice | IntArray:
-    """Return a selection as NumPy takes it.
+    """Return a selection as a NumPy index.
 
     Raises:
-        ValueError, TypeError, KeyError: it is none.
+        ValueError, TypeError, KeyError: not a valid selection.
     """
     if selection is None:
         return slice(None)

@@ -1,4 +1,4 @@
-"""Synapses of a network found again in a simulator that keeps them in an order of its own."""
+"""Maps the synapses of a network to those of a simulator that stores them in another order."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _LAST: Final = "weight"
 def same_order(
     ours: Mapping[str, npt.ArrayLike], theirs: Mapping[str, npt.ArrayLike]
 ) -> tuple[IntArray, IntArray]:
-    """Return two orders in which the synapses of both sides are the same.
+    """Return two orders that put the synapses of both sides in the same sequence.
 
-    Nothing tells apart synapses of equal ends, delays and parameters but their weights. Those may have
-    changed by plasticity; but which of them is the larger has not, because all see the same spikes.
+    Synapses of equal ends, delays and parameters differ only in their weights. Plasticity may have changed
+    these, but not their order, because all such synapses see the same spikes.
 
     Args:
-        ours: values of the synapses by name, each of shape ``(n,)``; ``weight`` is one of them.
-        theirs: the same values of the same synapses, each to the last bit, in another order.
+        ours: values of the synapses by name, each of shape ``(n,)``, including ``weight``.
+        theirs: the same values of the same synapses, equal to the last bit, in another order.
     """
     names = [_LAST, *(name for name in ours if name != _LAST)]
     first, second = (np.lexsort([np.atleast_1d(side[name]) for name in names]) for side in (ours, theirs))

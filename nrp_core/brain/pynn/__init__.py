@@ -1,6 +1,6 @@
-"""PyNN as the language of networks: scripts written for any PyNN simulator build a network as data.
+"""A PyNN implementation that builds networks as data from scripts written for any PyNN simulator.
 
-Nothing is simulated here. :func:`builder` returns what a script sees as its simulator; it fills a
+Nothing is simulated here. :func:`builder` returns the simulator module of a script; it fills a
 :class:`~nrp_core.brain.network.data.Network` with PyNN's own units and meanings.
 """
 
@@ -24,6 +24,6 @@ def builder(seed: int = 0) -> ModuleType:
         network = sim.network()
 
     Args:
-        seed: all random numbers that a script does not seed itself follow from it.
+        seed: the seed of all random numbers that the script does not seed itself.
     """
     return programming_interface(Simulator(State(Seeds(seed).child("network"))))

@@ -1,4 +1,4 @@
-"""PyNN's whole programming interface as a module that belongs to one network under construction."""
+"""PyNN's complete API as a module bound to one network under construction."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from nrp_core.errors import NetworkError, did_you_mean
 
 NAME = "nrp_core.pynn"
 SIMULATOR_NAME = "nrp"
-"""What a script that asks for the name of its simulator is told."""
+"""The simulator name that scripts see."""
 
 _BOUND = (
     populations.Population, populations.PopulationView, populations.Assembly, projections.Projection,
@@ -39,13 +39,13 @@ _UNBOUND = (
 
 
 def programming_interface(simulator: Simulator, recorder: type = Recorder) -> ModuleType:
-    """Return a module with every name that a PyNN simulator has.
+    """Return a module with every name of a PyNN simulator.
 
-    Beyond PyNN, ``network()`` returns what was built as a :class:`~nrp_core.brain.network.data.Network`.
+    ``network()``, not part of PyNN, returns a :class:`~nrp_core.brain.network.data.Network`.
 
     Args:
-        simulator: whose it is.
-        recorder: the class that keeps what populations record.
+        simulator: the simulator that the module belongs to.
+        recorder: the class that stores the recordings of populations.
     """
     api = ModuleType(NAME, "A PyNN simulator that builds a network as data.")
     simulator.bind(recorder, "Recorder")
@@ -75,7 +75,7 @@ def programming_interface(simulator: Simulator, recorder: type = Recorder) -> Mo
 
 
 def overlaid(module: ModuleType, names: Mapping[str, Any]) -> ModuleType:
-    """Return a copy of one of PyNN's modules in which what it shares with ``names`` is theirs."""
+    """Return a copy of one of PyNN's modules, with its names replaced by those in ``names``."""
     copy = ModuleType(module.__name__, module.__doc__)
     own = {name: value for name, value in vars(module).items() if not name.startswith("__")}
     copy.__dict__.update({name: names.get(name, value) for name, value in own.items()})
@@ -88,7 +88,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
     def setup(
         timestep: float = common.control.DEFAULT_TIMESTEP, min_delay: float | str = "auto", **extra: Any
     ) -> int:
-        """Forget what was built and start anew; times in ms."""
+        """Discard the network and start again; times in ms."""
         if not (isinstance(timestep, (int, float, np.number)) and timestep > 0):
             raise NetworkError(f"setup: the time step must be more than 0 ms, not {timestep}")
         try:
@@ -100,7 +100,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         return state.mpi_rank
 
     def end(compatible_output: bool = True) -> None:
-        """Nothing to clean up: there are no data before the network runs."""
+        """Do nothing: there are no data before the network runs."""
 
     advance = common.build_run(simulator)[1]
 
@@ -108,7 +108,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         """Run to a time (ms), see PyNN.
 
         Raises:
-            PastTimeError: it has passed.
+            PastTimeError: the time has passed.
         """
         if time_point - state.t < -state.dt / 2:
             raise PastTimeError(f"run: {time_point:g} ms is in the past; the time is {state.t:g} ms")
@@ -155,7 +155,7 @@ class _NoArguments(argparse.ArgumentParser):
 
 
 def _defaults(arguments: tuple[Any, ...]) -> argparse.Namespace:
-    """Return what PyNN's ``get_simulator`` finds on a command line with nothing but a simulator."""
+    """Return the result of PyNN's ``get_simulator`` for a command line with only a simulator."""
     parser = _NoArguments()
     parser.add_argument("simulator")
     for name, text, *options in arguments:

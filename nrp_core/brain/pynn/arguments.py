@@ -1,4 +1,4 @@
-"""Names and kinds of arguments, checked where a script writes them, with what it may have meant."""
+"""Checks of argument names and types where a script passes them, with suggestions."""
 
 # mypy: disable-error-code="misc"
 
@@ -17,11 +17,11 @@ from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.errors import NetworkError, did_you_mean
 
 _NO_NUMBERS = "USc"
-"""NumPy's kinds of texts and of complex numbers."""
+"""NumPy's kind codes of strings and complex numbers."""
 
 
 class UnknownParameterError(NetworkError, errors.NonExistentParameterError):
-    """A parameter that something does not have."""
+    """An unknown parameter."""
 
     def __init__(self, message: str, **place: Any) -> None:
         NetworkError.__init__(self, message, **place)
@@ -33,12 +33,12 @@ def require_names(owner: str, given: Iterable[str], valid: Iterable[str]) -> Non
     """Check that all parameters exist.
 
     Args:
-        owner: whose they are, for the message.
-        given: names.
-        valid: all that there are.
+        owner: the object with these parameters, for the message.
+        given: the given names.
+        valid: all valid names.
 
     Raises:
-        UnknownParameterError: one does not.
+        UnknownParameterError: a parameter does not exist.
     """
     known = list(valid)
     for name in given:
@@ -54,17 +54,17 @@ def require_arguments(owner: str, function: Callable[..., Any], given: Iterable[
 
 
 def require_kind(owner: str, what: str, value: Any, kinds: Any, valid: str) -> None:
-    """Check that a part of something is of the kind that it must be.
+    """Check the type of an argument.
 
     Args:
-        owner: whose it is, for the message.
-        what: which part.
-        value: the part.
-        kinds: a class, or several.
-        valid: what it must be, for the message.
+        owner: the called object, for the message.
+        what: the argument's name.
+        value: the argument.
+        kinds: a class or several classes.
+        valid: the valid values, for the message.
 
     Raises:
-        WrongKindError: it is something else.
+        WrongKindError: the argument is of another type.
     """
     if not isinstance(value, kinds):
         shown = value.__name__ if isinstance(value, type) else reprlib.repr(value)
@@ -72,10 +72,10 @@ def require_kind(owner: str, what: str, value: Any, kinds: Any, valid: str) -> N
 
 
 def require_values(owner: str, given: Mapping[str, Any]) -> None:
-    """Check that values of parameters are not None, no texts and no complex numbers, nor hold any.
+    """Check that parameter values are, and contain, neither None nor strings nor complex numbers.
 
     Raises:
-        InvalidValueError: one is or does.
+        InvalidValueError: a value is invalid.
     """
     for name, value in given.items():
         for part in value if isinstance(value, (list, tuple)) else [value]:
@@ -90,7 +90,7 @@ def require_shape(owner: str, space: Mapping[str, Any], shape: tuple[int, ...]) 
     """Check that parameters given as arrays or lists have one value for each cell or pair of cells.
 
     Raises:
-        InvalidValueError: one has another number of values.
+        InvalidValueError: a parameter has a different number of values.
     """
     for name, value in space.items():
         base = value.base_value if isinstance(value, LazyArray) else value

@@ -1,7 +1,7 @@
-"""PyNN's connectors: its own, and array versions of those that walk from synapse to synapse.
+"""PyNN's connectors, with array versions of those that loop over synapses.
 
-PyNN's own build a projection column by column, which is fast with arrays. Replaced are those that
-loop over synapses or fill a dense matrix; from the same generator they draw the same synapses.
+Most PyNN connectors build a projection column by column, which is fast with arrays. Those that loop over
+synapses or fill a dense matrix are replaced here; they draw the same synapses from the same generator.
 """
 
 # mypy: disable-error-code="misc"
@@ -36,13 +36,13 @@ Indices = npt.NDArray[np.integer[Any]]
 _IMPOSSIBLE = (
     AssertionError, ArithmeticError, NameError, OSError, SyntaxError, TypeError, ValueError,
 )  # fmt: skip
-"""What a connector may raise when it is made."""
+"""Exceptions that the constructor of a connector may raise."""
 _ALONE = "a cell that may not connect to itself has no other to connect to"
 _RULES = "probabilities and numbers of synapses are 0 or more, flags are True or False"
 
 
 class Connector(connectors.Connector):
-    """What every connector gains: named random streams, and masks that are not dense matrices."""
+    """Adds named random streams, and masks that are not dense matrices, to every connector."""
 
     _simulator: Simulator
 
@@ -51,7 +51,7 @@ class Connector(connectors.Connector):
         require_arguments(name, super().__init__, options)
         try:
             super().__init__(*args, **options)
-        except _IMPOSSIBLE as error:  # of which PyNN says no more
+        except _IMPOSSIBLE as error:  # PyNN gives no more details
             shown = ", ".join([*map(repr, args), *(f"{key}={value!r}" for key, value in options.items())])
             raise WrongKindError(
                 f"{name}({shown}): an argument is impossible; {str(error) or _RULES}"
@@ -64,7 +64,7 @@ class Connector(connectors.Connector):
         """Add this connector's synapses to a projection.
 
         Raises:
-            NetworkError: they would not fit into memory.
+            NetworkError: the synapses would not fit into memory.
         """
         require_room(self, projection)
         owner = f"projection/{projection.label}"
@@ -77,7 +77,7 @@ class Connector(connectors.Connector):
         super().connect(projection)
 
     def _connect_pairs(self, projection: Any, pre: Indices, post: Indices) -> None:
-        """Connect cells pairwise; those of one target in the order given."""
+        """Connect cells pairwise; synapses of one target keep the given order."""
         order = np.argsort(post, kind="stable")
         pre, post = pre[order], post[order]
         bounds = np.searchsorted(post, np.arange(projection.post.size + 1))
@@ -89,7 +89,7 @@ class Connector(connectors.Connector):
 
     def _standard_connect(self, projection: Any, columns: Any, distance_map: Any = None) -> None:
         def arrays(*mask: Any) -> Iterator[Any]:
-            # PyNN means True as all, and a column of a single cell is a scalar to it, which it cannot use
+            # PyNN uses True for all cells, and fails on a scalar for the column of a single cell
             return (column if column is True else np.atleast_1d(column) for column in columns(*mask))
 
         super()._standard_connect(projection, arrays, distance_map)
@@ -118,10 +118,10 @@ class FixedProbabilityConnector(Connector, connectors.FixedProbabilityConnector)
 
 
 class _FixedNumberConnector(Connector):
-    """Draws the partners of one cell after the other."""
+    """Draws the partners of each cell in turn."""
 
     def _partners(self, n: int, size: int, itself: int) -> Indices:
-        """Return ``n`` of ``size`` cells, but never the cell ``itself`` (-1: all may be)."""
+        """Return ``n`` of ``size`` cells, without the cell ``itself`` (-1: no exclusion)."""
         if self.with_replacement:
             drawn = self.rng.next(n, "uniform_int", {"low": 0, "high": size}, mask=None)
             _avoid(self.rng, drawn, itself, size)
@@ -135,7 +135,7 @@ class _FixedNumberConnector(Connector):
         return np.concatenate([*[cells] * full_sets, drawn])
 
     def _forbidden(self, cells: Any, among: Any) -> Indices:
-        """Return to which cell of a group each one of another may not connect, or -1."""
+        """Return, for each cell of one group, the cell of another that it may not connect to, or -1."""
         return np.full(cells.size, -1) if self.allow_self_connections else _places(cells, among)
 
 
@@ -172,7 +172,7 @@ class FixedTotalNumberConnector(Connector, connectors.FixedTotalNumberConnector)
         if not self.with_replacement:
             raise CapabilityError("FixedTotalNumberConnector draws with replacement only")
         total = self.n if isinstance(self.n, int) else int(self.n.next())
-        # PyNN draws how many fall to each of its processes, of which there is one
+        # PyNN draws the number for each of its processes; here there is one
         n = int(self.rng.next(1, "binomial", {"n": total, "p": 1.0})[0])
         pre, post = random_pairs(self.rng, projection.pre.size, projection.post.size, n)
         if not self.allow_self_connections:
@@ -202,7 +202,7 @@ class SmallWorldConnector(Connector, connectors.SmallWorldConnector, connectors.
         degree: distance within which cells connect.
         rewiring: probability with which a synapse gets another target, drawn from all cells.
         allow_self_connections: whether a cell may connect to itself.
-        n_connections: if given, how many of its synapses each presynaptic cell keeps.
+        n_connections: the number of synapses that each presynaptic cell keeps, by default all.
         options: as in PyNN.
     """
 
@@ -230,7 +230,7 @@ class SmallWorldConnector(Connector, connectors.SmallWorldConnector, connectors.
 
 
 class TableConnector(Connector):
-    """Connectors that are given their synapses one by one."""
+    """Base of connectors whose synapses are listed one by one."""
 
     def _connect_table(self, projection: Any) -> None:
         """Connect by the table ``conn_list``: pre, post, and ``column_names``."""
@@ -251,7 +251,7 @@ class TableConnector(Connector):
         for start, stop in pairwise([*starts, len(post)]):
             some, target = slice(start, stop), int(post[start])
             columns = {name: column[some] for name, column in given.items()}
-            # in PyNN, too, the random numbers of every target are those of the first
+            # as in PyNN, every target uses the random numbers of the first
             columns |= {name: deepcopy(value)[pre[some], target] for name, value in rest.items()}
             projection.add_synapses(pre[some], target, columns, self.location_selector)
 
@@ -294,7 +294,7 @@ class FromListConnector(TableConnector, connectors.FromListConnector):
 
 
 class ArrayConnector(Connector, connectors.ArrayConnector):
-    """The pairs of cells that a matrix of flags says."""
+    """The pairs of cells that a Boolean matrix selects."""
 
     def _connect(self, projection: Any) -> None:
         require_shape(f"projection '{projection.label}'", {"array": self.array}, projection.shape)
@@ -335,7 +335,7 @@ REPLACED = (
 
 
 def connector_types() -> list[type]:
-    """Return every connector of the installed PyNN, to be bound to a simulator."""
+    """Return every connector class of the installed PyNN, not yet bound to a simulator."""
     replaced = {connector.__name__ for connector in REPLACED}
     own = [
         type(name, (Connector, base), {"__doc__": base.__doc__})
@@ -349,7 +349,7 @@ def _table(rows: Any) -> npt.NDArray[np.float64]:
     """Return a list of synapses as a matrix.
 
     Raises:
-        NetworkError: a row is not as long as the first, or has something else than numbers.
+        NetworkError: a row has another length than the first, or holds a value that is not a number.
     """
     try:
         table = np.array(rows, dtype=float)
@@ -371,17 +371,17 @@ def _are_numbers(row: Any) -> bool:
 
 
 def _places(cells: Any, among: Any) -> Indices:
-    """Return which cell of a group each one of another is, or -1."""
+    """Return the index in one group of each cell of another, or -1."""
     places = np.full(cells._simulator.state.n_cells, -1)
     places[ids_of(among)] = np.arange(among.size)
     return places[ids_of(cells)]
 
 
 def _avoid(rng: Any, drawn: Indices, forbidden: Any, high: int) -> None:
-    """Draw again below ``high``, in place, where a number is the forbidden one (-1: none is).
+    """Redraw numbers below ``high``, in place, where they equal the forbidden one (-1: none).
 
     Raises:
-        NetworkError: there is no other.
+        NetworkError: no other number exists.
     """
     if high == 1 and (drawn == forbidden).any():
         raise NetworkError(_ALONE)

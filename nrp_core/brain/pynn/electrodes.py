@@ -1,4 +1,4 @@
-"""PyNN's current sources; a network can hold a constant current, which adds to the cells' offset."""
+"""PyNN's current sources. A network holds only constant currents, which add to the cells' offset current."""
 
 # mypy: disable-error-code="misc"
 
@@ -25,7 +25,7 @@ _HINT = "for currents that change, use a device in a transfer function"
 
 
 class CurrentSource(StandardCurrentSource):
-    """What all current sources share: parameters as attributes, under PyNN's names."""
+    """Base of all current sources: parameters as attributes, under PyNN's names."""
 
     _simulator: Simulator
     default_parameters: dict[str, Any]
@@ -38,11 +38,11 @@ class CurrentSource(StandardCurrentSource):
         self.set_native_parameters(values)
 
     def set_native_parameters(self, parameters: ParameterSpace) -> None:
-        """Take values, one for each parameter."""
+        """Set the value of each parameter."""
         parameters.evaluate(simplify=True)
         self._require_possible(parameters.as_dict())
         for name, value in parameters.as_dict().items():
-            object.__setattr__(self, name, value)  # PyNN's own would come back here
+            object.__setattr__(self, name, value)  # PyNN's own __setattr__ would recurse
 
     def _require_possible(self, values: Mapping[str, Any]) -> None:
         for name, value in values.items():
@@ -52,12 +52,12 @@ class CurrentSource(StandardCurrentSource):
                 raise InvalidValueError(f"{type(self).__name__}: {name} is {numbers}; it must be {rule}")
 
     def get_native_parameters(self) -> ParameterSpace:
-        """Return all values."""
+        """Return the values of all parameters."""
         values = {name: getattr(self, name) for name in self.default_parameters}
         return ParameterSpace(values, self.get_schema(), shape=(1,))
 
     def inject_into(self, cells: Iterable[Any]) -> None:
-        """Let the current flow into cells: a population, view, assembly or list of cells."""
+        """Inject the current into cells: a population, view, assembly or list of cells."""
         name = type(self).__name__
         targets = list(cells) if isinstance(cells, Iterable) else [cells]
         for cell in targets:
@@ -65,13 +65,15 @@ class CurrentSource(StandardCurrentSource):
                 name, "target", cell, common.IDMixin, "a population, view, assembly or list of cells"
             )
             if not cell.celltype.injectable:
-                raise WrongKindError(f"{name}: no current goes into a spike source ('{cell.parent.label}')")
+                raise WrongKindError(
+                    f"{name}: cannot inject current into a spike source ('{cell.parent.label}')"
+                )
         for population in {cell.parent for cell in targets}:
             require_existing(population.label, population, self._simulator.state)
         self._simulator.state.inject(self, np.array(targets, dtype=np.int64))
 
     def record(self) -> None:
-        """Ask for the current to be recorded, which it is in any case."""
+        """Do nothing: the current is recorded in any case."""
 
     def _get_data(self) -> tuple[FloatArray, FloatArray]:
         times_ms, amplitudes_na = self._simulator.state.current_data(self)
@@ -81,7 +83,7 @@ class CurrentSource(StandardCurrentSource):
         """Return the current, nA, of a source that is always on.
 
         Raises:
-            CapabilityError: it changes with time.
+            CapabilityError: the current changes with time.
         """
         raise CapabilityError(
             f"{type(self).__name__} cannot be part of a network; the nearest that can is a DCSource that "
@@ -135,7 +137,7 @@ class NoisyCurrentSource(CurrentSource, electrodes.NoisyCurrentSource):
 
 
 def _allowed(name: str, values: FloatArray) -> tuple[Any, str]:
-    """Return which values of a parameter are possible, and what they must be."""
+    """Return which values of a parameter are valid, and a description of the valid values."""
     if name == "stop":
         return values >= 0, "0 ms or more"
     if name == "dt":

@@ -1,4 +1,4 @@
-"""How many synapses a connector will make, foreseen from counts before any is drawn."""
+"""The expected number of synapses of a connector, estimated before any is drawn."""
 
 # mypy: disable-error-code="misc"
 
@@ -15,21 +15,21 @@ from nrp_core.brain.network.indices import index_type
 from nrp_core.brain.network.memory import free_bytes, require_memory
 
 _COLUMNS: Final = 20
-"""Postsynaptic cells whose synapses are counted on, where a probability differs from pair to pair."""
+"""The number of sampled postsynaptic cells, where the probability differs between pairs."""
 _BYTES_PER_VALUE: Final = 8
-"""For each parameter that differs between synapses; parts go as they are joined."""
+"""For each parameter that differs between synapses; parts are freed as they are joined."""
 
 
 def require_room(connector: Any, projection: Any) -> None:
-    """Check that what a connector will make fits into memory.
+    """Check that the synapses of a connector will fit into memory.
 
     Raises:
-        NetworkError: it does not; the message has the counts.
+        NetworkError: they do not fit; the message has the counts.
     """
     n_pre, n_post = projection.pre.size, projection.post.size
     values = projection.synapse_type.parameter_space.items()
     own = sum(not value.is_homogeneous for _, value in values)
-    # one index of each synapse: in parts, and joined; the other one ascends
+    # one index of each synapse, both in parts and joined; the other index ascends
     each = 2 * np.dtype(index_type(n_pre)).itemsize + own * _BYTES_PER_VALUE
     free = free_bytes()
     if free is None or (n_pre * n_post * each <= free and not _repeats(connector)):
@@ -41,7 +41,7 @@ def require_room(connector: Any, projection: Any) -> None:
 
 
 def expected_synapses(connector: Any, projection: Any) -> float:
-    """Return how many synapses a connector makes on average, as far as it tells; 0 where it does not."""
+    """Return the mean number of synapses that a connector makes, or 0 if it is unknown."""
     n_pre, n_post = projection.pre.size, projection.post.size
     given = getattr(connector, "n", None)
     n: float = given if isinstance(given, (int, float)) else 0.0
@@ -73,9 +73,9 @@ def expected_synapses(connector: Any, projection: Any) -> float:
 
 
 def _by_columns(probabilities: LazyArray, n_pre: int, n_post: int) -> float:
-    """Return the sum of a matrix of probabilities, judged by some of its columns.
+    """Return an estimate of the sum of a matrix of probabilities from some of its columns.
 
-    Whole columns, since what is near is seldom met by pairs picked at random.
+    Samples whole columns, since randomly sampled pairs would rarely include nearby cells.
     """
     everyone, n = np.arange(n_pre), min(n_post, _COLUMNS)
     chosen = ((np.arange(n) + 0.5) * n_post / n).astype(int)

@@ -1,4 +1,4 @@
-"""What a script has built, as a network: the same numbers in the same units, nothing drawn again."""
+"""Converts the objects that a script built to a network: same numbers and units, nothing is drawn again."""
 
 # mypy: disable-error-code="misc"
 
@@ -24,14 +24,14 @@ from nrp_core.brain.pynn.synapse_columns import taken
 def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Network:
     """Return everything built so far as a network.
 
-    Labels that a script uses twice get a number.
+    A number is appended to a label that the script uses twice.
 
     Args:
-        state: what was built.
+        state: the objects that the script built.
         views: named neurons, as global ids.
 
     Raises:
-        NetworkError: it contradicts itself.
+        NetworkError: the network is inconsistent.
     """
     labels = dict(zip(state.populations, unique(p.label for p in state.populations), strict=True))
     currents = _injected(state)
@@ -52,7 +52,7 @@ def unique(names: Iterable[str]) -> list[str]:
 
 
 def _injected(state: State) -> FloatArray:
-    """Return the constant current that sources send into each cell, nA."""
+    """Return the constant current from sources into each cell, nA."""
     currents = np.zeros(state.n_cells)
     for injection in state.injections:
         np.add.at(currents, injection.cells, injection.source.constant_na())
@@ -101,14 +101,14 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
 
 
 def _within(places: IndexArray, projection: Projection, end: str, chosen: Any) -> Any:
-    """Return where chosen cells lie in their population; of a whole population as they are kept."""
+    """Return an array at selected cells; for a whole population, the stored array itself."""
     if isinstance(getattr(projection, end), Population) and isinstance(chosen, slice):
         return indices_of(projection, f"{end}_index")
     return places[getattr(projection, f"{end}_index")[chosen]]
 
 
 def _members(cells: Any) -> list[tuple[Population, IndexArray]]:
-    """Return each population that cells belong to, with the index in it of every cell, or -1."""
+    """Return each population among the cells, with the index of every cell in it, or -1."""
     owners = dict.fromkeys(part._owner() for part in parts_of(cells))
     ids = ids_of(cells)
     members = []
@@ -128,7 +128,7 @@ def _origin(projection: Projection) -> Origin:
 
 def described(value: Any) -> Any:
     """Return a parameter as a number, a flag or a text that is the same in every run; arrays as None."""
-    if isinstance(value, np.generic):  # first, as some of these are numbers of Python, too
+    if isinstance(value, np.generic):  # first, as some of these are Python numbers too
         return value.item()
     if isinstance(value, (bool, int, float, str)):
         return value

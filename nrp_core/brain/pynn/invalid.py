@@ -1,4 +1,4 @@
-"""Errors that are both ours and PyNN's, so that scripts which catch PyNN's keep working."""
+"""Errors of this project that are also PyNN errors, so that scripts can catch them as such."""
 
 # mypy: disable-error-code="misc"
 
@@ -14,11 +14,11 @@ from nrp_core.errors import NetworkError, NrpError
 
 
 class InvalidValueError(NetworkError, errors.InvalidParameterValueError):
-    """A parameter of cells is impossible."""
+    """A cell parameter has an invalid value."""
 
 
 class UnknownVariableError(NetworkError, errors.RecordingError):
-    """A variable that cells do not have to record."""
+    """A variable that the cells cannot record."""
 
     def __init__(self, message: str, **place: Any) -> None:
         NetworkError.__init__(self, message, **place)
@@ -27,28 +27,28 @@ class UnknownVariableError(NetworkError, errors.RecordingError):
 
 
 class InvalidSynapseError(NetworkError, errors.ConnectionError):
-    """A synapse is impossible."""
+    """A synapse is invalid."""
 
 
 class UnknownCellError(NetworkError, IndexError, TypeError):
-    """Cells that a population does not have."""
+    """An index of cells that the population does not have."""
 
 
 class UnknownSynapseError(NetworkError, IndexError):
-    """A synapse that a projection does not have."""
+    """An index of a synapse that the projection does not have."""
 
 
 class WrongKindError(NetworkError, TypeError):
-    """Something is not of the kind that it must be."""
+    """An argument has the wrong type."""
 
 
 class PastTimeError(NetworkError):
-    """A time to run to that has passed."""
+    """The end of the run is in the past."""
 
 
 @contextmanager
 def computing(message: str, kind: type[NetworkError] = InvalidValueError) -> Iterator[None]:
-    """Say by ``message`` what was being computed where a function or an expression of the script fails."""
+    """Raise errors of the script's functions and expressions with ``message``, the failed step."""
     try:
         yield
     except (NrpError, MemoryError):
@@ -59,7 +59,7 @@ def computing(message: str, kind: type[NetworkError] = InvalidValueError) -> Ite
 
 @contextmanager
 def raising(kind: type[NetworkError]) -> Iterator[None]:
-    """Raise errors about the network as errors of this kind."""
+    """Raise network errors as errors of this class."""
     try:
         yield
     except NetworkError as error:

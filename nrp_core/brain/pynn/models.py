@@ -1,4 +1,4 @@
-"""PyNN's standard models as a network holds them: PyNN's own parameter names and units."""
+"""PyNN's standard models, with PyNN's parameter names and units."""
 
 # mypy: disable-error-code="misc"
 
@@ -41,7 +41,7 @@ def _cell_type(base: Any) -> type:
 
 
 class _RulePart:
-    """What the parts of plasticity rules share: a check of what they are given."""
+    """Base of the parts of plasticity rules: checks their arguments."""
 
     def __init__(self, *arguments: Any, **parameters: Any) -> None:
         require_arguments(type(self).__name__, super().__init__, parameters)
@@ -49,7 +49,7 @@ class _RulePart:
 
 
 def rule_parts() -> dict[str, type]:
-    """Return the classes of which scripts compose plasticity rules."""
+    """Return the classes from which scripts compose plasticity rules."""
     return {
         name: _rule_part(getattr(synapses, name), part.summary)
         for law in LAWS.values()
@@ -64,7 +64,7 @@ def _rule_part(base: Any, summary: str) -> type:
 
 
 def unavailable_models() -> dict[str, type]:
-    """Return a stand-in for each of PyNN's models that networks cannot hold; making one raises."""
+    """Return placeholders for the unsupported PyNN models; their constructors raise."""
     nearest = {other: cell.name for cell in CELLS.values() for other in cell.stands_for}
     for law in LAWS.values():
         nearest |= dict.fromkeys(law.stands_for, law.pynn)
@@ -74,10 +74,10 @@ def unavailable_models() -> dict[str, type]:
 
 
 def native_model(kind: str, choices: Sequence[str]) -> Callable[[str], NoReturn]:
-    """Return PyNN's function for models of one simulator, which raises: networks are for all of them.
+    """Return a stand-in for PyNN's functions for native models of one simulator; it raises.
 
     Args:
-        kind: what the function is asked for, e.g. ``cell type``.
+        kind: the kind of model, e.g. ``cell type``.
         choices: names of the standard models of that kind.
     """
 
@@ -85,13 +85,15 @@ def native_model(kind: str, choices: Sequence[str]) -> Callable[[str], NoReturn]
         alike = name.replace("psc", "curr")
         nearest = difflib.get_close_matches(alike.lower(), [choice.lower() for choice in choices], 1, 0.0)
         hint = next(choice for choice in choices if choice.lower() == nearest[0])
-        raise CapabilityError(f"the {kind} '{name}' is of one simulator alone; the nearest of all is {hint}")
+        raise CapabilityError(
+            f"the {kind} '{name}' exists in one simulator only; the nearest standard model is {hint}"
+        )
 
     return refuse
 
 
 def _unavailable(name: str, nearest: str) -> type:
     def refuse(*_: object, **__: object) -> NoReturn:
-        raise CapabilityError(f"{name} is not supported; the nearest that is: {nearest}")
+        raise CapabilityError(f"{name} is not supported; the nearest supported model: {nearest}")
 
     return type(name, (ModelNotAvailable,), {"__init__": refuse})

@@ -32,7 +32,7 @@ from nrp_core.errors import NetworkError, did_you_mean
 
 SPIKE_TIMES = "spike_times"
 BYTES_PER_CELL = 350
-"""PyNN's object for a cell, as measured."""
+"""Measured size of PyNN's object for a cell."""
 BYTES_PER_VALUE = 8
 
 
@@ -46,7 +46,7 @@ class ID(int, common.IDMixin):
 
 
 class _Cells(common.BasePopulation):
-    """What populations and views share: access to arrays that a population keeps."""
+    """Base of populations and views: access to the arrays of a population."""
 
     _simulator: Simulator
     size: int
@@ -57,11 +57,11 @@ class _Cells(common.BasePopulation):
         return bound
 
     def _owner(self) -> Population:
-        """Return the population that keeps the arrays."""
+        """Return the population that owns the arrays."""
         raise NotImplementedError
 
     def _indices(self) -> IntArray | slice:
-        """Return which of the population's cells these are."""
+        """Return the indices of these cells in the population."""
         raise NotImplementedError
 
     def __getitem__(self, index: Any) -> Any:
@@ -138,8 +138,8 @@ class Population(_Cells, common.Population):
 
     Attributes:
         parameter_arrays: every parameter, PyNN's units, shape ``(size,)``.
-        initial_arrays: every state variable at time 0, likewise.
-        has_space: whether the script placed the cells, or used where they are.
+        initial_arrays: every state variable at time 0, PyNN's units, shape ``(size,)``.
+        has_space: whether the script set or used the positions of the cells.
     """
 
     def __init__(
@@ -189,10 +189,10 @@ class Population(_Cells, common.Population):
         self.store_parameters(parameters, slice(None))
 
     def store_parameters(self, space: ParameterSpace, where: IntArray | slice) -> None:
-        """Evaluate parameters and keep them for the cells at ``where``.
+        """Evaluate parameters and store them for the cells at ``where``.
 
         Raises:
-            NetworkError: a value is impossible.
+            NetworkError: a value is invalid.
         """
         name_streams(space, self._simulator, f"population/{self.label}")
         owner = f"population '{self.label}'"
@@ -219,7 +219,7 @@ class Population(_Cells, common.Population):
         self.parameter_arrays.update(changed)
 
     def store_initial_values(self, variable: str, values: LazyArray, where: IntArray | slice) -> None:
-        """Evaluate the initial values of a state variable and keep them for the cells at ``where``.
+        """Evaluate the initial values of a state variable and store them for the cells at ``where``.
 
         Raises:
             NetworkError: the cells have no such variable, or a value is not a number.
@@ -301,12 +301,12 @@ class Assembly(common.Assembly):
 
     @property
     def local_size(self) -> int:
-        """Number of cells; what PyNN's connectors divide by as they report progress, but do not find."""
+        """Number of cells; PyNN's connectors need it to report progress."""
         return int(self.size)
 
     @property
     def receptor_types(self) -> list[str]:
-        """The receptors that all parts have, in the order of the first; PyNN's own order is by chance."""
+        """The receptors that all parts have, in the order of the first; PyNN's order is not deterministic."""
         shared = set.intersection(*(set(part.celltype.receptor_types) for part in self.populations))
         return [name for name in self.populations[0].celltype.receptor_types if name in shared]
 
@@ -317,14 +317,14 @@ class Assembly(common.Assembly):
 
 
 def unknown_cells(cells: Any, index: Any) -> UnknownCellError:
-    """Return the error about an index at which a population, view or assembly has no cells."""
+    """Return the error for an index outside a population, view or assembly."""
     return UnknownCellError(
         f"'{cells.label}' has no cells at {reprlib.repr(index)}; they are numbered 0..{cells.size - 1}"
     )
 
 
 def _places(cells: Any, selector: Any) -> Any:
-    """Return the indices that a selector picks among cells."""
+    """Return the indices of the cells that a selector selects."""
     try:
         return np.arange(cells.size)[selector]
     except (IndexError, TypeError):
@@ -332,10 +332,10 @@ def _places(cells: Any, selector: Any) -> Any:
 
 
 def _require_kinds(label: str, size: Any, model: Any, structure: Any) -> None:
-    """Check what a population is made of.
+    """Check the arguments of a population.
 
     Raises:
-        NetworkError: its size is no count, or a part is of the wrong kind.
+        NetworkError: the size is not a whole number of 0 or more, or an argument has the wrong type.
     """
     owner = f"population '{label}'"
     numbers = size if isinstance(size, tuple) else (size,)
@@ -352,7 +352,7 @@ def _require_kinds(label: str, size: Any, model: Any, structure: Any) -> None:
 
 
 def _times(owner: str, train: Any) -> FloatArray:
-    if not isinstance(train, ArrayParameter):  # of lists of lists PyNN 0.12 makes no Sequence
+    if not isinstance(train, ArrayParameter):  # PyNN does not convert lists of lists to a Sequence
         raise NetworkError(f"{owner}: {SPIKE_TIMES} given as a function must be a Sequence for each index")
     times = np.asarray(train.value, float)
     if times.ndim != 1:
@@ -364,14 +364,14 @@ def require_existing(name: str, cells: Any, state: State) -> None:
     """Check that a population, view or assembly is part of the network.
 
     Raises:
-        NetworkError: it was, before the last ``setup``.
+        NetworkError: it was built before the last ``setup``.
     """
     if not all(part._owner() in state.populations for part in parts_of(cells)):
         raise NetworkError(f"'{name}' was built before the last setup(), which forgets everything")
 
 
 def parts_of(cells: Any) -> list[Any]:
-    """Return the populations and views that a population, view or assembly consists of."""
+    """Return the populations and views in a population, view or assembly."""
     return list(cells.populations) if isinstance(cells, common.Assembly) else [cells]
 
 

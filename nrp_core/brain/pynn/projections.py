@@ -34,7 +34,7 @@ _PARTS = (
     ("synapse type", (BaseSynapseType, _NONE), "one such as sim.StaticSynapse()"),
     ("space", (Space, _NONE), "one such as sim.Space()"),
 )
-"""What a projection is made of, of which kinds, and as the user may write it."""
+"""The arguments of a projection: name, classes and an example for messages."""
 _OPERATIONS = {"sum": (np.add, 0.0), "min": (np.minimum, np.inf), "max": (np.maximum, -np.inf)}
 
 
@@ -45,7 +45,7 @@ class Projection(common.Projection):
     Attributes:
         pre_index, post_index: cells within the two groups, shape ``(n_synapses,)``.
         values: weight, delay and all other parameters, PyNN's units, shape ``(n_synapses,)``.
-        given: the weight and delay as the script gave them; None where it gave single synapses their own.
+        given: the weight and delay from the script; None if it gave each synapse its own.
     """
 
     _simulator: Simulator
@@ -120,7 +120,7 @@ class Projection(common.Projection):
         """Return the indices of the two cells that a synapse connects."""
         return ends_of(self, synapse)
 
-    # -- what connectors call
+    # -- called by connectors
 
     def _convergent_connect(
         self, presynaptic_indices: Any, postsynaptic_index: int, location_selector: Any = None, **values: Any
@@ -139,7 +139,7 @@ class Projection(common.Projection):
         """Return parameters of all synapses, see PyNN.
 
         Raises:
-            UnknownParameterError: they have no such parameter.
+            UnknownParameterError: the synapses have no such parameter.
         """
         self._require([attribute_names] if isinstance(attribute_names, str) else attribute_names)
         with computing(f"{self._name}: {attribute_names} cannot be read", InvalidSynapseError):
@@ -219,7 +219,7 @@ class Projection(common.Projection):
             matrix[self.pre_index, self.post_index] = start
             operation.at(matrix, (self.pre_index, self.post_index), column)
         else:
-            order = np.arange(len(self))  # of several values for one element the last one stays
+            order = np.arange(len(self))  # the last of several values for one element is kept
             order = order if multiple_synapses == "last" else order[::-1].copy()
             matrix[self.pre_index[order], self.post_index[order]] = column[order]
         return matrix

@@ -1,4 +1,4 @@
-"""Pairs of random integers, drawn as fast as arrays and equal to drawing them one by one."""
+"""Pairs of random integers, drawn as arrays with the same result as drawing them one by one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BLOCK = 1 << 20
 def random_pairs(rng: Any, n_first: int, n_second: int, n: int) -> tuple[Indices, Indices]:
     """Return ``n`` pairs of integers below ``n_first`` and ``n_second``.
 
-    The numbers are those of PyNN's loop over synapses (one integer, one choice, and so on) and the
+    The numbers equal those of PyNN's loop over synapses (one integer, one choice, and so on), and the
     generator ends in the same state.
     """
     if not isinstance(rng, NumpyRNG):
@@ -25,7 +25,7 @@ def random_pairs(rng: Any, n_first: int, n_second: int, n: int) -> tuple[Indices
     if n_first == n_second:
         both = state.randint(0, n_first, size=2 * n).astype(np.int32)
         return both[::2].copy(), both[1::2].copy()
-    if n_first == 1 or n_second == 1:  # drawing from one takes nothing from the generator
+    if n_first == 1 or n_second == 1:  # drawing from a range of one does not advance the generator
         first, second = (state.randint(0, high, size=n).astype(np.int32) for high in (n_first, n_second))
         return first, second
     return _interleaved(state, n_first, n_second, n)
@@ -65,7 +65,7 @@ def _words(state: np.random.RandomState, n: int) -> npt.NDArray[np.uint32]:
 def _pairs_among(
     words: npt.NDArray[np.uint32], n_first: int, n_second: int, limit: int
 ) -> tuple[tuple[Indices, Indices], int]:
-    """Return up to ``limit`` pairs from a sequence of words, and how many words they take."""
+    """Return up to ``limit`` pairs from a sequence of words, and the number of words used."""
     first, next_first = _accepted(words, n_first)
     second, next_second = _accepted(words, n_second)
     partner = next_second[np.minimum(next_first + 1, len(words))]
@@ -80,9 +80,9 @@ def _pairs_among(
 
 
 def _accepted(words: npt.NDArray[np.uint32], high: int) -> tuple[Indices, npt.NDArray[np.int64]]:
-    """Return what each word gives below ``high``, and from each place on the next word that is in range.
+    """Return the integer below ``high`` of each word, and for each position the next word in range.
 
-    The second array has one element more than the words; their number stands for none.
+    The second array has one element more than there are words; the number of words means none.
     """
     values = words & np.uint32((1 << (high - 1).bit_length()) - 1)
     places = np.where(values < high, np.arange(len(words)), len(words))

@@ -15,21 +15,21 @@ if TYPE_CHECKING:
 
 
 class Recorder(recording.Recorder):
-    """Notes what shall be recorded; there are no data before the network runs."""
+    """Stores the variables to record; there are no data before the network runs."""
 
     _simulator: Simulator
 
     def _record(self, variable: Any, new_ids: set[Any], sampling_interval: float | None = None) -> None:
-        """Nothing to prepare."""
+        """Do nothing."""
 
     def _reset(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: there are no data."""
 
     def _clear_simulator(self) -> None:
-        """Nothing to forget."""
+        """Do nothing: there are no data."""
 
     def get(self, *_: Any, **__: Any) -> NoReturn:
-        """Refuse: nothing has run."""
+        """Raise an error: the network has not run."""
         raise NetworkError(
             f"population '{self.population.label}' has no data: a brain script builds the network, the "
             "experiment runs it; take out what reads data"

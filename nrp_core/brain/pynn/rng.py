@@ -1,7 +1,7 @@
-"""PyNN's random numbers, drawn from named streams where a script does not seed them.
+"""PyNN's random numbers, drawn from named streams unless the script seeds them.
 
-A generator without a seed takes the name of what first uses it (a parameter of a population, the
-connector of a projection), so that adding one thing does not change the numbers of another.
+A generator without a seed takes the name of its first user (a parameter of a population, the connector
+of a projection), so that adding one object does not change the numbers of another.
 """
 
 # mypy: disable-error-code="misc"
@@ -28,7 +28,7 @@ class NumpyRNG(random.NumpyRNG):
     """PyNN's wrapper of NumPy's generators.
 
     Args:
-        seed: seeds a Mersenne Twister, as in PyNN; without one the numbers come from a named stream.
+        seed: the seed of a Mersenne Twister, as in PyNN; without one the numbers come from a named stream.
         parallel_safe: as in PyNN.
     """
 
@@ -57,7 +57,7 @@ class NumpyRNG(random.NumpyRNG):
 
 
 class NativeRNG(NumpyRNG):
-    """The simulator's own generator, which here is that of the core."""
+    """The simulator's own generator; here it is the core's."""
 
 
 class RandomDistribution(random.RandomDistribution):
@@ -90,7 +90,7 @@ class RandomDistribution(random.RandomDistribution):
 
 
 def named(rng: Any, simulator: Simulator, name: str) -> Any:
-    """Return a generator for what is called ``name``: the given one if it has a seed."""
+    """Return a generator for ``name``: the given one if it has a seed."""
     if rng is None or (type(rng) is random.NumpyRNG and rng.seed is None):
         rng = simulator.types["NumpyRNG"]()
     if isinstance(rng, NumpyRNG):

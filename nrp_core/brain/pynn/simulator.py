@@ -1,7 +1,7 @@
-"""What PyNN's classes take for their simulator: a name, a state, and the classes bound to it.
+"""The simulator that PyNN's classes refer to: a name, a state, and the classes bound to it.
 
-PyNN keeps one simulator in a module. Here it is an object, so that any number of networks can be
-built side by side in one process.
+In PyNN the simulator is a module. Here it is an object, so that one process can build several networks
+side by side.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from nrp_core.seeds import Seeds
 
 
 class CurrentSource(Protocol):
-    """A current source, as far as a network can hold one."""
+    """A current source that a network can represent."""
 
     def constant_na(self) -> Any:
         """Return the current (nA), which must be constant."""
@@ -27,22 +27,22 @@ class CurrentSource(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """A current source at work on cells (global ids)."""
+    """A current source and the cells (global ids) that it drives."""
 
     source: CurrentSource
     cells: IntArray
 
 
 class State(BaseState):  # type: ignore[misc]
-    """What a script has built so far, and what it passed to ``setup``.
+    """The objects that a script has built so far, and its arguments of ``setup``.
 
     Args:
         seeds: the family of all random streams that the script does not seed itself.
 
     Attributes:
         dt: the script's time step, ms.
-        default_delay: the delay of synapses to which the script gives none, ms.
-        t: time reached, ms; building takes none.
+        default_delay: the delay of synapses for which the script gives none, ms.
+        t: current time, ms; it does not advance while building.
     """
 
     mpi_rank = 0
@@ -56,7 +56,7 @@ class State(BaseState):  # type: ignore[misc]
         self.configure(DEFAULT_TIMESTEP, "auto", "auto")
 
     def clear(self) -> None:
-        """Forget the network."""
+        """Discard the network."""
         self.populations: list[Any] = []
         self.projections: list[Any] = []
         self.injections: list[Injection] = []
@@ -66,7 +66,7 @@ class State(BaseState):  # type: ignore[misc]
         self.reset()
 
     def configure(self, timestep: float, min_delay: float | str, max_delay: float | str) -> None:
-        """Take the arguments of ``setup``, all in ms; a delay may be ``auto``."""
+        """Store the arguments of ``setup``, all in ms; a delay may be ``auto``."""
         self.dt = float(timestep)
         self._min_delay = None if isinstance(min_delay, str) else float(min_delay)
         self.default_delay = self.dt if self._min_delay is None else self._min_delay
@@ -80,41 +80,41 @@ class State(BaseState):  # type: ignore[misc]
         self.segment_counter += 1
 
     def before_change(self) -> None:
-        """Take note that the structure of the network is about to change."""
+        """Called before the structure of the network changes."""
 
     def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
-        """Take note that cells of a population are about to get other parameters."""
+        """Called before parameters of cells change."""
 
     def before_synapses(self, projection: Any, values: Mapping[str, FloatArray]) -> None:
-        """Take note that the synapses of a projection are about to get other parameters."""
+        """Called before parameters of synapses change."""
 
     def weights_of(self, projection: Any) -> FloatArray:
-        """Return the weights of a projection as they are now."""
+        """Return the current weights of a projection."""
         weights: FloatArray = projection.values["weight"]
         return weights
 
     def inject(self, source: CurrentSource, cells: IntArray) -> None:
-        """Let a current flow into cells (global ids).
+        """Inject a current into cells (global ids).
 
         Raises:
-            CapabilityError: the network cannot hold it.
+            CapabilityError: the network cannot represent the current.
         """
         source.constant_na()
         self.injections.append(Injection(source, cells))
 
     def current_data(self, source: CurrentSource) -> tuple[FloatArray, FloatArray]:
-        """Refuse: nothing has run."""
+        """Raise an error: the network has not run."""
         raise NetworkError(f"{type(source).__name__} has no data: a brain script builds the network")
 
     def run_until(self, t_ms: float) -> None:
-        """Refuse: the experiment runs the network, not its script."""
+        """Raise an error: the experiment runs the network, not its script."""
         raise NetworkError(
             f"a brain script builds the network, the experiment runs it: take out what runs it to {t_ms:g} ms"
         )
 
     @property
     def min_delay(self) -> float:
-        """The smallest delay, ms: as the script said, else that of its synapses."""
+        """The smallest delay, ms: from ``setup``, or else the smallest delay of the synapses."""
         if self._min_delay is not None:
             return self._min_delay
         delays = [projection.values["delay"].min() for projection in self.projections if len(projection)]
@@ -126,7 +126,7 @@ class State(BaseState):  # type: ignore[misc]
         return sum(population.size for population in self.populations)
 
     def stream(self, name: str | None = None) -> np.random.RandomState:
-        """Return the random numbers of a name; without one, those of the next unnamed use."""
+        """Return the random stream of a name; without a name, the next unnamed stream."""
         if name is None:
             name = f"unnamed/{self._unnamed_streams}"
             self._unnamed_streams += 1
@@ -139,7 +139,7 @@ class Simulator:
 
     Args:
         state: the network.
-        name: what recorded data say about where they come from.
+        name: the simulator's name in recorded data.
         types: PyNN's classes bound to this simulator, by name.
     """
 
@@ -148,11 +148,11 @@ class Simulator:
     types: dict[str, Any] = field(default_factory=dict)
 
     def bind(self, base: type, name: str | None = None) -> type:
-        """Return a subclass of a class whose objects belong to this simulator.
+        """Return a subclass whose objects belong to this simulator.
 
         Args:
-            base: the class.
-            name: under which name it is kept in ``types``; by default its own.
+            base: the base class.
+            name: its name in ``types``; by default the name of the base class.
         """
         bound = type(base.__name__, (base,), {"_simulator": self, "__doc__": base.__doc__})
         self.types[name or base.__name__] = bound

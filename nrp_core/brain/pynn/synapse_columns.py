@@ -17,7 +17,7 @@ _DRAWN_AT_ONCE = 2**22
 
 
 class SynapseColumns:
-    """What a connector adds, column by column of the connection matrix.
+    """Synapses from a connector, column by column of the connection matrix.
 
     Args:
         n_pre: number of presynaptic cells.
@@ -34,8 +34,8 @@ class SynapseColumns:
 
         Args:
             pre: indices of the presynaptic cells, shape ``(n,)``.
-            post: index of the one postsynaptic cell, or of each, shape ``(n,)``.
-            values: of every parameter, one number or ``n``.
+            post: index of the postsynaptic cell; one index, or shape ``(n,)``.
+            values: values of every parameter: one number, or shape ``(n,)``.
         """
         self._pre.append(np.asarray(pre, dtype=self._type))
         self._post.append(post)
@@ -69,7 +69,7 @@ def _joined(parts: list[Any], counts: list[int]) -> FloatArray:
 
 
 def constant(value: float, size: int) -> FloatArray:
-    """Return an array of one value that takes no memory for its size."""
+    """Return an array of one repeated value in constant memory."""
     return np.broadcast_to(np.float64(value), (size,))
 
 
@@ -79,7 +79,7 @@ def is_constant(values: FloatArray) -> bool:
 
 
 def taken(values: FloatArray, chosen: Any) -> FloatArray:
-    """Return ``values[chosen]``, of a constant array a constant one."""
+    """Return ``values[chosen]``; a constant array stays constant."""
     some: FloatArray = values[chosen]
     return constant(some[0], len(some)) if is_constant(values) and len(some) else some
 
@@ -87,7 +87,7 @@ def taken(values: FloatArray, chosen: Any) -> FloatArray:
 def drawn_row_by_row(values: LazyArray, pre: IndexArray, post: IndexArray) -> FloatArray:
     """Return the elements at synapses of a connection matrix of random numbers, all of which are drawn.
 
-    Row by row, because that is how PyNN draws what it sets in synapses that there are.
+    Row by row, because PyNN draws in this order for existing synapses.
     """
     n_pre, n_post = values.shape
     drawn, at_once = np.empty(len(pre)), max(1, _DRAWN_AT_ONCE // n_post)

@@ -1,4 +1,4 @@
-"""PyNN's synapse types: one class for each law of a network."""
+"""PyNN's synapse types: one class for each synapse law."""
 
 # mypy: disable-error-code="misc"
 
@@ -28,11 +28,11 @@ _RULES = {"timing_dependence": STDPTimingDependence, "weight_dependence": STDPWe
 
 
 class SynapseType(StandardSynapseType):
-    """What all synapse types share.
+    """Base of all synapse types.
 
     Attributes:
-        kind: what a network calls it.
-        given: the weight and delay as the script gave them; a missing delay is the smallest.
+        kind: the name of the law in a network.
+        given: the weight and delay from the script; a missing delay is the smallest.
     """
 
     kind: ClassVar[str]
@@ -44,7 +44,7 @@ class SynapseType(StandardSynapseType):
         name, own = type(self).__name__, type(self).default_parameters
         if own:
             require_names(name, parameters, own)
-        else:  # a rule made of parts takes the parts
+        else:  # a rule composed of parts takes the parts' parameters
             require_arguments(name, super().__init__, parameters)
         self._require_possible(parameters)
         super().__init__(*args, **parameters)
@@ -55,10 +55,10 @@ class SynapseType(StandardSynapseType):
         }
 
     def _require_possible(self, parameters: Mapping[str, Any]) -> None:
-        """Check what PyNN finds only later, or says without a name.
+        """Check errors that PyNN reports only later, or without a name.
 
         Raises:
-            InvalidValueError: a text is no function of the distance, or a fraction no number from 0 to 1.
+            InvalidValueError: a string is not a function of the distance, or a fraction is not from 0 to 1.
         """
         name = type(self).__name__
         for parameter, value in parameters.items():
@@ -75,7 +75,7 @@ class SynapseType(StandardSynapseType):
 
     @property
     def plasticity(self) -> Mapping[str, str]:
-        """PyNN's names of the parts of a plasticity rule."""
+        """PyNN's names for the parts of a plasticity rule."""
         return {}
 
     def _get_minimum_delay(self) -> float:

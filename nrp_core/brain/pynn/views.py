@@ -1,4 +1,4 @@
-"""Named neurons of a brain script: its variables, and what an experiment picks from its circuit."""
+"""Named neurons of a brain script: its variables, and the experiment's selections from its circuit."""
 
 # mypy: disable-error-code="misc"
 
@@ -22,12 +22,12 @@ def views_of(
     """Return the global ids of all named neurons.
 
     Args:
-        variables: of the script.
-        populations: by name, which cells of the variable ``circuit`` these are.
+        variables: the script's variables.
+        populations: selections of cells of the variable ``circuit``, by name.
         state: what the script built.
 
     Raises:
-        NetworkError: there is no circuit to pick from, or it no longer exists.
+        NetworkError: there is no circuit to select from, or it no longer exists.
         NeuronSelectionError: the circuit has no such cells.
     """
     circuit = variables.get(CIRCUIT)

@@ -1,4 +1,4 @@
-"""The near end: a brain that passes on what it is told."""
+"""The near end: a brain that forwards all calls to another process."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ DEFAULT_LIMIT_NS: Final = 60_000_000_000
 
 
 class RemoteOptions(BrainOptions):
-    """Options of a backend whose brains can have a process of their own."""
+    """Options of a backend whose brains can run in their own processes."""
 
     python: str | None = Field(
         default=None,
-        description="the Python that runs the simulator in a process of its own, e.g. VENV/bin/python; "
+        description="the Python that runs the simulator in its own process, e.g. VENV/bin/python; "
         "by default the simulator runs in this process",
     )
     time_limit: DurationNs = Field(
         default=DEFAULT_LIMIT_NS,
-        description="how long that process may neither answer nor compute before the run ends with an error",
+        description="the time for which that process may neither answer nor compute before the run fails",
     )
 
     def here(self) -> Self:
@@ -43,10 +43,10 @@ class RemoteOptions(BrainOptions):
         return self.model_copy(update={"python": None})
 
     def elsewhere(self, simulator: str) -> str | None:
-        """Return the Python of another process, or None if the brain can run in this one.
+        """Return the Python for another process, or None if the brain can run in this one.
 
         Args:
-            simulator: of which a process has one: the second brain to use it gets a process of its own.
+            simulator: a simulator that can run once in a process: a second brain gets its own process.
         """
         return self.python or (sys.executable if is_taken(simulator) else None)
 
@@ -55,16 +55,16 @@ class RemoteBrain(Brain):
     """A brain whose simulator runs in another process.
 
     Args:
-        backend: whose brain it is; the other process opens one in itself.
-        network: what is simulated.
-        seed: the experiment's seed for the brain.
-        options: of the backend, as the other process is to see them.
-        python: the interpreter of that process, a path or a name on the search path.
+        backend: the brain's backend; the other process opens the brain with it.
+        network: the simulated network.
+        seed: the seed of the brain's random numbers.
+        options: the backend's options in the other process.
+        python: the interpreter of that process: a path, or a name on the search path.
 
     Raises:
         BackendLoadError: the process does not start.
         SimulationError: it ends, or hangs.
-        NrpError: whatever the backend raises there.
+        NrpError: any error that the backend raises there.
     """
 
     def __init__(
@@ -140,5 +140,5 @@ class RemoteBrain(Brain):
         self._process.close()
 
     def _forget(self) -> None:
-        """Drop what has not been sent or taken: it belongs to the time before a jump."""
+        """Discard pending inputs and spikes, which belong to the time before a reset or restore."""
         self._inputs, self._spikes = Inputs(), []

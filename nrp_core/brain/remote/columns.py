@@ -1,4 +1,4 @@
-"""Columns of numbers in memory that two processes see."""
+"""Columns of numbers in memory shared by two processes."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ import numpy.typing as npt
 from nrp_core._support.arrays import IntArray
 
 _BYTES: Final = 8
-"""Of each number, an integer or a float."""
+"""Size of each number, an integer or a float."""
 _FIRST_SIZE: Final = 1 << 16
 
 
 class SharedColumns:
     """Memory for the columns of one message; it grows when a message needs more.
 
-    The two sides take turns: what one wrote is read by the other before that one writes.
+    The two sides take turns: each reads the other's columns before it writes its own.
 
     Args:
-        descriptor: of an open file in memory, which is this object's from now on; None for a new one.
+        descriptor: of an open memory file, which this object then owns; None for a new one.
     """
 
     def __init__(self, descriptor: int | None = None) -> None:
@@ -34,11 +34,11 @@ class SharedColumns:
 
     @property
     def descriptor(self) -> int:
-        """The number of the open file."""
+        """The file descriptor."""
         return self._file.fileno()
 
     def write(self, columns: Sequence[npt.NDArray[Any]]) -> int:
-        """Write columns one behind the other; return how many numbers they are."""
+        """Write columns one after another; return the number of values."""
         total = sum(map(len, columns))
         self._reach(total)
         at = 0
@@ -49,17 +49,17 @@ class SharedColumns:
         return total
 
     def read(self, total: int) -> IntArray:
-        """Return a copy of what was written, as integers; floats in it are a view of another type."""
+        """Return a copy of the written values as integers; view floats in it as another type."""
         self._reach(total)
         return self._integers[:total].copy()
 
     def close(self) -> None:
-        """Let the memory go."""
+        """Release the memory."""
         self._integers, self._floats = np.empty(0, np.int64), np.empty(0)
         self._file.close()
 
     def _reach(self, total: int) -> None:
-        """Have room for so many numbers; the side that writes makes it."""
+        """Make room for this number of values; called by the writing side."""
         if total <= len(self._integers):
             return
         size = os.fstat(self.descriptor).st_size

@@ -1,7 +1,7 @@
-"""The process of a brain, a script: ``python far_end.py SOCKET MEMORY VERSION MODULE``.
+"""The script of a brain's process: ``python far_end.py SOCKET MEMORY VERSION MODULE``.
 
-It is the near end's file in the hands of the Python that was named, so it can tell what that Python lacks:
-the first line that it sends, before any message, says why it cannot go on, and is empty if it can.
+The named Python runs the near end's copy of this file, so the script can report what that Python lacks: the
+first line that it sends, before any message, is the reason why it cannot start, or empty if it can.
 """
 
 import signal
@@ -16,10 +16,10 @@ def main(connection: int, memory: int, wanted: str, module: str) -> None:
     """Answer requests.
 
     Args:
-        connection: number of an open socket.
-        memory: number of an open file.
+        connection: file descriptor of an open socket.
+        memory: file descriptor of an open file.
         wanted: the near end's version of nrp-core.
-        module: holds the backend.
+        module: the module of the backend.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the near end decides when to stop
     sys.path[:] = [entry for entry in sys.path if entry != str(Path(__file__).parent)]

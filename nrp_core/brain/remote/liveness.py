@@ -1,4 +1,4 @@
-"""Whether a process does anything: by the processor time that it and what it started have used."""
+"""Detects whether a process is active, by the CPU time that it and its children have used."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from pathlib import Path
 from typing import Final
 
 _STATE: Final = 0
-"""Of the fields behind the name of the program in ``/proc/PID/stat``, see proc(5)."""
+"""Indices of the fields after the program's name in ``/proc/PID/stat``, see proc(5)."""
 _TIMES: Final = slice(11, 15)
-"""In user mode and in the system, its own and its children's that ended."""
+"""CPU time in user and system mode, of the process and of its finished children."""
 _LOOKS: Final = 4
 
 
 class Watchdog:
-    """Notices that a process does nothing for so long that it will not answer any more.
+    """Detects that a process has been inactive for so long that it will not answer any more.
 
-    It counts looks and reads no clock: while this program was stopped itself, or the machine slept, nobody
-    waited.
+    It counts checks instead of reading a clock, so time for which this program or the machine was suspended
+    does not count.
 
     Args:
-        pid: of the process.
-        limit_s: how long it may do nothing.
-        error: what to raise then.
+        pid: the process id.
+        limit_s: how long it may be inactive, s.
+        error: the error to raise then.
     """
 
     def __init__(self, pid: int, limit_s: float, error: Callable[[], Exception]) -> None:
@@ -32,14 +32,14 @@ class Watchdog:
         self._spent, self._idle = -1, 0
 
     def begin(self) -> None:
-        """The process has got something to do."""
+        """Restart the count: the process has received a request."""
         self._spent, self._idle = -1, 0
 
     def look(self) -> None:
-        """Look whether it has done anything since the last look.
+        """Check whether the process has been active since the last check.
 
         Raises:
-            Exception: it has not for too long.
+            Exception: it has been inactive for too long.
         """
         spent, busy = activity(self._pid)
         self._idle = self._idle + 1 if spent == self._spent and not busy else 0
@@ -49,11 +49,10 @@ class Watchdog:
 
 
 def activity(pid: int) -> tuple[int, bool]:
-    """Return what a process and all below it do.
+    """Return the activity of a process and all its descendants.
 
     Returns:
-        The processor time they have used, in the system's ticks, and whether one of them would use more: it
-        waits for a processor or a disk.
+        The CPU time used, in clock ticks, and whether one of them is runnable or waits for a disk.
     """
     spent, busy = 0, False
     with suppress(OSError):  # one of them has just ended

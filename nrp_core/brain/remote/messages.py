@@ -1,7 +1,7 @@
 """Messages between the two ends, which take turns.
 
 A step of the loop is a few numbers through a socket, and columns in shared memory; any other request, answer
-or error is an object that pickles, through the socket.
+or error is a pickled object through the socket.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, Final
 from nrp_core.brain.remote.columns import SharedColumns
 
 _BELL: Final = struct.Struct("<7q")
-"""What begins every message: 0 and the length of a pickle, or 1 and the numbers of a step."""
+"""Header of every message: 0 and the length of a pickle, or 1 and the numbers of a step."""
 _OBJECT: Final = 0
 _STEP: Final = 1
 _NUMBERS: Final = 6
@@ -29,8 +29,8 @@ class Channel:
 
     Args:
         connection: to the other end.
-        columns: memory that both see.
-        when_silent: called when the other end has let one of the timeouts of the socket pass; it may raise.
+        columns: the shared memory.
+        when_silent: called when the socket times out; it may raise.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Channel:
         self._write(data)
 
     def receive_line(self) -> str:
-        """Wait for a line of text, which comes before all messages.
+        """Wait for the line of text that precedes all messages.
 
         Raises:
             EOFError: the other end is closed.
@@ -59,7 +59,7 @@ class Channel:
         return line.decode().strip()
 
     def send_step(self, *numbers: int) -> None:
-        """Send up to six numbers; the columns they are about are written already."""
+        """Send up to six numbers; their columns must already be written."""
         self._write(_BELL.pack(_STEP, *numbers, *[0] * (_NUMBERS - len(numbers))))
 
     def receive(self) -> tuple[Any, Numbers]:

@@ -1,4 +1,4 @@
-"""The other process: started, asked, ended."""
+"""The other process: starts it, sends requests to it and ends it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from nrp_core.brain.remote.messages import Channel, Numbers
 from nrp_core.errors import BackendLoadError, SimulationError
 
 _PATIENCE_S: Final = 5.0
-"""How long a process may take to end by itself."""
+"""Time for a process to end by itself, s."""
 _STANDARD_ERROR: Final = 2
 _MICROSECONDS: Final = 1_000_000
 
@@ -26,18 +26,18 @@ _MICROSECONDS: Final = 1_000_000
 class BrainProcess:
     """A Python process that runs :mod:`nrp_core.brain.remote.far_end`.
 
-    What it prints goes to standard error: standard output is for what a command is asked for.
+    Its output goes to standard error, since standard output is for the results of commands.
 
     Args:
-        python: the interpreter, a path or a name on the search path.
-        module: what it is to import, which holds the backend.
-        time_limit_s: how long it may neither answer nor compute.
+        python: the interpreter: a path, or a name on the search path.
+        module: the module of the backend.
+        time_limit_s: how long it may neither answer nor compute, s.
 
     Attributes:
-        columns: memory that the process sees, too.
+        columns: memory shared with the process.
 
     Raises:
-        BackendLoadError: there is no such program.
+        BackendLoadError: the interpreter is not a program that can be run.
     """
 
     def __init__(self, python: str, module: str, time_limit_s: float) -> None:
@@ -68,8 +68,8 @@ class BrainProcess:
 
         Raises:
             BackendLoadError: the process ended before it had opened a brain, or cannot open one.
-            SimulationError: it ended later, or hangs.
-            NrpError: what was raised there.
+            SimulationError: the process ended later, or hangs.
+            NrpError: an error that was raised there.
         """
         try:
             self._begin()
@@ -79,7 +79,7 @@ class BrainProcess:
             raise self._ended() from None
 
     def step(self, *numbers: int) -> Numbers:
-        """Return the numbers that answer those of a step; the columns that belong to them lie in memory.
+        """Send the numbers of a step and return those of the reply; the columns are in shared memory.
 
         Raises:
             SimulationError, NrpError: see :meth:`call`.
@@ -103,7 +103,7 @@ class BrainProcess:
         self._watch.begin()
         if not self._greeted:
             self._greet()
-        if self._waiting:  # an earlier call was interrupted, and its answer is still to come
+        if self._waiting:  # an earlier call was interrupted, and its reply is still pending
             self._channel.receive()
         self._waiting = True
 
@@ -157,7 +157,7 @@ def _needs() -> str:
 
 
 def _time_out(connection: socket.socket, after_s: float) -> None:
-    """Let sending and receiving stop by ``BlockingIOError`` after a time, which costs no call of its own."""
+    """Make sending and receiving raise ``BlockingIOError`` after a time, without extra system calls."""
     value = struct.pack("ll", *divmod(max(1, round(after_s * _MICROSECONDS)), _MICROSECONDS))
     for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
         connection.setsockopt(socket.SOL_SOCKET, option, value)

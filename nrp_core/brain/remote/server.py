@@ -1,4 +1,4 @@
-"""The far end: opens a brain and does what it is asked."""
+"""The far end: opens a brain and carries out requests."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from nrp_core.errors import BackendLoadError, NrpError, SimulationError
 
 
 class Opened(NamedTuple):
-    """What the near end must know of a brain.
+    """The properties of a brain that the near end needs.
 
     Args:
-        warnings: the brain's.
+        warnings: the brain's warnings.
         emitting: labels of the source populations whose spikes the simulator emits itself.
     """
 
@@ -29,12 +29,12 @@ class Opened(NamedTuple):
 
 
 class BrainServer:
-    """Carries out requests by the operations that a backend writes: checks and draws are the near end's."""
+    """Carries out requests by the backend's own operations; the near end does the checks and random draws."""
 
     _brain: Brain
 
     def answer(self, request: str, arguments: tuple[Any, ...]) -> tuple[object, NrpError | None]:
-        """Return what a request returns, or raises."""
+        """Return the result of a request, or raise its error."""
         try:
             return REQUESTS[request](self, *arguments), None
         except Exception as error:  # noqa: BLE001  whatever it is, the other side raises it
@@ -47,7 +47,7 @@ class BrainServer:
         return Opened(brain.warnings, frozenset(own))
 
     def step(self, memory: SharedColumns, now_ns: int, t_ns: int, *counts: int) -> int:
-        """Carry out what was asked for since the last step, run, and return the number of spikes."""
+        """Apply the inputs since the last step, run, and return the number of spikes."""
         brain = self._brain
         brain.now_ns = now_ns
         carry_out(brain, memory, counts)
@@ -56,7 +56,7 @@ class BrainServer:
         return write_spikes(memory, brain._do_take_spikes())
 
     def reset(self, seed: int) -> None:
-        """Go back to time 0."""
+        """Reset to time 0."""
         self._brain._seed, self._brain.now_ns = seed, 0
         self._brain._do_reset(seed)
 
@@ -81,7 +81,7 @@ class BrainServer:
         return self._brain._do_save()
 
     def restore(self, saved: object) -> None:
-        """Go back to a state."""
+        """Restore a state."""
         self._brain._do_restore(saved)
 
     def close(self) -> None:
@@ -106,7 +106,7 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
 
 
 def serve(channel: Channel) -> None:
-    """Answer requests, each with what it returns or raises, until the other side is gone."""
+    """Answer each request with its result or error, until the other side closes."""
     server = BrainServer()
     with suppress(EOFError, ConnectionError):
         while True:
@@ -124,7 +124,7 @@ def serve(channel: Channel) -> None:
 
 
 def _portable(error: Exception, kind: type[NrpError] = SimulationError) -> NrpError:
-    """Return an error that exists on the other side, too."""
+    """Return an error whose class exists on the other side too."""
     if isinstance(error, NrpError):
         error.__cause__ = error.__context__ = None
         return error

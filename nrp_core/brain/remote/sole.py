@@ -1,4 +1,4 @@
-"""Simulators of which a process has one: whose turn it is."""
+"""Locks for simulators that can run once in a process."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from nrp_core.errors import LifecycleError
 
 
 class Sole:
-    """The right to the one simulator of this process, until it is released or forgotten.
+    """Exclusive use of a simulator in this process, until it is released or garbage-collected.
 
     Args:
         simulator: its name, the same for every backend that drives it, e.g. ``NEST``.
 
     Raises:
-        LifecycleError: another has it.
+        LifecycleError: another brain uses the simulator.
     """
 
     def __init__(self, simulator: str) -> None:
@@ -28,7 +28,7 @@ class Sole:
         _holders[simulator] = self
 
     def release(self) -> None:
-        """Give the simulator to whoever comes next; doing so again does nothing."""
+        """Release the simulator; further calls do nothing."""
         if _holders.get(self._simulator) is self:
             del _holders[self._simulator]
 

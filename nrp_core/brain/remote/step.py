@@ -1,4 +1,4 @@
-"""What a step of the loop brings to a brain and takes from it, as columns in shared memory."""
+"""The inputs and outputs of a brain in one step of the loop, as columns in shared memory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 
 class Inputs:
-    """What a brain is to get before it runs on."""
+    """The inputs of a brain for its next step."""
 
     def __init__(self) -> None:
         self._fired: list[tuple[IntArray, FloatArray]] = []
@@ -21,19 +21,19 @@ class Inputs:
         self._currents_na: list[FloatArray] = []
 
     def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
-        """Let source cells emit spikes."""
+        """Add spikes of source cells."""
         self._fired.append((neurons, times_ms))
 
     def inject(self, events: SynapticEvents) -> None:
-        """Let events arrive."""
+        """Add synaptic events."""
         self._events[events.receptor].append(events)
 
     def set_current(self, currents_na: FloatArray) -> None:
-        """Hold these currents; the last ones count."""
+        """Set the currents; only the last ones are used."""
         self._currents_na = [currents_na]
 
     def write(self, memory: SharedColumns) -> Numbers:
-        """Write everything, and return how many spikes, events at each receptor, and currents there are."""
+        """Write everything; return the numbers of spikes, of events at each receptor, and of currents."""
         columns = [*(neurons for neurons, _ in self._fired), *(times_ms for _, times_ms in self._fired)]
         counts = [sum(map(len, columns)) // 2]
         for events in self._events.values():
@@ -47,7 +47,7 @@ class Inputs:
 
 
 def carry_out(brain: Brain, memory: SharedColumns, counts: Numbers) -> None:
-    """Give a brain what :meth:`Inputs.write` wrote."""
+    """Pass the inputs written by :meth:`Inputs.write` to a brain."""
     n_fired, *n_events, n_currents = counts
     column = _Cutter(memory.read(2 * n_fired + 3 * sum(n_events) + n_currents))
     if n_fired:
@@ -61,19 +61,19 @@ def carry_out(brain: Brain, memory: SharedColumns, counts: Numbers) -> None:
 
 
 def write_spikes(memory: SharedColumns, spikes: Spikes) -> int:
-    """Write spikes, and return how many there are."""
+    """Write spikes and return their number."""
     memory.write([spikes.neurons, spikes.times_ms])
     return len(spikes)
 
 
 def read_spikes(memory: SharedColumns, n: int) -> Spikes:
-    """Return what :func:`write_spikes` wrote."""
+    """Return the spikes written by :func:`write_spikes`."""
     column = _Cutter(memory.read(2 * n))
     return Spikes(column.integers(n), column.floats(n))
 
 
 class _Cutter:
-    """Cuts columns off a block of numbers, one after the other."""
+    """Splits a block of numbers into consecutive columns."""
 
     def __init__(self, block: IntArray) -> None:
         self._block, self._at = block, 0

@@ -101,7 +101,7 @@ CASES = {
     CELL + "a.record(5)": "population 'a': its list of variables is 5; it must be names such as 'spikes'",
     CELL + "sim.DCSource().inject_into(5)": "DCSource: its target is 5; it must be a population, view,",
     "sim.DCSource().inject_into(sim.Population(1, sim.SpikeSourceArray(), label='s'))":
-        "DCSource: no current goes into a spike source ('s')",
+        "DCSource: cannot inject current into a spike source ('s')",
     CELL + "a.positions = [[1, 2]]": "population 'a': positions are finite numbers (um) of shape (3, 2)",
     "sim.DCSource(amplitude=float('nan'))": "DCSource: amplitude is nan; it must be finite",
     "sim.NoisyCurrentSource(stdev=-1.0)": "NoisyCurrentSource: stdev is -1.0; it must be 0 or more",
@@ -185,10 +185,16 @@ def test_a_mistake_is_one_error_with_its_line_and_what_would_be_right(text: str,
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("sim.GIF_cond_exp()", "GIF_cond_exp is not supported; the nearest that is: EIF_cond_exp_isfa_ista"),
-        ("sim.native_cell_type('iaf_psc_alpha')()", "the nearest of all is IF_curr_alpha"),
-        ("sim.StochasticTsodyksMarkramSynapse()", "the nearest that is: TsodyksMarkramSynapse"),
-        ("sim.Vogels2011Rule()", "Vogels2011Rule is not supported; the nearest that is: SpikePairRule"),
+        (
+            "sim.GIF_cond_exp()",
+            "GIF_cond_exp is not supported; the nearest supported model: EIF_cond_exp_isfa_ista",
+        ),
+        ("sim.native_cell_type('iaf_psc_alpha')()", "the nearest standard model is IF_curr_alpha"),
+        ("sim.StochasticTsodyksMarkramSynapse()", "the nearest supported model: TsodyksMarkramSynapse"),
+        (
+            "sim.Vogels2011Rule()",
+            "Vogels2011Rule is not supported; the nearest supported model: SpikePairRule",
+        ),
     ],
 )
 def test_a_model_that_there_is_not_names_the_nearest(text: str, message: str, tmp_path: Path) -> None:

@@ -114,7 +114,7 @@ def test_weights_and_trains_that_cannot_be_are_refused(network):
         new_weights(network, "p", [1.0, -1.0])
     with pytest.raises(NetworkError, match=r"no projection 'q'"):
         projection_of(network, "q")
-    with pytest.raises(NetworkError, match=r"'n' is no population of SpikeSourceArray"):
+    with pytest.raises(NetworkError, match=r"'n' is not a population of SpikeSourceArray"):
         spike_trains(network, "n", [[1.0]], None)
     with pytest.raises(NetworkError, match=r"'s': 2 spike trains for 1 cells"):
         spike_trains(network, "s", [[1.0], [2.0]], None)

@@ -100,7 +100,7 @@ def test_a_file_cut_short_is_one_clear_error(saved: Path, tmp_path: Path, cut: f
     whole = saved.read_bytes()
     path = tmp_path / "cut.nrpnet"
     path.write_bytes(whole[: int(cut * len(whole))])
-    with pytest.raises(NetworkError, match=r"cut short or damaged|is no HDF5 file") as caught:
+    with pytest.raises(NetworkError, match=r"cut short or damaged|is not an HDF5 file") as caught:
         read_network(path)
     assert caught.value.path == path
 
@@ -140,12 +140,12 @@ def _replace(name: str, values: object) -> Callable[[h5py.File], None]:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda file: file.attrs.__delitem__("format"), "is HDF5, but holds no network"),
+        (lambda file: file.attrs.__delitem__("format"), "is an HDF5 file, but not a network file"),
         (lambda file: file.attrs.__setitem__("version", 2), "version 2; this nrp-core reads"),
         (lambda file: file.attrs.__setitem__("version", "new"), "no attribute 'version' of kind int"),
         (lambda file: file.move("projections", "projection"),
          "has no group 'projections'; did you mean 'projection'?"),
-        (lambda file: file["populations/1/parameters"].__delitem__("tau_m"), "has another digest"),
+        (lambda file: file["populations/1/parameters"].__delitem__("tau_m"), "digest of its network differs"),
         (lambda file: file["projections/0"].__delitem__("weight"), "'/projections/0' has no dataset 'wei"),
         (lambda file: file["projections/0"].attrs.__setitem__("post", "cell"),
          "projection 'in' names no population 'cell'"),
@@ -170,7 +170,7 @@ def test_what_is_no_file_of_ours_says_so(tmp_path: Path) -> None:
     with pytest.raises(NetworkError, match="there is no such file"):
         read_network(tmp_path / "nothing.nrpnet")
     (tmp_path / "text.nrpnet").write_text("a network")
-    with pytest.raises(NetworkError, match="is no HDF5 file"):
+    with pytest.raises(NetworkError, match="is not an HDF5 file"):
         read_network(tmp_path / "text.nrpnet")
     with pytest.raises(NetworkError, match="the network cannot be written"):
         save_network(Network({}), tmp_path / "nowhere" / "all.nrpnet")

@@ -48,7 +48,9 @@ def test_every_model_connector_and_function_of_a_pynn_simulator_has_its_name_her
 def test_a_model_that_is_not_supported_names_the_nearest_that_is(
     sim: ModuleType, name: str, nearest: str
 ) -> None:
-    with pytest.raises(CapabilityError, match=f"{name} is not supported; the nearest that is: {nearest}"):
+    with pytest.raises(
+        CapabilityError, match=f"{name} is not supported; the nearest supported model: {nearest}"
+    ):
         getattr(sim, name)(tau_m=1.0)
 
 
@@ -72,7 +74,7 @@ def test_every_standard_model_of_pynn_is_supported_or_refused_by_name(sim: Modul
 def test_a_model_of_one_simulator_names_the_nearest_standard_cell(
     sim: ModuleType, native: str, nearest: str
 ) -> None:
-    with pytest.raises(CapabilityError, match=f"'{native}' is of one simulator alone; .* {nearest}$"):
+    with pytest.raises(CapabilityError, match=f"'{native}' exists in one simulator only; .* {nearest}$"):
         sim.native_cell_type(native)
 
 

@@ -1,4 +1,4 @@
-"""Networks in SONATA, the format in which large models are exchanged.
+"""Networks in SONATA, an exchange format for large models.
 
 Dai et al., PLoS Comput. Biol. 16(2):e1007696 (2020); the files are described in
 https://github.com/AllenInstitute/sonata/blob/master/docs/SONATA_DEVELOPER_GUIDE.md

@@ -30,22 +30,22 @@ def read_sonata(
     populations: Mapping[str, Selection] | None = None,
     seed: int = 0,  # noqa: ARG001  readers of all kinds of files take it
 ) -> Network:
-    """Read a circuit from its configuration, or from that of a simulation with it.
+    """Read a circuit from its configuration or from a simulation's configuration.
 
-    A population of nodes becomes a population of its name, or several (``name/cell type``) where its nodes
-    are of several models; a view of its name has all nodes in their order. What the column ``pop_name``
-    of node types calls its nodes becomes a view as well, and so does each node set. Edges
-    become one projection for each receptor and kind of synapse.
+    A population of nodes becomes a population of the same name, or several (``name/cell type``) if its nodes
+    are of several models; a view of that name has all nodes in their order. Each name in the column
+    ``pop_name`` of node types and each node set becomes a view too. Edges become one projection for each
+    receptor and synapse type.
 
     Args:
         path: ``circuit_config.json`` or ``simulation_config.json``, whose spike inputs are read too.
-        populations: more names for nodes; they are counted through all populations in turn.
-        seed: has no effect: a circuit holds nothing random.
+        populations: additional named selections of nodes, numbered through all populations in turn.
+        seed: has no effect, since a circuit has no random values to draw.
 
     Raises:
-        NetworkError: a file is missing, cut short or contradicts itself; with file and place.
+        NetworkError: a file is missing, truncated or inconsistent; with file and place.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
-        CapabilityError: the circuit has cells or synapses that networks do not have.
+        CapabilityError: the circuit has unsupported cells or synapses.
     """
     path = Path(path)
     config = read_config(path)
@@ -65,10 +65,10 @@ def read_sonata(
 
 
 def _add_sets(views: dict[str, IntArray], path: Path, sets: Mapping[str, IntArray]) -> None:
-    """Add node sets to what has a name already; one may say again what a population is.
+    """Add node sets to the named views; a set may repeat the name of an identical population.
 
     Raises:
-        NetworkError: a set has the name of other nodes.
+        NetworkError: a set has the name of a view of other nodes.
     """
     for name, chosen in sets.items():
         if name in views and not np.array_equal(views[name], chosen):
@@ -83,7 +83,7 @@ def _nodes(config: Config) -> dict[str, Nodes]:
 
         def read(part: Any, items: SonataItems) -> Nodes:
             if items.name in nodes:
-                raise NetworkError(f"two populations of nodes are called '{items.name}'")
+                raise NetworkError(f"two populations of nodes have the name '{items.name}'")
             return read_nodes(part, items, spikes.get(items.name, {}))
 
         for found in _read(files, "node", config.point_neuron_models, read):
@@ -102,7 +102,7 @@ def _projections(config: Config, nodes: Mapping[str, Nodes]) -> list[Projection]
 
 
 def _read(files: Files, kind: str, parameters: Path, read: Callable[[Any, SonataItems], T]) -> list[T]:
-    """Return what each population of nodes or edges in a file is read as."""
+    """Return the result of reading each population of nodes or edges in a file."""
     types = read_types(files.types, kind, parameters)
     with reading(files.data) as file:
         if "magic" in file.attrs and attribute(file, "magic", int) != _MAGIC:

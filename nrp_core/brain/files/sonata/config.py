@@ -1,4 +1,4 @@
-"""The configuration of a SONATA circuit: which files it consists of."""
+"""The configuration of a SONATA circuit, which lists its files."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Config:
     """A circuit.
 
     Args:
-        nodes, edges: its files.
+        nodes, edges: the files of nodes and edges.
         point_neuron_models, synaptic_models: folders with parameters of types.
         spikes: the spikes of virtual nodes, one file for each input.
-        node_sets: files of names for nodes; what a later one names counts.
+        node_sets: files of node sets; a later set overrides an earlier one of the same name.
     """
 
     nodes: tuple[Files, ...]
@@ -42,7 +42,7 @@ def read_config(path: Path) -> Config:
     """Read the configuration of a circuit, or of a simulation that names a circuit.
 
     Raises:
-        NetworkError: it is none, or it names what does not exist.
+        NetworkError: not a valid configuration, or it names a file that does not exist.
     """
     given = _resolved(path)
     circuit = given
@@ -68,7 +68,7 @@ def read_config(path: Path) -> Config:
 
 
 def _resolved(path: Path) -> dict[str, Any]:
-    """Return a configuration with the variables of its manifest put in and its paths made absolute."""
+    """Return a configuration with its manifest's variables substituted and its paths made absolute."""
     try:
         given = json.loads(path.read_text("utf-8"))
     except OSError as error:
@@ -79,7 +79,7 @@ def _resolved(path: Path) -> dict[str, Any]:
     if not isinstance(given, dict):
         raise NetworkError("the configuration is not a JSON object", path=path)
     variables = {str(name): str(value) for name, value in _section(path, given, "manifest").items()}
-    for _ in variables:  # one may be made of others
+    for _ in variables:  # a variable may contain others
         variables = {name: _put_in(value, variables) for name, value in variables.items()}
     found = _walked({key: value for key, value in given.items() if key != "manifest"}, variables, path.parent)
     assert isinstance(found, dict)
@@ -113,7 +113,7 @@ def _as_path(value: str, variables: Mapping[str, str], folder: Path) -> str:
 
 
 def _put_in(text: str, variables: Mapping[str, str]) -> str:
-    """Return a text with variables in place of their names, the longest names first."""
+    """Return a text with names replaced by their variables, the longest names first."""
     for name in sorted(variables, key=len, reverse=True):
         text = text.replace("${" + name.lstrip("$") + "}", variables[name]).replace(name, variables[name])
     return text

@@ -23,12 +23,12 @@ def read_edges(part: Any, items: SonataItems, nodes: Mapping[str, Nodes]) -> Ite
 
     Args:
         part: its HDF5 group.
-        items: its edges.
+        items: the edges.
         nodes: all populations of nodes.
 
     Raises:
-        NetworkError: an edge refers to what there is not, or has an impossible weight or delay.
-        CapabilityError: networks have no such synapses.
+        NetworkError: an edge refers to a missing node, or has an invalid weight or delay.
+        CapabilityError: the synapse model is not supported.
     """
     models = list(models_of(items))
     pre, pre_places = _ends(part, "source", items, nodes)
@@ -82,13 +82,13 @@ def _ends(part: Any, end: str, items: SonataItems, nodes: Mapping[str, Nodes]) -
     name = attribute(part[f"{end}_node_id"], "node_population", str)
     if name not in nodes:
         raise NetworkError(
-            f"edges '{items.name}': no {end} nodes are called '{name}'{did_you_mean(name, nodes)}"
+            f"edges '{items.name}': no {end} nodes have the name '{name}'{did_you_mean(name, nodes)}"
         )
     return nodes[name], nodes[name].places_of(ids, items.name)
 
 
 def _cells(nodes: Nodes, places: IntArray) -> Iterator[tuple[Population, CellModel, IndexArray]]:
-    """Yield each cell population of nodes, with the index in it of every node at ``places``, or -1."""
+    """Yield each cell population of nodes, with the index of every node at ``places`` in it, or -1."""
     for (model, chosen), population in zip(nodes.models, nodes.populations, strict=True):
         index = np.full(len(nodes.items), -1, np.int32)
         index[chosen] = np.arange(len(chosen))
@@ -96,12 +96,12 @@ def _cells(nodes: Nodes, places: IntArray) -> Iterator[tuple[Population, CellMod
 
 
 def _weights(items: SonataItems) -> FloatArray:
-    """Return weights as in the file: a synapse's, times the number of synapses that an edge stands for."""
+    """Return weights in the file's unit: a synapse's weight times the number of synapses of an edge."""
     return _required(items, ("syn_weight", "weight")) * _times(items)
 
 
 def _times(items: SonataItems) -> FloatArray:
-    """Return how many synapses each edge stands for."""
+    """Return the number of synapses of each edge."""
     n = items.numbers("nsyns")
     return np.where(np.isnan(n), 1.0, n)
 
@@ -121,7 +121,7 @@ def _required(items: SonataItems, names: tuple[str, ...]) -> FloatArray:
 
 
 def _is_inhibitory(items: SonataItems, weight: FloatArray) -> Any:
-    """Return which edges inhibit: those of such a receptor, or else with a negative weight."""
+    """Return which edges are inhibitory, by receptor type or else by a negative weight."""
     inhibitory = np.asarray(weight < 0)
     for number, receptor in items.texts("receptor_type").items():
         if receptor in ("", "default"):
@@ -134,7 +134,7 @@ def _is_inhibitory(items: SonataItems, weight: FloatArray) -> Any:
 
 
 def _signed(weight: FloatArray, model: CellModel, receptor: str) -> FloatArray:
-    """Return weights in PyNN's units; conductances without a sign, since the receptor says what they do."""
+    """Return weights in PyNN's units; conductances are never negative on either receptor."""
     scaled = np.ascontiguousarray(weight) * model.weight_scale
     if "_cond_" in model.cell_type and receptor == "inhibitory":
         return np.abs(scaled)

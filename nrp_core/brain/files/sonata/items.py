@@ -1,7 +1,7 @@
 """Nodes or edges of a SONATA population, and their attributes.
 
-An attribute stands in the HDF5 file, for each item, or in the table of types, for all items of a type, or
-in a file of parameters that the table names; the first of these that has it counts.
+An attribute is stored in the HDF5 file for each item, in the table of types for all items of a type, or in
+a parameter file that the table names; the first of these that has it is used.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ class SonataItems:
     """Nodes or edges of one population.
 
     Args:
-        name: of the population.
+        name: the population's name.
         kind: ``node`` or ``edge``.
         type_ids: shape ``(n,)``.
-        types: attributes by type.
-        groups: for each HDF5 group, which items are in it and where, and its own attributes.
+        types: the attributes of each type.
+        groups: for each HDF5 group, its items, their places in it, and its attributes.
     """
 
     name: str
@@ -58,10 +58,10 @@ class SonataItems:
         return len(self.type_ids)
 
     def numbers(self, name: str) -> FloatArray:
-        """Return a number for each item, NaN where it has none; one number that all share takes no memory.
+        """Return a number for each item, NaN if it has none; a shared number takes constant memory.
 
         Raises:
-            NetworkError: a type has something else.
+            NetworkError: the attribute of a type is not a number.
         """
         shared = {number: self._number(number, name) for number in self._used}
         if len(set(shared.values())) == 1 and not any(name in own for *_, own in self.groups):
@@ -75,7 +75,7 @@ class SonataItems:
         return values
 
     def texts(self, name: str) -> Mapping[int, str]:
-        """Return a text for each type that is used; the empty text where it has none."""
+        """Return a string for each used type; an empty string if it has none."""
         found = {number: self.types[number].get(name) for number in self._used}
         return {number: "" if value is None else str(value) for number, value in found.items()}
 
@@ -98,7 +98,7 @@ def read_items(part: Any, name: str, kind: str, types: Types) -> SonataItems:
     """Read the nodes or edges of a population from its HDF5 group.
 
     Raises:
-        NetworkError: the group does not hold them.
+        NetworkError: the group does not hold valid items.
     """
     type_ids = array(part, f"{kind}_type_id", np.int64)
     n = len(type_ids)
@@ -119,7 +119,7 @@ def read_items(part: Any, name: str, kind: str, types: Types) -> SonataItems:
 
 
 def _own(part: Any) -> dict[str, np.ndarray[Any, Any]]:
-    """Return the numbers that a group holds, those of the model's dynamics included."""
+    """Return the numbers in a group, including its ``dynamics_params``."""
     found = {}
     for parent in (part, *([part[DYNAMICS]] if DYNAMICS in part else [])):
         for name in parent:
@@ -141,15 +141,15 @@ def _require_rows(owner: str, own: Mapping[str, np.ndarray[Any, Any]], places: I
 
 
 def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
-    """Read a table of types, with the files of parameters that it names.
+    """Read a table of types, with the parameter files that it names.
 
     Args:
-        path: the table, words and quoted texts with blanks between; None: all are of one type, 0.
+        path: the table of space-separated, optionally quoted values; None: all items are of one type, 0.
         kind: ``node`` or ``edge``.
-        parameters: the folder of the files that its column ``dynamics_params`` names.
+        parameters: the folder of the files in its column ``dynamics_params``.
 
     Raises:
-        NetworkError: a file is missing or cannot be understood.
+        NetworkError: a file is missing or not valid.
     """
     if path is None:
         return {0: {}}

@@ -1,4 +1,4 @@
-"""What the models that SONATA files name are in a network: cell type, parameters, units of weights.
+"""The network equivalents of SONATA's cell models: cell type, parameters, units of weights.
 
 Schemas are ``pynn:`` (PyNN's standard cells, its units) and ``nest:`` (NEST's point neurons: pF, nS, pA, with
 NEST's own defaults, as its documentation lists them).
@@ -20,12 +20,12 @@ _KILO = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """Where a parameter comes from.
+    """The source of a parameter.
 
     Args:
-        name: in the file.
-        scale: from its unit to PyNN's.
-        default: in the file's unit.
+        name: its name in the file.
+        scale: the factor from its unit to PyNN's.
+        default: its default in the file's unit.
     """
 
     name: str
@@ -38,12 +38,12 @@ class CellModel:
     """A model of a cell.
 
     Args:
-        cell_type: PyNN's.
-        parameters: by PyNN's name; those left out are called and default as in PyNN.
-        weight_scale: from the file's unit to PyNN's.
-        rests: whether the membrane starts at rest, as in NEST, and not where PyNN lets it.
-        initial: state variables that the file may give, by PyNN's name.
-        fixed: parameters of the file that can have one value only, since the cell has no such parameter.
+        cell_type: PyNN's cell type.
+        parameters: parameters by PyNN name; omitted ones have PyNN's name and default.
+        weight_scale: the factor from the file's unit to PyNN's.
+        rests: whether the membrane starts at rest, as in NEST, instead of at PyNN's default.
+        initial: state variables that the file may set, by PyNN name.
+        fixed: parameters of the file that must have one value, since the cell has no such parameter.
     """
 
     cell_type: str
@@ -100,7 +100,7 @@ _IZHIKEVICH = CellModel(
     fixed={"V_th": PEAK_MV},
 )
 LEAK_NS = {"iaf_cond_exp": 16.6667, "iaf_cond_alpha": 16.6667, "aeif_cond_exp": 30.0, "aeif_cond_alpha": 30.0}
-"""Default leak conductance of models that have one in place of a membrane time constant."""
+"""Default leak conductance of models that have one instead of a membrane time constant."""
 
 NEST_CELLS: Mapping[str, CellModel] = {
     "iaf_psc_exp": CellModel("IF_curr_exp", {**_lif(), **_synapses(2.0, 2.0)}, _KILO, rests=True),
@@ -112,26 +112,26 @@ NEST_CELLS: Mapping[str, CellModel] = {
     "aeif_cond_alpha": CellModel("EIF_cond_alpha_isfa_ista", _ADAPTIVE, _KILO, rests=True),
     "izhikevich": _IZHIKEVICH,
 }
-"""NEST's cells by their names there."""
+"""NEST's cells by their NEST names."""
 _PYNN = {name: CellModel(name, {}) for name in CELLS}
 _SCHEMAS: Mapping[str, Mapping[str, CellModel]] = {"pynn": _PYNN, "nest": NEST_CELLS}
 
 
 def model_of(owner: str, model_type: str, template: str) -> CellModel:
-    """Return what a type of point neurons is.
+    """Return the model of a type of point neurons.
 
     Args:
-        owner: whose it is, for the message.
-        model_type: SONATA's.
+        owner: the owner of the model, for the message.
+        model_type: SONATA's model type.
         template: ``schema:resource``.
 
     Raises:
-        CapabilityError: networks have no such cells; it names the nearest that they have.
+        CapabilityError: the model is not supported; the message names the nearest.
     """
     schema, _, resource = template.partition(":")
     if model_type not in ("point_neuron", "point_process"):
         raise CapabilityError(
-            f"{owner} is of model_type '{model_type}'; networks hold point_neuron and virtual, and "
+            f"{owner} is of model_type '{model_type}'; supported are point_neuron and virtual, and "
             "the nearest cell with channels is pynn:HH_cond_exp"
         )
     models = _SCHEMAS.get(schema.lower())
@@ -139,12 +139,14 @@ def model_of(owner: str, model_type: str, template: str) -> CellModel:
         choices = [f"{known}:{name}" for known, names in _SCHEMAS.items() for name in names]
         nearest = difflib.get_close_matches(template, choices, 1, 0.0)[0]
         raise CapabilityError(
-            f"{owner} is of model '{template}', which is not supported; the nearest: {nearest}"
+            f"{owner} is of model '{template}', which is not supported; "
+            f"the nearest supported model: {nearest}"
         )
     if resource not in models:
         nearest = f"{schema}:{difflib.get_close_matches(resource, list(models), 1, 0.0)[0]}"
         nearest = "pynn:HH_cond_exp" if resource.startswith(("hh_", "HH_")) else nearest
         raise CapabilityError(
-            f"{owner} is of model '{template}', which is not supported; the nearest that is: {nearest}"
+            f"{owner} is of model '{template}', which is not supported; "
+            f"the nearest supported model: {nearest}"
         )
     return models[resource]

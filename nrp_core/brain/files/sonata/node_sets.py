@@ -1,4 +1,4 @@
-"""Node sets: names for nodes, given by what the nodes have in common or by the names of other sets.
+"""Node sets: named groups of nodes, defined by common attributes or as unions of other sets.
 
 https://github.com/AllenInstitute/sonata/blob/master/docs/SONATA_DEVELOPER_GUIDE.md#node-sets-file
 """
@@ -33,10 +33,10 @@ def read_node_sets(
     Args:
         path: the file.
         nodes: all populations of nodes.
-        ids: of their nodes.
+        ids: the global ids of their nodes.
 
     Raises:
-        NetworkError: the file cannot be read, or a set names what there is not.
+        NetworkError: the file cannot be read, or a set names a missing set or attribute.
     """
     try:
         sets = json.loads(path.read_text("utf-8"))
@@ -59,7 +59,7 @@ def read_node_sets(
 def _resolved(
     name: str, sets: Mapping[str, Any], nodes: Mapping[str, Nodes], above: tuple[str, ...]
 ) -> dict[str, Mask]:
-    """Return which nodes of each population are in a set."""
+    """Return the nodes of each population that are in a set."""
     if name in above:
         raise NetworkError(f"node set '{name}' contains itself: {' > '.join([*above, name])}")
     if name not in sets:
@@ -68,7 +68,7 @@ def _resolved(
     if isinstance(rule, Mapping):
         return {label: _matching(name, rule, label, part) for label, part in nodes.items()}
     if not isinstance(rule, list):
-        raise NetworkError(f"node set '{name}' is no JSON object and no list of names")
+        raise NetworkError(f"node set '{name}' is neither a JSON object nor a list of names")
     parts = [_resolved(str(other), sets, nodes, (*above, name)) for other in rule]
     return {
         label: np.logical_or.reduce([np.zeros(len(part.items), bool), *(found[label] for found in parts)])

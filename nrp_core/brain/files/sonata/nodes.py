@@ -29,8 +29,8 @@ class Nodes:
 
     Args:
         items: the nodes.
-        node_ids: their numbers, by which edges know them.
-        models: of each cell population that they become, with the nodes in it.
+        node_ids: their ids, to which edges refer.
+        models: each resulting cell population's model, with its nodes.
         populations: the cells; a node's index within its population is its place in the nodes of the model.
     """
 
@@ -40,10 +40,10 @@ class Nodes:
     populations: tuple[Population, ...]
 
     def places_of(self, node_ids: IntArray, edges: str) -> IntArray:
-        """Return which nodes have these numbers.
+        """Return the places of the nodes with these ids.
 
         Raises:
-            NetworkError: none has one of them; it names the edges that refer to it.
+            NetworkError: a node does not exist; the message names the edges that refer to it.
         """
         order = np.argsort(self.node_ids, kind="stable")
         ordered = self.node_ids[order]
@@ -62,12 +62,12 @@ def read_nodes(part: Any, items: SonataItems, spikes: Trains) -> Nodes:
 
     Args:
         part: its HDF5 group.
-        items: its nodes.
-        spikes: of virtual nodes, ms, by node number.
+        items: the nodes.
+        spikes: spike times of virtual nodes, ms, by node id.
 
     Raises:
-        NetworkError: a parameter is impossible.
-        CapabilityError: networks have no such cells.
+        NetworkError: a parameter is invalid.
+        CapabilityError: the cell model is not supported.
     """
     node_ids = array(part, "node_id", np.int64) if "node_id" in part else np.arange(len(items))
     models = tuple(_models(items))
@@ -82,7 +82,7 @@ def read_nodes(part: Any, items: SonataItems, spikes: Trains) -> Nodes:
 
 
 def _models(items: SonataItems) -> Iterator[tuple[CellModel, IntArray]]:
-    """Yield each kind of cell among nodes, in order of the first of a kind, with its nodes."""
+    """Yield each cell model among nodes with its nodes, in order of first appearance."""
     kinds, templates = items.texts("model_type"), items.texts("model_template")
     chosen: dict[str, tuple[CellModel, list[int]]] = {}
     is_random = ~np.isnan(items.numbers("rate"))

@@ -1,6 +1,6 @@
-"""What the models that SONATA's edge types name are in a network: kind of synapse, parameters, rule.
+"""The network equivalents of SONATA's synapse models: synapse type, parameters, plasticity rule.
 
-Constants and defaults of ``nest:`` models are those of NEST's documentation; ``nest:stdp_synapse`` is the
+Constants and defaults of ``nest:`` models come from NEST's documentation; ``nest:stdp_synapse`` is the
 rule of Guetig et al. (2003, J. Neurosci. 23:3697), which with exponents of 0 or 1 is the additive or the
 multiplicative pair rule.
 """
@@ -26,7 +26,7 @@ from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError
 
 Values = Callable[[str, float], FloatArray]
-"""Returns an attribute of chosen edges by its name, and a number where they have none."""
+"""Returns an attribute of the edges by its name, or a given number for edges without it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +34,13 @@ class Chosen:
     """Some edges of one model, from cells of one type to cells of one type on one receptor.
 
     Args:
-        owner: whose they are, for messages.
-        values: returns their attributes.
-        target: the cells on which they end.
-        post_index: which of these, shape ``(n,)``.
-        tau_minus: of the cells on which they end, ms, NaN where they have none; shape ``(n,)``.
+        owner: the owner of the edges, for messages.
+        values: returns attributes of the edges.
+        target: the postsynaptic cells.
+        post_index: indices of the postsynaptic cells, shape ``(n,)``.
+        tau_minus: ``tau_minus`` of the postsynaptic cells, ms, NaN if they have none; shape ``(n,)``.
         receptor: ``excitatory`` or ``inhibitory``.
-        weight_scale: from the file's unit to PyNN's, times the number of synapses that an edge stands for;
+        weight_scale: the factor from the file's unit to PyNN's, times the number of synapses of an edge;
             shape ``(n,)``.
     """
 
@@ -55,7 +55,7 @@ class Chosen:
 
 @dataclass(frozen=True, slots=True)
 class Synapses:
-    """The arguments of a :class:`~nrp_core.brain.network.data.Projection` that say what its synapses are."""
+    """The arguments of a :class:`~nrp_core.brain.network.data.Projection` that describe its synapses."""
 
     synapse_type: str = STATIC
     synapse_parameters: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -63,7 +63,7 @@ class Synapses:
 
 
 def _as_in_pynn(law: SynapseLaw) -> Callable[[Chosen], Synapses]:
-    """Return what makes synapses of a law from attributes under PyNN's names."""
+    """Return a function that makes synapses of a law from attributes under PyNN's names."""
 
     def synapses(chosen: Chosen) -> Synapses:
         named = {name: chosen.values(name, default) for name, default in law.defaults.items()}
@@ -119,10 +119,10 @@ _MODELS: Final[Mapping[str, Callable[[Chosen], Synapses]]] = {
 def models_of(
     items: SonataItems,
 ) -> Iterator[tuple[str, Callable[[Chosen], Synapses], npt.NDArray[np.bool_]]]:
-    """Yield the name of each model among edges, what makes its synapses, and which edges are of it.
+    """Yield the name of each model among edges, the function that makes its synapses, and its edges.
 
     Raises:
-        CapabilityError: networks have no such synapses; it names the nearest that they have.
+        CapabilityError: a model is not supported; the message names the nearest.
     """
     types: dict[str, list[int]] = {}
     for number, template in items.texts("model_template").items():
@@ -130,8 +130,8 @@ def models_of(
         if name not in _MODELS:
             nearest = difflib.get_close_matches(name, list(_MODELS), 1, 0.0)[0]
             raise CapabilityError(
-                f"edge type {number} of '{items.name}' is of model '{template}', which is not read; the "
-                f"nearest that is: {nearest}"
+                f"edge type {number} of '{items.name}' is of model '{template}', which is not "
+                f"supported; the nearest supported model: {nearest}"
             )
         types.setdefault(name, []).append(number)
     for name, numbers in types.items():

@@ -1,4 +1,4 @@
-"""What there is to know of a cell type, whichever simulator runs it."""
+"""The properties of a cell type, independent of the simulator."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ class CellType:
     """One of PyNN's standard cells.
 
     Args:
-        name: PyNN's, e.g. ``IF_cond_alpha``.
+        name: PyNN's name, e.g. ``IF_cond_alpha``.
         summary: one sentence, for documentation.
-        parameters: by PyNN's name, with PyNN's defaults and units.
-        state: variables with their initial values.
-        weight_unit: of the synapses that end on it; empty for sources, which receive none.
-        stands_for: PyNN's classes that networks cannot hold and to which this is the nearest.
+        parameters: parameters by PyNN name, with PyNN's defaults and units.
+        state: state variables with their initial values.
+        weight_unit: the weight unit of synapses onto it; empty for sources, which receive none.
+        stands_for: unsupported PyNN classes whose nearest equivalent this is.
     """
 
     name: str

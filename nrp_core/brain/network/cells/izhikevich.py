@@ -8,7 +8,7 @@ from nrp_core.brain.network.cells.cell_type import CURRENT_INPUT, CellType
 from nrp_core.brain.network.parameters import Parameter
 
 PEAK_MV: Final = 30.0
-"""The voltage at which it spikes."""
+"""The voltage at which the cell spikes."""
 
 IZHIKEVICH: Final = CellType(
     "Izhikevich",

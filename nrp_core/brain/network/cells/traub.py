@@ -8,7 +8,7 @@ from nrp_core._support.arrays import FloatArray
 
 
 def settled_gates(v_mv: FloatArray) -> dict[str, FloatArray]:
-    """Return what the gates m, h and n settle at, by PyNN's name.
+    """Return the steady states of the gates m, h and n, by PyNN name.
 
     Args:
         v_mv: voltages above the model's offset, shape ``(n,)``.

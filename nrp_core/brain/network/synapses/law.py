@@ -1,4 +1,4 @@
-"""What there is to know of a synapse law, whichever simulator runs it."""
+"""The properties of a synapse law, independent of the simulator."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ EVERY_SYNAPSE: Final = {"weight": Parameter(0.0, "uS, nA or mV"), "delay": Param
 
 @dataclass(frozen=True, slots=True)
 class SynapseLaw:
-    """How synapses pass spikes on.
+    """How synapses transmit spikes.
 
     Args:
-        name: in a network and in its file.
-        pynn: the class of PyNN scripts and of SONATA's ``pynn:`` models.
+        name: its name in a network and in network files.
+        pynn: PyNN's class, also in SONATA's ``pynn:`` models.
         summary: one sentence, for scripts and documentation.
-        parameters: beyond :data:`EVERY_SYNAPSE`, of all parts together.
-        state: variables of each synapse, with their values at rest.
-        parts: of a law that PyNN composes: PyNN's argument, and the classes it takes with their parameters.
-        stands_for: PyNN's classes that networks cannot hold and to which this is the nearest.
+        parameters: the parameters of all parts, besides those of :data:`EVERY_SYNAPSE`.
+        state: state variables of each synapse, with their values at rest.
+        parts: the parts that PyNN composes the law from: PyNN's argument, its classes and their parameters.
+        stands_for: unsupported PyNN classes whose nearest equivalent this is.
     """
 
     name: str
@@ -41,17 +41,17 @@ class SynapseLaw:
 
     @property
     def first_parts(self) -> dict[str, str]:
-        """The first class of each part, as :attr:`Projection.plasticity` names them."""
+        """The first class of each part, in the form of :attr:`Projection.plasticity`."""
         return {part: next(iter(classes)) for part, classes in self.parts.items()}
 
 
 @dataclass(frozen=True, slots=True)
 class RulePart:
-    """A part of a law that PyNN composes.
+    """A part of a law that PyNN composes from parts.
 
     Args:
         summary: one sentence, for scripts and documentation.
-        parameters: PyNN's names.
+        parameters: parameters by PyNN name.
         stands_for: as in :class:`SynapseLaw`.
     """
 

@@ -16,7 +16,7 @@ driven = jit(filters.driven)
 
 @jit
 def released_share(synapse: Any, t: float) -> float:
-    """Return the share of the weight with which a spike emitted at t arrives, and use it up.
+    """Return the fraction of the weight that a spike emitted at t transmits, and update the synapse.
 
     Args:
         synapse: a record with the constants, ``tau_psc`` of the target's synapse (ms, 0 where nothing stays

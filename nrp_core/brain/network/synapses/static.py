@@ -1,4 +1,4 @@
-"""Synapses whose weight stays what it is."""
+"""Synapses with a constant weight."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ STATIC: Final = "static"
 LAW: Final = SynapseLaw(
     STATIC,
     pynn="StaticSynapse",
-    summary="A weight and a delay (ms) that stay.",
+    summary="A constant weight and delay (ms).",
     stands_for=("SimpleStochasticSynapse", "ElectricalSynapse"),
 )
