@@ -1,4 +1,4 @@
-"""What an event waits for, as a function of the time and of what has happened."""
+"""The conditions of events, as functions of the time and of past events."""
 
 from __future__ import annotations
 

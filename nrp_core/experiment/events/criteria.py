@@ -28,7 +28,7 @@ from nrp_core.world.world import World
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What came of a criterion.
+    """The outcome of a criterion.
 
     Args:
         passed: None: not decided.

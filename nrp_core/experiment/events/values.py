@@ -76,7 +76,7 @@ def _by_name(value: Any, names: list[str]) -> dict[str, Any]:
     if len(names) == 1:
         return {names[0]: value}
     if not isinstance(value, (list, tuple)):
-        raise ValueError(f"{value!r} is no message; give its fields {', '.join(names)}")
+        raise ValueError(f"{value!r} is not a message; give its fields {', '.join(names)}")
     if len(value) > len(names):
         raise ValueError(f"{len(value)} values for the {len(names)} fields {', '.join(names)}")
     return dict(zip(names, value, strict=False))

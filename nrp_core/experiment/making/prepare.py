@@ -199,7 +199,7 @@ class Examination:
         events = self._experiment.events
         for keys, name in event_references(self._experiment):
             if name not in events:
-                message = f"no event is called '{name}'{did_you_mean(name, events)}"
+                message = f"there is no event '{name}'{did_you_mean(name, events)}"
                 self.collector.add(Code.NRP213, message, *keys)
 
     def _brain_fits(self) -> bool:
@@ -230,7 +230,7 @@ class Examination:
                 network, capabilities=self.brain.capabilities if self.brain and self._fits else None
             )
             for topic in declare_missing_topics(self._experiment, world, self.functions):
-                message = f"nobody serves the topic '{topic}': it is silent unless a function publishes on it"
+                message = f"the world has no topic '{topic}': it is silent unless a function publishes on it"
                 self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)
             declare_topics(self.functions, world)
             variables: dict[str, Any] = {}

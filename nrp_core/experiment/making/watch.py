@@ -35,7 +35,7 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
 
 
 def _lapse(experiment: Experiment) -> Level:
-    """How bad a topic is that nobody serves."""
+    """Return the level of a finding about a missing topic."""
     return Level.ERROR if experiment.strict else Level.WARNING
 
 

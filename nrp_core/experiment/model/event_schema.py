@@ -1,4 +1,4 @@
-"""Events and criteria as the experiment file writes them: what happens when, and what shall happen."""
+"""Events and criteria as they are written in the experiment file."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Near(Section):
 
 
 class TopicIs(Section):
-    """What a topic says."""
+    """A condition on the last message of a topic."""
 
     name: TopicName
     """The topic."""
@@ -150,7 +150,7 @@ class Event(Section):
 
 
 class WithinOf(Section):
-    """Soon enough after an event."""
+    """A time limit after an event."""
 
     event: Name
     """The event from which time counts."""
@@ -181,7 +181,7 @@ class StaysWithin(Section):
 
 
 class TopicStays(TopicIs):
-    """A topic keeps saying something."""
+    """A topic keeps a value."""
 
     during: During = During()
     """When it counts; by default the whole run."""
@@ -197,7 +197,7 @@ class Criterion(Section):
     stays_within: StaysWithin | None = None
     """A model stays where it is."""
     topic_stays: TopicStays | None = None
-    """A topic keeps saying something."""
+    """A topic keeps a value."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> Criterion:

@@ -162,7 +162,7 @@ class WorldSection(BackendSection):
     robots: dict[Name, RobotSection] = Field(default_factory=dict)
     """The robots in it; a robot's name is that of its model in the scene."""
     sensors: dict[TopicName, SensorSection] = Field(default_factory=dict)
-    """Sensors that are worse than their files have them, by their topics."""
+    """Imperfections added to sensors, by topic."""
 
 
 class ComparisonSection(Section):
@@ -185,15 +185,15 @@ class Experiment(Section):
     """A brain, a world, what connects them, and what shall happen."""
 
     name: str
-    """What the experiment is called."""
+    """Name of the experiment."""
     description: str = ""
-    """What it shows, for people."""
+    """Description for readers."""
     timestep: DurationNs = 20_000_000
     """Period of the closed loop."""
     duration: DurationNs
     """Simulated time of a run."""
     seed: StrictInt = 0
-    """Everything random follows from it."""
+    """Seed of all random numbers."""
     brain: BrainSection
     """The brain side."""
     world: WorldSection
@@ -205,9 +205,9 @@ class Experiment(Section):
     aliases: dict[TopicName, TopicName] = Field(default_factory=dict)
     """More names for topics: ``alias: topic``."""
     events: dict[Name, Event] = Field(default_factory=dict)
-    """What happens when."""
+    """Events, by name."""
     criteria: dict[Name, Criterion] = Field(default_factory=dict)
-    """What must be so for the run to pass."""
+    """Criteria that must be met for the run to pass."""
     comparison: ComparisonSection = ComparisonSection()
     """How the finding is compared between simulators."""
     on_error: Literal["stop", "quarantine"] = "stop"
@@ -221,9 +221,9 @@ class Experiment(Section):
     read, or a topic that nobody serves is an error; else these are left out, the topic stays silent, and a
     warning says so."""
     pace: Pace = "max"
-    """How fast to run: ``max``, ``realtime`` or a multiple of real time."""
+    """Speed of the run: ``max``, ``realtime`` or a multiple of real time."""
     models: tuple[ExistingFolder, ...] = ()
-    """Folders that ``model://`` and other files of rooms and robots are looked for in."""
+    """Folders to search for ``model://`` and other files of rooms and robots."""
     compatibility: CompatibilitySection | None = None
     """The platform that its files were written for, where they need what only that one has."""
     csv_folder: Path = Path("csv")
@@ -249,7 +249,7 @@ class Experiment(Section):
     def _free_names(cls, events: dict[str, Event]) -> dict[str, Event]:
         for name in (START, END):
             if name in events:
-                raise ValueError(f"no event can be called '{name}': that is a moment of every run")
+                raise ValueError(f"an event cannot be named '{name}': that is a moment of every run")
         return events
 
     def with_source(self, source: Tree) -> Experiment:

@@ -38,7 +38,7 @@ class Range:
             raise ValueError(f"a range is written LOW..HIGH UNIT, as 4..8 s, not '{value}'")
         low, high = float(found["low"]), float(found["high"])
         if not low < high:
-            raise ValueError(f"{low:g}..{high:g} is no range: its end must be above its beginning")
+            raise ValueError(f"{low:g}..{high:g} is not a range: its end must be above its beginning")
         return cls(low, high, (found["unit"] or "").strip())
 
     def __str__(self) -> str:

@@ -81,7 +81,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     if path.suffix.lower() == ARCHIVE:
         return _in_archive(path.resolve())
     if path.suffix not in READERS.names():
-        raise ExperimentError(f"no experiment: files end in {', '.join(READERS.names())}", path=path)
+        raise ExperimentError(f"not an experiment: files end in {', '.join(READERS.names())}", path=path)
     return path.resolve()
 
 
@@ -90,7 +90,7 @@ def _in_archive(archive: Path) -> Path:
     found = [path for path in top.rglob("*") if path.suffix in suffixes and path.name[:1] != "."]
     if not found:
         raise ExperimentError(
-            f"the archive holds no experiment: files end in {', '.join(suffixes)}", path=archive
+            f"the archive does not contain an experiment: files end in {', '.join(suffixes)}", path=archive
         )
     return _in_folder(
         min((path.parent for path in found), key=lambda folder: (len(folder.parts), str(folder)))
@@ -103,7 +103,7 @@ def _in_folder(folder: Path) -> Path:
     if len(named) == 1:
         return named[0].resolve()
     if not named:
-        raise ExperimentError("the folder holds no experiment (no experiment.yaml)", path=folder)
+        raise ExperimentError("the folder does not contain an experiment (experiment.yaml)", path=folder)
     several = ", ".join(path.name for path in named)
     raise ExperimentError(f"the folder holds several experiments; name one: {several}", path=folder)
 

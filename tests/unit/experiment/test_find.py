@@ -75,7 +75,7 @@ def test_a_folder_with_several_lists_them(folder: Path) -> None:
 
 
 def test_a_folder_without_an_experiment_says_so() -> None:
-    with pytest.raises(ExperimentError, match="holds no experiment"):
+    with pytest.raises(ExperimentError, match="does not contain an experiment"):
         find_file(".")
 
 

@@ -66,17 +66,17 @@ MISTAKES = [
     ("topic: /speed, value: 1", "topic: /gazebo/model_states, value: {}", "{topic", "NRP212",
      "the topic '/gazebo/model_states' (gazebo_msgs/msg/ModelStates) only gives messages"),
     ("event: red, near", "event: rde, near", "rde", "NRP213",
-     "no event is called 'rde'; did you mean 'red'?"),
+     "there is no event 'rde'; did you mean 'red'?"),
     ("near: {model: husky", "near: {model: robot", "{event: red, near", "NRP213",
      "the scene has no model 'robot'; valid: husky, wall"),
     ("glass, within: 1 m}}\n    pub", "glas, within: 1 m}}\n    pub", "{event: red, near", "NRP213",
      "the scene has no visual 'wall/body/glas'; did you mean 'wall/body/glass'?"),
     ("{event: red, time", "{event: blue, time", "blue", "NRP213",
-     "no event is called 'blue'; valid: arrived, go, red"),
+     "there is no event 'blue'; valid: arrived, go, red"),
     ("stays_within: {model: husky", "stays_within: {model: husk", "{model: husk,", "NRP213",
      "the scene has no model 'husk'; did you mean 'husky'?"),
     ("of: [0, 0]", "during: {until: go_away}", "go_away", "NRP213",
-     "no event is called 'go_away'; valid: arrived, go, red"),
+     "there is no event 'go_away'; valid: arrived, go, red"),
 ]  # fmt: skip
 
 
