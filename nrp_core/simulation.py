@@ -1,4 +1,4 @@
-"""What a brain and a world have in common: a clock that only moves forward, and a life cycle.
+"""The common base of brains and worlds: a clock that only moves forward, and a life cycle.
 
 The public methods are final and check the contract once, for every backend; a backend writes the
 ``_do_*`` methods behind them (the non-virtual interface idiom). States::
@@ -42,7 +42,7 @@ class Determinism(Enum):
 
 
 class State(Enum):
-    """Where a simulation is in its life."""
+    """The states of the life cycle."""
 
     READY = "ready"
     FAILED = "failed"
@@ -54,8 +54,8 @@ class Snapshot:
     """The whole state of a simulation at one time.
 
     Args:
-        identity: of what it fits: backend, options and model.
-        t_ns: time it was taken.
+        identity: the backend, options and model that it fits.
+        t_ns: the time at which it was taken.
         payload: opaque bytes.
     """
 
@@ -69,7 +69,7 @@ class Simulation(Closing):
 
     Args:
         seed: the experiment's seed for this side.
-        identity: text that names backend, options and model, parted by commas; snapshots are tied to it.
+        identity: text that names backend, options and model, separated by commas; snapshots are tied to it.
         name: what errors call it; by default its class.
 
     Attributes:

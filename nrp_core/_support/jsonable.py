@@ -1,4 +1,4 @@
-"""Any data of ours as data that JSON can hold."""
+"""Convert dataclasses, models, arrays and other values to JSON data."""
 
 from __future__ import annotations
 

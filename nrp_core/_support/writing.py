@@ -1,4 +1,4 @@
-"""Writing files, where a disk may not take them."""
+"""Write files and report a disk that refuses them."""
 
 from __future__ import annotations
 

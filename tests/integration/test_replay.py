@@ -270,7 +270,7 @@ def test_a_killed_run_is_verified_as_far_as_it_went(tmp_path: Path) -> None:
     assert not killed.recording.complete
     outcome = killed.replay()
     assert outcome.identical
-    assert outcome.warnings == ["the recording was cut or damaged: only its beginning is there"]
+    assert outcome.warnings == ["the recording is truncated or damaged: only its beginning is available"]
     recovered = recover(killed.recording)
     assert killed.recording.complete
     assert recovered.messages == sum(1 for _ in killed.recording.raw())

@@ -39,7 +39,7 @@ def explanations(recording: Recording) -> list[str]:
         return [f"there is no {RUN_NAME}: what ran, and with which files, is not known"]
     found = [f"{name} is not what was recorded" for name in changed_files(recording)]
     if not recording.complete:
-        found.append("the recording was cut or damaged: only its beginning is there")
+        found.append("the recording is truncated or damaged: only its beginning is available")
     return found
 
 
