@@ -1,4 +1,4 @@
-"""The entry point: what the backend has. Importing it loads no compiler."""
+"""The entry point and capabilities of the backend. Importing it does not load a compiler."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.simulation import Determinism
 
 
 class EventBackend(BrainBackend):
-    """Exact event-driven simulation: closed forms where there are any, adaptive integration elsewhere."""
+    """Exact event-driven simulation: closed-form solutions or adaptive integration."""
 
     options: ClassVar[type[BrainOptions]] = EventOptions
 

@@ -38,12 +38,12 @@ class EventBrain(Brain):
         self._take(self._fresh())
 
     def _take(self, engine: Engine) -> None:
-        """Go on with an engine."""
+        """Continue with an engine."""
         self._engine, self._places = handle(engine)
 
     def _do_run_until(self, t_ns: int) -> None:
         until_ms, stop_ms = milliseconds(t_ns), float(self._engine.clock["now"][0])
-        while stop_ms < until_ms:  # compiled code cannot be interrupted, so it comes back now and then
+        while stop_ms < until_ms:  # compiled code cannot be interrupted, so it returns from time to time
             stop_ms = min(stop_ms + _PATIENCE_MS, until_ms)
             while (status := run(self._places, stop_ms, nextafter(stop_ms, inf))) == FULL:
                 self._take(enlarged(self._engine))

@@ -25,8 +25,8 @@ def load_connections(network: Network, cells: Array, row_of: IntArray) -> dict[s
     """Return the parts of the :class:`~nrp_brain_event.records.Engine` that hold synapses, by name.
 
     Raises:
-        NetworkError: a parameter of plasticity is missing or impossible.
-        CapabilityError: a plasticity rule is not known.
+        NetworkError: a plasticity parameter is missing or invalid.
+        CapabilityError: a plasticity rule is not supported.
     """
     projections = network.projections
     pre = _presynaptic(network)
@@ -75,7 +75,7 @@ def delay_range(network: Network) -> tuple[float, float]:
 
 
 def places_of(network: Network, row_of: IntArray) -> dict[str, IntArray]:
-    """Return for each projection, by label, in which rows of the engine's tables its synapses stand.
+    """Return the rows of each projection's synapses in the engine's tables, by label.
 
     The table is ``plastic`` for plastic synapses, else ``weight``.
     """
@@ -102,12 +102,12 @@ def _delays(network: Network) -> Array:
 
 
 def _order(network: Network, pre: IntArray) -> IntArray:
-    """Return the order in which synapses stand: by neuron, then by delay."""
+    """Return the order of synapses: by neuron, then by delay."""
     return np.lexsort((_delays(network), pre))
 
 
 def _bundles(first: Array, delay: Array, static: Array) -> Array:
-    """Return for the first of neighbouring static synapses of one neuron and delay their number, else 0."""
+    """Return the length of each run of static synapses of one neuron and delay at its first, else 0."""
     begins = np.ones(len(delay) + 1, bool)
     begins[1:-1] = (delay[1:] != delay[:-1]) | ~static[1:] | ~static[:-1]
     begins[first] = True
@@ -127,7 +127,7 @@ def _targets(projection: Projection, network: Network, row_of: IntArray) -> Arra
 
 
 def _short_term(projections: Sequence[Projection], cells: Array, targets: list[Array]) -> tuple[Array, Array]:
-    """Return for each synapse its row in a table of states or -1, and that table."""
+    """Return each synapse's row in a table of states, or -1, and that table."""
     dynamic = [projection.synapse_type in SHARES for projection in projections]
     size = sum(projection.size for projection, is_so in zip(projections, dynamic, strict=True) if is_so)
     table, rows, n = np.zeros(size, ShortTerm.dtype()), [], 0
@@ -140,10 +140,10 @@ def _short_term(projections: Sequence[Projection], cells: Array, targets: list[A
 
 
 def fill_short_term(table: Array, projection: Projection, targets: Array) -> None:
-    """Store the parameters and the first state of synapses that end on ``targets``, cells.
+    """Store the parameters and initial state of synapses onto the cells ``targets``.
 
     Raises:
-        NetworkError: one is missing.
+        NetworkError: a parameter is missing.
     """
     law = LAWS[projection.synapse_type]
     for name in law.parameters:

@@ -1,7 +1,7 @@
-"""Tuples of arrays that compiled code gets as one argument.
+"""Tuples of arrays that are passed to compiled code as one argument.
 
-For each argument Numba looks at its type, and into a tuple at all arrays in it: for the few dozen of an
-engine that takes longer than many a run. A handle is made once, as long as the arrays stay the same.
+Numba inspects the type of every argument, and of every array in a tuple: for the few dozen arrays of an
+engine this takes longer than a short run. A handle is made once for as long as the arrays stay the same.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Handle(NamedTuple, Generic[T]):
     Args:
         arrays: a named tuple; its fields are annotated with the type of the elements, a :class:`Record` or
             one of NumPy's, and the number of dimensions if it is not 1.
-        places: what compiled code gets, see :func:`opened`: address and shape of each array.
+        places: the argument for compiled code, see :func:`opened`: address and shape of each array.
     """
 
     arrays: T
@@ -33,10 +33,10 @@ class Handle(NamedTuple, Generic[T]):
 
 
 def handle(arrays: T) -> Handle[T]:
-    """Return the handle of arrays that are kept as long as it is.
+    """Return a handle of arrays; it keeps them alive.
 
     Raises:
-        TypeError: an array is not of the type that is declared, or has gaps.
+        TypeError: an array is not of the declared type, or not contiguous.
     """
     declared = _declared(type(arrays))
     places = np.zeros((len(arrays), 1 + _MOST_DIMENSIONS), np.int64)

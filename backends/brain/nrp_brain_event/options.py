@@ -23,21 +23,21 @@ class EventOptions(BrainOptions):
     )
     resolution: DurationNs | None = Field(
         default=None,
-        description="a grid of times, e.g. `0.1 ms`, on which all spikes lie: for dense networks, where "
-        "that is many times faster; none: spike times are exact",
+        description="a time grid, e.g. `0.1 ms`, on which all spikes lie; many times faster for dense "
+        "networks; by default spike times are exact",
     )
     poisson: Literal["core", "grid"] = Field(
         default="core",
-        description="who draws SpikeSourcePoisson populations: the core, so that all backends get the same "
-        "spikes, or the grid, for populations of equal cells with one synapse each: many times faster",
+        description="which part draws SpikeSourcePoisson spikes: the core, so that all backends get the same "
+        "spikes, or the grid, many times faster, for populations of equal cells with one synapse each",
     )
 
     threads: int = Field(
         default=1,
         ge=1,
         le=64,
-        description="how many threads share the neurons on the grid, with the same result to the last bit: "
-        "for many thousands of neurons, delays of a millisecond and more, and cores that are free",
+        description="number of threads for the neurons on the grid, with the same result to the last bit: "
+        "for many thousands of neurons, delays of 1 ms or more, and free cores",
     )
 
     @model_validator(mode="after")
@@ -46,8 +46,8 @@ class EventOptions(BrainOptions):
             raise ValueError("poisson: grid needs a resolution, e.g. 0.1 ms")
         if self.resolution is None and self.threads > 1:
             raise ValueError(
-                f"threads: {self.threads} needs a resolution, e.g. 0.1 ms; the exact mode takes one thread"
+                f"threads: {self.threads} needs a resolution, e.g. 0.1 ms; the exact mode uses one thread"
             )
         if self.resolution is not None and self.resolution > NS_PER_MS:
-            raise ValueError(f"a resolution is 1 ms or finer, not {self.resolution / NS_PER_MS:g} ms")
+            raise ValueError(f"resolution must be 1 ms or finer, not {self.resolution / NS_PER_MS:g} ms")
         return self

@@ -1,7 +1,7 @@
-"""The synapse laws that the engine runs; importing this loads no compiler.
+"""The synapse laws that the engine runs. Importing this does not load a compiler.
 
-A law whose spikes arrive with a share of the weight is one entry in :data:`SHARES`: its kernel gets the
-record of a synapse and the time of a spike (ms), returns the share, and brings the record up to date.
+A law whose spikes transmit a fraction of the weight is one entry in :data:`SHARES`: its kernel gets the
+record of a synapse and the time of a spike (ms), returns the fraction, and updates the record.
 The record holds the law's parameters and state, ``tau_psc`` (time constant of the target's synapse, ms, 0
 where nothing stays active) and ``t`` (the last spike, ms; 0 at first).
 """
@@ -28,13 +28,13 @@ def _tsodyks_markram() -> Share:
 SHARES: Final[Mapping[str, Callable[[], Share]]] = {
     TSODYKS_MARKRAM: _tsodyks_markram,
 }
-"""What loads the kernel of each law."""
+"""The loader of each law's kernel."""
 
 SYNAPSES: Final = frozenset({STATIC, STDP, *SHARES})
 
 
 def fields_of(names: Mapping[str, object]) -> list[tuple[str, str]]:
-    """Return the fields of a record that any of these laws can use; ``law`` says which, if there are two."""
+    """Return the fields of a record for all of these laws; ``law`` selects one, if there are two or more."""
     laws = [LAWS[name] for name in names]
     parameters = [name for law in laws for name in law.parameters]
     state = [name for law in laws for name in law.state]

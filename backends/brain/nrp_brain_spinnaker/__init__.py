@@ -1,4 +1,4 @@
-"""The ``spinnaker`` brain: what sPyNNaker 7.4.1 computes on a SpiNNaker machine, bit for bit."""
+"""The ``spinnaker`` brain: reproduces sPyNNaker 7.4.1 on a SpiNNaker machine bit for bit."""
 
 from nrp_brain_spinnaker.backend import SpinnakerBackend
 from nrp_brain_spinnaker.options import SpinnakerOptions

@@ -1,4 +1,4 @@
-"""The entry point; what it imports is light, the engine is loaded when a brain is opened."""
+"""The entry point. Its imports are light; the engine is loaded when a brain is opened."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.brain.report import Report
 from nrp_core.simulation import Determinism
 
 APPROXIMATE = frozenset({"Izhikevich"})
-"""One midpoint step a tick, through the upstroke of a spike as well."""
+"""One midpoint step per tick, even during the upstroke of a spike."""
 
 
 class SpinnakerBackend(BrainBackend):

@@ -1,10 +1,10 @@
 """The machine as a brain of the platform.
 
-Time and ticks: tick ``k`` begins at ``k`` time steps. Input that arrives at or before that moment, and after
-the one before, acts in its update. A threshold crossed in that update lies within the time step, so the
-spike is reported at its end; the machine's own label is the beginning, one step earlier. Between
-neurons a delay is counted from the label, as on the machine: what a neuron sends at the reported time
-``t`` over ``d`` steps acts from ``t + (d - 1)`` steps on.
+Time and ticks: tick ``k`` begins at ``k`` time steps. Input that arrives after the beginning of the tick
+before, and up to this one's, acts in its update. A threshold crossed in that update lies within the time
+step, so the spike is reported at its end; the machine's own label is the beginning, one step earlier. Between
+neurons a delay is counted from the label, as on the machine: a spike reported at time ``t`` with a delay
+of ``d`` steps acts from ``t + (d - 1)`` steps on.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ class SpinnakerBrain(Brain):
     """A network on the emulated machine.
 
     Args:
-        network: what is simulated.
-        seed: the experiment's seed for the brain; on the machine only Poisson sources use it.
-        capabilities: what the backend has.
-        options: the user's.
+        network: the simulated network.
+        seed: the seed of the brain's random numbers; on the machine only Poisson sources use it.
+        capabilities: the backend's capabilities.
+        options: the user's options.
 
     Raises:
         CapabilityError, NetworkError: the network does not fit the machine.
@@ -71,7 +71,7 @@ class SpinnakerBrain(Brain):
 
     @property
     def saturations(self) -> Mapping[str, tuple[int, int]]:
-        """How often ring-buffer entries of each population lost input, excitatory and inhibitory."""
+        """How many ring-buffer entries of each population saturated, excitatory and inhibitory."""
         lost = self._engine.machine.ring.saturated.reshape(2, -1)
         sums = {label: lost[:, self._cells.neurons(k)].sum(axis=1) for label, k in self._index.items()}
         return {label: (int(both[0]), int(both[1])) for label, both in sums.items()}
@@ -102,7 +102,7 @@ class SpinnakerBrain(Brain):
         self._injected.append(events)
 
     def _take_injected(self) -> None:
-        """Give the engine what devices sent, all of it at once."""
+        """Pass all new events from devices to the engine."""
         if self._injected:
             self._engine.device_input.add(self._devices_in.convert(self._injected))
             self._injected = []
@@ -110,7 +110,7 @@ class SpinnakerBrain(Brain):
             self._warn("a device's weight is below the machine's resolution and was lost")
 
     def _draw_until(self, until: int) -> None:
-        """Give the engine what the machine's own sources send."""
+        """Pass the spikes of the machine's own sources to the engine."""
         drawn = draw(self._poisson, self._engine.tick, until)
         if drawn.size:
             self._engine.source_spikes.add(drawn)
@@ -120,7 +120,7 @@ class SpinnakerBrain(Brain):
         currents = currents_na[self._cells.ids] * self._current_scale
         self._cells.current[:] = to_accum(currents, "an injected current in nA")
 
-    # -- sources that the machine draws itself
+    # -- sources whose spikes the machine draws itself
 
     def _emits(self, population: Population) -> bool:
         return self._options.poisson == "machine" and population.cell_type == "SpikeSourcePoisson"
@@ -183,7 +183,7 @@ class SpinnakerBrain(Brain):
         self._spikes, self._injected = [], []
 
     def _do_close(self) -> None:
-        """Nothing is held but memory."""
+        """Do nothing: only memory is held."""
 
     def _warn(self, text: str) -> None:
         if text not in self.warnings:

@@ -1,7 +1,7 @@
-"""Input from devices: events with weights that the network's shifts know nothing of.
+"""Input from devices: events whose weights were not considered when the shifts were chosen.
 
-A device is no part of the network and leaves no trace in it, so its input does not go through the 16-bit
-ring buffer, where it would take headroom from the network's weights or lose its bits to them. Its weight
+A device is not part of the network and must not change it, so its input does not go through the 16-bit
+ring buffer, where it would use headroom of the network's weights or lose bits to them. Its weight
 becomes s16.15, as the host converts any number (conductances times 1024), and joins the buffer's value
 after the shift. Several events in one tick add up.
 """

@@ -1,4 +1,4 @@
-"""What a SpiNNaker machine has and what its software costs: sizes, rates, energies.
+"""The resources of a SpiNNaker machine and the costs of its software: sizes, rates, energies.
 
 Sizes are those of a 48-chip board under sPyNNaker 7.4.1. Instruction counts were taken from its released
 binaries; 1.5 cycles an instruction and the cost of fetching a row are estimates.
@@ -15,15 +15,15 @@ CORES_FOR_SYSTEM_ON_ETHERNET_CHIP: Final = 3
 CORES_FOR_SYSTEM: Final = 2
 CORES_PER_CHIP: Final = 18
 SYNAPSE_CORES: Final = CORES_PER_CHIP - CORES_FOR_SYSTEM - 1
-"""Most cores for synapses alone beside one with neurons."""
+"""Largest number of synapse-only cores for one core with neurons."""
 SDRAM_BYTES: Final = 123_469_792
-"""Of a chip, for applications."""
+"""SDRAM of a chip available to applications, bytes."""
 DTCM_BYTES: Final = 59 * 1024
-"""Of a core, for data."""
+"""DTCM of a core available for data, bytes."""
 ROUTER_ENTRIES: Final = 1023
 LONGEST_ROW: Final = 256
 QUEUED_SPIKES: Final = 256
-"""Spikes that a core can hold until it gets to them."""
+"""Spikes that a core can queue."""
 
 NEURONS_PER_CORE: Final = 256
 POISSON_SOURCES_PER_CORE: Final = 500
@@ -38,10 +38,10 @@ UPDATE_INSTRUCTIONS: Final = {
     "IZK_curr_exp": 150, "IZK_cond_exp": 181, "Izhikevich": 150,
 }  # fmt: skip
 TRANSFER_INSTRUCTIONS: Final = 36
-"""Of both receptors of a neuron, nothing having arrived."""
+"""Instructions for both receptors of a neuron without input."""
 
 BUSY: Final = 0.8
-"""Share of a time step beyond which a core may come late; we assume that a fifth is needed in reserve."""
+"""Load of a time step beyond which a core may be late; we assume that a reserve of a fifth is needed."""
 
 LINK_PACKETS_PER_S: Final = 6e6
 IDLE_BOARD_W: Final = 26.84

@@ -30,9 +30,9 @@ class LiveNetwork:
     """A network on the machine whose parameters and weights can be changed.
 
     Args:
-        network: as it was loaded.
-        loaded: its arrays, which change.
-        options: the user's.
+        network: the network as loaded.
+        loaded: its arrays, which are changed in place.
+        options: the user's options.
     """
 
     def __init__(self, network: Network, loaded: Loaded, options: SpinnakerOptions) -> None:
@@ -44,16 +44,16 @@ class LiveNetwork:
         self._weights: dict[str, FloatArray] = {}
 
     def population(self, label: str) -> Population:
-        """Return a population with the parameters that it has now."""
+        """Return a population with its current parameters."""
         population = self._network.populations[label]
         return replace(population, parameters=self._parameters.get(label, population.parameters))
 
     def set_parameters(self, change: ParameterChange) -> Population:
-        """Let cells have other parameters; return their population.
+        """Change parameters of cells; return their population.
 
         Raises:
             NetworkError: a parameter does not fit the machine's numbers.
-            CapabilityError: the weights onto these cells would lose their meaning.
+            CapabilityError: the change would invalidate the weights onto these cells.
         """
         population = self.population(change.label)
         parameters = {name: array.copy() for name, array in population.parameters.items()}
@@ -67,7 +67,7 @@ class LiveNetwork:
         return changed
 
     def weights(self, label: str, size: int) -> FloatArray:
-        """Return the weights of a projection with ``size`` synapses as the machine has them."""
+        """Return the current weights of a projection with ``size`` synapses on the machine."""
         if not size:
             return np.empty(0)
         part = self._wires[label]
@@ -77,10 +77,10 @@ class LiveNetwork:
         return np.copysign(sizes, part.projection.weight) if (part.projection.weight < 0).any() else sizes
 
     def set_weights(self, label: str, weights: FloatArray) -> None:
-        """Let the synapses of a projection have other weights, under the shift that was chosen for them.
+        """Change the weights of a projection; the shift chosen at the start stays.
 
         Raises:
-            CapabilityError: a weight does not fit 16 bits under that shift.
+            CapabilityError: a weight does not fit 16 bits with that shift.
         """
         if not weights.size:
             return
@@ -97,11 +97,11 @@ class LiveNetwork:
         self._weights[label] = weights
 
     def save(self) -> object:
-        """Return what has been changed."""
+        """Return all changes."""
         return dict(self._parameters), dict(self._weights)
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         parameters, weights = saved
         for label in self._parameters.keys() | parameters.keys():
             population = self._network.populations[label]
@@ -112,7 +112,7 @@ class LiveNetwork:
         self._parameters, self._weights = dict(parameters), dict(weights)
 
     def _load(self, population: Population) -> None:
-        """Put the constants of a population on the machine."""
+        """Write the constants of a population to the machine."""
         cells, semantics = self._machine.cells, self._options.semantics
         own = cells.neurons(self._simulated.index(population.label))
         fresh = load_cells([population], cells.ids[own], self._grid, semantics)
@@ -143,7 +143,7 @@ class LiveNetwork:
 
     @cached_property
     def _places(self) -> Mapping[str, IntArray]:
-        """Where the synapses of each projection stand among those of their type."""
+        """The positions of each projection's synapses among those of their type."""
         places: dict[str, IntArray] = {}
         for kind in sorted(SYNAPSES):
             own = [part for part in self._wires.values() if part.projection.synapse_type == kind]

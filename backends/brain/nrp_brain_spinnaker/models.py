@@ -1,4 +1,4 @@
-"""The cell types and synapse laws, and which kernels cells run."""
+"""The supported cell types and synapse laws, and the kernels of cells."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class CellModel:
     """A cell type on the machine.
 
     Args:
-        synapse, input, neuron: which kernels, codes of :mod:`~nrp_brain_spinnaker.machine.kinds`.
-        current_scale: what an injected current in nA is multiplied by.
-        weights_in_mv: whether a weight says by how much the membrane jumps where the machine takes a current.
+        synapse, input, neuron: the kernels, codes of :mod:`~nrp_brain_spinnaker.machine.kinds`.
+        current_scale: the factor for an injected current in nA.
+        weights_in_mv: whether a weight is a voltage jump in mV where the machine uses a current.
         extension: whether the released software lacks it.
     """
 
@@ -46,22 +46,22 @@ class CellModel:
 
     @property
     def weight_scale(self) -> int:
-        """What a weight is multiplied by on its way to the synapse."""
+        """The factor for a weight on the machine."""
         return CONDUCTANCE_SCALE if self.is_conductance_based else 1
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """PyNN's names of the parameters that the membrane must have."""
+        """PyNN's names of the membrane's parameters."""
         return _PARAMETERS[self.neuron]
 
     @property
     def state_variables(self) -> tuple[str, ...]:
-        """PyNN's names of what can be initialised and read."""
+        """PyNN's names of the state variables that can be initialised and read."""
         synaptic = () if self.synapse == kinds.DELTA else (*GSYN, *ISYN)
         return (*_STATE[self.neuron], *synaptic)
 
     def substeps(self, step_us: int) -> int:
-        """Return the updates that a time step needs for accuracy; the machine's own cells take one."""
+        """Return the updates that a time step needs for accuracy; the machine's own cells need one."""
         return -(-step_us // _LONGEST_STEP_US.get(self.neuron, step_us))
 
 
@@ -116,4 +116,4 @@ def cell_models(semantics: Semantics) -> Mapping[str, CellModel]:
 
 
 STATE_VARIABLES = frozenset(name for model in _RELEASED.values() for name in model.state_variables)
-"""What can be read: voltage (mV), the membrane's other variables, conductances (uS) or currents (nA)."""
+"""Readable state: voltage (mV), the membrane's other variables, conductances (uS) or currents (nA)."""

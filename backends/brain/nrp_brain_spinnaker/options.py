@@ -1,4 +1,4 @@
-"""What a user can choose about the emulated machine."""
+"""The options of the emulated machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ NS_PER_US = 1000
 
 def _whole_microseconds(t_ns: int) -> int:
     if t_ns % NS_PER_US:
-        raise ValueError(f"the machine's timer counts whole microseconds, so {t_ns} ns is no time step")
+        raise ValueError(
+            f"the machine's timer counts whole microseconds, so {t_ns} ns is not a valid time step"
+        )
     return t_ns
 
 
@@ -24,12 +26,13 @@ class SpinnakerOptions(BrainOptions):
     """Options of the ``spinnaker`` backend."""
 
     timestep: Annotated[DurationNs, AfterValidator(_whole_microseconds)] = Field(
-        default=1_000_000, description="the grid; 1 ms is what the machine is made for, 0.1 ms is possible"
+        default=1_000_000,
+        description="the time step; the machine is designed for 1 ms, and 0.1 ms is possible",
     )
-    substeps: int = Field(default=1, ge=1, description="updates of every neuron in a time step")
+    substeps: int = Field(default=1, ge=1, description="number of updates of every neuron in a time step")
     semantics: Semantics = Field(
         default="pynn",
-        description="what cell types and weights mean: as PyNN defines them, or as sPyNNaker 7.4.1 has them",
+        description="meaning of cell types and weights: as defined by PyNN or as in sPyNNaker 7.4.1",
     )
     weights: Literal["machine", "host"] = Field(
         default="machine",
@@ -38,20 +41,23 @@ class SpinnakerOptions(BrainOptions):
     )
     poisson: Literal["core", "machine"] = Field(
         default="core",
-        description="who draws SpikeSourcePoisson populations: the core, so that all backends get the same "
+        description="which part draws SpikeSourcePoisson spikes: the core, so that all backends get the same "
         "spikes, or the machine's own generator",
     )
     neurons_per_core: int = Field(
-        default=NEURONS_PER_CORE, ge=1, le=NEURONS_PER_CORE, description="decides how long delays can be"
+        default=NEURONS_PER_CORE,
+        ge=1,
+        le=NEURONS_PER_CORE,
+        description="neurons on a core; limits the delays",
     )
     spikes_per_second: RateHz = Field(
-        default=30.0, description="rate of every neuron, as expected when shifts are chosen"
+        default=30.0, description="assumed firing rate of every neuron (Hz), used to choose shifts"
     )
     ring_buffer_sigma: float = Field(
-        default=5.0, ge=0, description="standard deviations of summed input that fit, where delays differ"
+        default=5.0, ge=0, description="standard deviations of summed input that must fit, if delays differ"
     )
 
     @property
     def step_us(self) -> int:
-        """Microseconds a tick."""
+        """Length of a tick, us."""
         return self.timestep // NS_PER_US

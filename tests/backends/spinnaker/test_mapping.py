@@ -199,7 +199,7 @@ def test_what_would_not_keep_up_is_said(cells: Maker) -> None:
     rate = {"rate": np.full(2000, 500.0), "start": np.zeros(2000), "duration": np.full(2000, np.inf)}
     source, target = Population("fast", 2000, "SpikeSourcePoisson", rate), cells("n", "IF_curr_exp", 256)
     seen = map_network(network_of(source, target, randomly(source, target, 0.1, 1.0)), OPTIONS)
-    assert any("1000 spikes a time step; a core can queue 256" in line for line in seen.advice)
+    assert any("1000 spikes in a time step; a core can queue 256" in line for line in seen.advice)
     assert any("busy for" in line and "times slower" in line for line in seen.advice)
     busy = seen.vertices[1]
     assert busy.utilisation > 1
@@ -210,7 +210,9 @@ def test_what_would_not_keep_up_is_said(cells: Maker) -> None:
 
 def test_an_extension_is_named_in_the_map(cells: Maker) -> None:
     seen = map_network(network_of(cells("n", "IF_cond_alpha", 8)), OPTIONS)
-    assert seen.advice == ("population 'n': sPyNNaker has no IF_cond_alpha cells; its load is a guess",)
+    assert seen.advice == (
+        "population 'n': sPyNNaker has no IF_cond_alpha cells; the load is a rough estimate",
+    )
 
 
 def test_weights_that_vanish_are_counted_and_explained(
@@ -328,16 +330,16 @@ def learning(a_plus: float, a_minus: float, rule: str = "AdditiveWeightDependenc
 def test_changes_of_plastic_weights_that_are_less_than_a_step_are_told(rule: str) -> None:
     kept = weigh(learning(1e-5, 1e-5, rule), OPTIONS)
     (advice,) = kept.advice
-    assert advice.startswith("projection 'learning': its weights are kept in steps of 0.00195: ")
-    assert "a pair of spikes adds at most 5e-06, which is lost" in advice
-    assert "should take at most 5e-06, and takes a whole step" in advice
+    assert advice.startswith("projection 'learning': its weights are stored in steps of 0.00195: ")
+    assert "a pair of spikes adds at most 5e-06, which is rounded to 0" in advice
+    assert "should subtract at most 5e-06, but subtracts a whole step" in advice
     assert not weigh(learning(0.01, 0.01, rule), OPTIONS).advice
 
 
 @pytest.mark.parametrize("a_plus", [0.001, 0.1])
 def test_a_plastic_weight_grows_exactly_if_it_is_not_told_that_it_cannot(a_plus: float) -> None:
     network = learning(a_plus, 0.0)
-    told = any("which is lost" in line for line in weigh(network, OPTIONS).advice)
+    told = any("which is rounded to 0" in line for line in weigh(network, OPTIONS).advice)
     with SpinnakerBackend().open(network, seed=1, options=OPTIONS) as brain:
         brain.run_until(60_000_000)
         (weight,) = brain.read_weights("learning")

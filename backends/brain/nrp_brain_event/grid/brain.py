@@ -1,4 +1,4 @@
-"""A network on a grid of times."""
+"""A network on a time grid."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from nrp_core.errors import CapabilityError
 _PATIENCE_NS: Final = 20_000_000
 _EXACT_MS: Final = 1e-6
 _WORTH_SHARING: Final = 50_000
-"""Steps of neurons between two exchanges of spikes, which take about 0.1 ms."""
+"""Neuron updates between two exchanges of spikes, which take about 0.1 ms."""
 
 
 class GridBrain(Brain):
@@ -45,15 +45,15 @@ class GridBrain(Brain):
     _held: Held
     """The same."""
     _fired: IntArray
-    """Steps and global ids of source spikes to come, shape ``(2, n)``."""
+    """Steps and global ids of future source spikes, shape ``(2, n)``."""
     _arrivals: Arrivals
-    """What devices send, and what was on its way when weights changed."""
+    """Events from devices, and events that were in transit when weights changed."""
     _sent: list[SynapticEvents]
-    """What devices have sent that is not yet among them."""
+    """Events from devices that are not merged yet."""
     _cells: Array
     """``Cell`` in each row, for its parameters."""
     _given: dict[str, FloatArray]
-    """Weights of projections, by label, that are not those of the network any more."""
+    """Changed weights of projections, by label."""
 
     def __init__(
         self,
@@ -81,7 +81,7 @@ class GridBrain(Brain):
         patience = -(-_PATIENCE_NS // self._times.step_ns)
         self._listen_to_noise()
         self._take_in()
-        while stop < until:  # compiled code cannot be interrupted, so it comes back now and then
+        while stop < until:  # compiled code cannot be interrupted, so it returns from time to time
             stop = min(stop + patience, until)
             move = self._threads.advance if self._threads else advance
             held, status = move(self._held, self._fired, self._arrivals, stop)
@@ -93,7 +93,7 @@ class GridBrain(Brain):
             raise diverged(self.network, int(self._grid.ids[lost_row(self._grid)]), t_ns)
 
     def _take(self, held: Held) -> None:
-        """Go on with a grid."""
+        """Continue with a grid."""
         self._held, self._grid = held, held.arrays
 
     def _do_take_spikes(self) -> Spikes:
@@ -110,7 +110,7 @@ class GridBrain(Brain):
         self._sent.append(events)
 
     def _take_in(self) -> None:
-        """Let what devices have sent join the other arrivals, all at once."""
+        """Merge new events from devices with the other arrivals, all at once."""
         if not self._sent:
             return
         sent, self._sent = self._sent, []
@@ -165,10 +165,10 @@ class GridBrain(Brain):
         return places_of_plastic(self.network, self._row_of)
 
     def _give(self, weights: dict[str, FloatArray]) -> None:
-        """Make the tables anew with other weights than those of the network."""
+        """Rebuild the tables with weights that differ from the network's."""
         self._given = weights
         tables = self._tables()
-        del tables["short_term"]  # its rows stay where they are
+        del tables["short_term"]  # its rows do not move
         self._take(handle(self._grid._replace(**tables)))
 
     def _tables(self) -> dict[str, Array]:
@@ -211,7 +211,7 @@ class GridBrain(Brain):
         return population.label in self._drawn
 
     def _drop_used(self) -> None:
-        """Forget the spikes and inputs that have been used."""
+        """Discard the spikes and inputs that have been used."""
         clock = self._grid.clock
         n_fired, n_inputs = int(clock["n_sources"][0]), int(clock["n_inputs"][0])
         clock["n_sources"] = clock["n_inputs"] = 0
@@ -220,7 +220,7 @@ class GridBrain(Brain):
         self._arrivals = self._arrivals.after(n_inputs)
 
     def _listen_to_noise(self) -> None:
-        """Let the spikes of Poisson cells that the grid draws be reported where somebody listens."""
+        """Report the spikes of Poisson cells that the grid draws, where a sink records them."""
         for noise in self._grid.noise:
             own = self._grid.noise_ids[noise["first"] : noise["last"]]
             low, high = own.min(), own.max()
@@ -228,13 +228,13 @@ class GridBrain(Brain):
             noise["heard"] = any(((ids >= low) & (ids <= high)).any() for ids in heard)
 
     def _as_many(self, n: int) -> Threads | None:
-        """Return threads that share the rows, or None where one does everything."""
+        """Return a pool of threads for the rows, or None for a single thread."""
         n_rows = len(self._initial.drive)
         n = min(n, n_rows)
         if n <= 1:
             return None
         if len(self._initial.memories):
-            self.warnings.append("plasticity by spike timing takes one thread; `threads` has no effect")
+            self.warnings.append("spike-timing-dependent plasticity uses one thread; `threads` has no effect")
             return None
         window = int(self._initial.clock["window"][0])
         if n_rows * window < _WORTH_SHARING:

@@ -1,4 +1,4 @@
-"""The grid of a network, made whole; enlarged; copied."""
+"""Builds, enlarges and copies the grid of a network."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from nrp_core.brain.network.grid import Grid as TimeGrid
 
 _ROOM: Final = 1024
 _LONGEST_WINDOW: Final = 1000
-"""Steps; in longer ones too many spikes would wait."""
+"""Steps; with longer windows too many spikes would wait."""
 
 
 def build_grid(
@@ -31,12 +31,12 @@ def build_grid(
 
     Args:
         network: the network.
-        tolerance_mv: local error allowed to integration steps of curved neurons.
-        times: the grid of times.
+        tolerance_mv: largest local error of integration steps of curved neurons.
+        times: the time grid.
         drawn: labels of the Poisson populations that the grid draws itself.
 
     Raises:
-        NetworkError: the network has parameters or delays that cannot be.
+        NetworkError: the network has invalid parameters or delays.
     """
     cells, row_of = load_cells(network, tolerance_mv)
     tables = load_tables(network, cells, row_of, times, labels_from(network, drawn))
@@ -72,7 +72,7 @@ def build_grid(
 
 
 def shortest_delay(tables: dict[str, Array], neurons: IntArray) -> int:
-    """Return the shortest delay of what neurons (global ids) send, in steps."""
+    """Return the shortest delay of spikes from neurons (global ids), in steps."""
     first = tables["row_first"]
     sending = neurons[first[neurons] < first[neurons + 1]]
     return int(np.min(tables["segment_gap"][first[sending]], initial=_LONGEST_WINDOW))
@@ -95,7 +95,7 @@ def _load_plastic(network: Network, row_of: IntArray, times: TimeGrid, n_rows: i
 
 
 def enlarged(grid: Grid) -> Grid:
-    """Return the grid with more room for spikes, for entries of the calendar, and to remember spikes."""
+    """Return the grid with more room for spikes, calendar entries and stored spikes."""
     clock, n = grid.clock, len(grid.entry_after)
     n_entries = 2 * max(n, len(grid.drive), _ROOM)
     after = np.arange(1, n_entries + 1, dtype=np.int32)

@@ -1,1 +1,1 @@
-"""A network on a real machine: where it sits, what it costs and what it loses."""
+"""A network on a real machine: placement, cost and losses."""

@@ -1,4 +1,4 @@
-"""How much is assumed to happen in a network that has not run."""
+"""The assumed activity of a network that has not run."""
 
 from __future__ import annotations
 

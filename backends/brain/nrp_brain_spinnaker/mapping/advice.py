@@ -1,4 +1,4 @@
-"""What of a network would not fit a machine or not keep up, and what to do about it."""
+"""Advice on the parts of a network that would not fit a machine or not keep up."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nrp_brain_spinnaker.mapping.machine_map import VertexMap
 
 
 def advise(maps: Sequence[VertexMap], chips: int, entries: int, packets_per_s: float) -> tuple[str, ...]:
-    """Return a sentence for each thing that does not fit.
+    """Return a sentence for each problem.
 
     Args:
         maps: all vertices.
@@ -24,7 +24,7 @@ def advise(maps: Sequence[VertexMap], chips: int, entries: int, packets_per_s: f
     if chips > hardware.LARGEST_MACHINE_CHIPS:
         advice.append(f"{chips} chips: the largest machine has {hardware.LARGEST_MACHINE_CHIPS}")
     if entries > hardware.ROUTER_ENTRIES:
-        advice.append(f"{entries} routing entries: a chip has {hardware.ROUTER_ENTRIES}; join populations")
+        advice.append(f"{entries} routing entries: a chip has {hardware.ROUTER_ENTRIES}; merge populations")
     if packets_per_s > hardware.LINK_PACKETS_PER_S:
         advice.append(f"{packets_per_s:.3g} packets/s: a link carries {hardware.LINK_PACKETS_PER_S:.0g}")
     sdram = np.bincount(
@@ -41,7 +41,7 @@ def _on_vertex(vertex: VertexMap) -> list[str]:
     where, row, queue = f"population '{vertex.label}'", hardware.LONGEST_ROW, hardware.QUEUED_SPIKES
     advice = []
     if vertex.left_shifts and vertex.cell_type not in hardware.UPDATE_INSTRUCTIONS:
-        advice.append(f"{where}: sPyNNaker has no {vertex.cell_type} cells; its load is a guess")
+        advice.append(f"{where}: sPyNNaker has no {vertex.cell_type} cells; the load is a rough estimate")
     if vertex.longest_row > row:
         advice.append(f"{where}: {vertex.longest_row} synapses from one neuron; a row holds {row}")
     if vertex.synapse_cores > hardware.SYNAPSE_CORES:
@@ -52,7 +52,9 @@ def _on_vertex(vertex: VertexMap) -> list[str]:
     if vertex.dtcm_bytes > hardware.DTCM_BYTES:
         advice.append(f"{where}: a core's own memory is too small; use fewer neurons_per_core")
     if vertex.spikes_per_step > queue:
-        advice.append(f"{where}: {vertex.spikes_per_step:.0f} spikes a time step; a core can queue {queue}")
+        advice.append(
+            f"{where}: {vertex.spikes_per_step:.0f} spikes in a time step; a core can queue {queue}"
+        )
     if vertex.utilisation > hardware.BUSY:
         slower = ceil(vertex.utilisation / hardware.BUSY)
         advice.append(

@@ -1,4 +1,4 @@
-"""What a network loses on the machine: weights that are rounded, vanish or wrap, input that saturates."""
+"""The losses of a network on the machine: rounded, vanished or wrapped weights and saturated input."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class ProjectionFidelity:
     """One projection.
 
     Args:
-        label: of the projection.
-        left_shift: of its receptor.
+        label: the projection's label.
+        left_shift: the left shift of its receptor.
         quantum: the smallest difference between two weights, in the units of the model.
-        largest_sum: what a receptor can take in one tick, likewise.
-        synapses: how many there are.
-        vanished: how many have a weight that became 0.
-        wrapped: how many have a weight beyond 16 bits, of which the low ones stay.
-        mean_error, largest_error: of the other weights, relative.
-        moved_delays: how many delays are not whole time steps.
-        largest_move_ms: by how much one of them moved.
+        largest_sum: the largest input of a receptor in one tick, in the same units.
+        synapses: the number of synapses.
+        vanished: the number of weights that became 0.
+        wrapped: the number of weights beyond 16 bits, of which only the low bits stay.
+        mean_error, largest_error: relative errors of the other weights.
+        moved_delays: the number of delays that are not whole time steps.
+        largest_move_ms: the largest change of such a delay.
     """
 
     label: str
@@ -53,15 +53,15 @@ class ProjectionFidelity:
 
 @dataclass(frozen=True, slots=True)
 class ReceptorFidelity:
-    """What arrives at one receptor of a population, as expected from the rates assumed.
+    """The expected input of one receptor of a population at the assumed rates.
 
     Args:
         population: its label.
         receptor: its name.
         left_shift: of its ring buffers.
-        largest_sum: what it can take in one tick, in the units of the target's synapses.
-        mean_sum, deviation: what a neuron gets in a tick, likewise.
-        saturating: share of ticks in which a neuron gets more than it can take.
+        largest_sum: its largest input in one tick, in the units of the target's synapses.
+        mean_sum, deviation: mean and standard deviation of a neuron's input in a tick, in the same units.
+        saturating: fraction of ticks in which the input exceeds ``largest_sum``.
     """
 
     population: str
@@ -75,13 +75,13 @@ class ReceptorFidelity:
 
 @dataclass(frozen=True, slots=True)
 class Fidelity:
-    """All projections and receptors, and what to do about the worst.
+    """All projections and receptors, with advice on the worst.
 
     Args:
         projections: in definition order, those with synapses.
         receptors: those that projections end on.
-        losses: which weights are destroyed and why.
-        advice: what else is lost.
+        losses: the weights that are destroyed, with reasons.
+        advice: other losses.
     """
 
     projections: tuple[ProjectionFidelity, ...]
@@ -91,7 +91,7 @@ class Fidelity:
 
 
 def weigh(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> Fidelity:
-    """Return what a network loses on the machine.
+    """Return the losses of a network on the machine.
 
     Args:
         network: the network.
@@ -107,7 +107,7 @@ def weigh(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -
 
 
 def losses(wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
-    """Return which weights do not survive the 16 bits of the machine, and why."""
+    """Return the weights that do not fit the machine's 16 bits, with reasons."""
     return [line for part in wires if _is_distorted(part) for line in _losses(part, wires, options)]
 
 
@@ -125,8 +125,8 @@ def _losses(part: Wires, wires: Sequence[Wires], options: SpinnakerOptions) -> l
     where, lines = f"projection '{seen.label}'", []
     if seen.wrapped:
         lines.append(
-            f"{where}: {seen.wrapped} of {seen.synapses} weights wrap around, being larger than the "
-            f"{seen.largest_sum:.3g} that fit 16 bits; give them as a list, so that the scale follows them"
+            f"{where}: {seen.wrapped} of {seen.synapses} weights wrap around: they are larger than "
+            f"{seen.largest_sum:.3g}, the limit of 16 bits; give them as a list, so that the scale fits them"
         )
     if seen.vanished:
         lost = f"{seen.vanished} of {seen.synapses} weights become 0 (in steps of {seen.quantum:.3g})"
@@ -187,8 +187,8 @@ def _saturation(seen: ReceptorFidelity) -> str | None:
         return None
     return (
         f"population '{seen.population}': its {seen.receptor} input is cut off in {seen.saturating:.2%} of "
-        f"all time steps (at {seen.largest_sum:.3g}; {seen.mean_sum:.3g} is expected); say by "
-        "spikes_per_second how active the network is, or use more ring_buffer_sigma"
+        f"all time steps (at {seen.largest_sum:.3g}; {seen.mean_sum:.3g} is expected); set "
+        "spikes_per_second to the network's firing rate, or use a larger ring_buffer_sigma"
     )
 
 
@@ -200,7 +200,7 @@ def _coarse(part: Wires, seen: ProjectionFidelity, wires: Sequence[Wires]) -> st
 
 
 def _remedy(part: Wires, wires: Sequence[Wires]) -> str:
-    """Return what set the scale of a receptor, and how to have a finer one."""
+    """Return the reason for the scale of a receptor, and how to make it finer."""
     if part.on_machine and part.model.is_conductance_based:
         return "give weights as a list, or use the option weights: host, to keep more of them"
     fellows = [w for w in wires if (w.population, w.receptor) == (part.population, part.receptor)]
@@ -208,5 +208,5 @@ def _remedy(part: Wires, wires: Sequence[Wires]) -> str:
     weight, n = strongest.incoming.largest, strongest.incoming.connections
     return (
         f"'{strongest.projection.label}' sets the scale, with weights up to {weight:.3g} and {n} synapses "
-        "on a neuron; make the two more alike, or let its delays differ so that less is expected at once"
+        "on a neuron; make the two more similar, or vary its delays so that less input is expected at once"
     )

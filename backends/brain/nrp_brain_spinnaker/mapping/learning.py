@@ -1,4 +1,4 @@
-"""What plastic synapses cannot learn, because the machine keeps their weights in steps."""
+"""Weight changes that plastic synapses lose, because the machine stores weights in steps."""
 
 from __future__ import annotations
 
@@ -34,12 +34,13 @@ def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:
     up, down = given["A_plus"] * most, given["A_minus"] * most
     lines = []
     if 0 < up < step:
-        lines.append(f"a pair of spikes adds at most {up:.3g}, which is lost")
+        lines.append(f"a pair of spikes adds at most {up:.3g}, which is rounded to 0")
     if 0 < down < step:
-        lines.append(f"a pair of spikes should take at most {down:.3g}, and takes a whole step")
+        lines.append(f"a pair of spikes should subtract at most {down:.3g}, but subtracts a whole step")
     if not lines:
         return None
     return (
-        f"projection '{projection.label}': its weights are kept in steps of {step:.3g}: {'; '.join(lines)}; "
-        "make A_plus and A_minus, or the range of the weights, larger"
+        f"projection '{projection.label}': its weights are stored in steps of {step:.3g}: "
+        f"{'; '.join(lines)}; "
+        "increase A_plus and A_minus, or the range of the weights"
     )

@@ -57,7 +57,7 @@ class MachineMap:
         packets_per_s: of the whole network.
         power_w: estimated.
         slowdown: how many times slower than real time it has to run so that no core comes late.
-        advice: what would not fit or not keep up, and what to do about it.
+        advice: advice on the parts that would not fit or not keep up.
     """
 
     vertices: tuple[VertexMap, ...]

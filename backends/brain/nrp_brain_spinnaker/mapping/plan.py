@@ -1,7 +1,7 @@
-"""How a network would sit on a real machine: cores, keys, memory, traffic, load and power.
+"""The placement of a network on a real machine: cores, keys, memory, traffic, load and power.
 
-What is counted (cores, keys, shifts, delay slots) is what sPyNNaker 7.4.1 does; time and power are
-estimates from instruction counts and from the rates assumed.
+Counts (cores, keys, shifts, delay slots) equal those of sPyNNaker 7.4.1; time and power are estimates from
+instruction counts and the assumed rates.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from nrp_core.brain.network.data import Network
 def map_network(
     network: Network, cells: Cells, wires: Sequence[Wires], options: SpinnakerOptions
 ) -> MachineMap:
-    """Return how a network would sit on a machine.
+    """Return the placement of a network on a machine.
 
     Args:
         network: the network.

@@ -1,4 +1,4 @@
-"""The machine map and what is lost on it, as reports."""
+"""Reports on the machine map and on the losses of a network."""
 
 from __future__ import annotations
 
@@ -21,21 +21,37 @@ _VERTEX = (
     Quantity("size", "size"),
     Quantity("cores", "cores"),
     Quantity(
-        "synapse_cores", "for synapses", meaning="of the cores, beside each with neurons", is_detail=True
+        "synapse_cores",
+        "for synapses",
+        meaning="synapse-only cores for each core with neurons",
+        is_detail=True,
     ),
     Quantity("left_shift_excitatory", "shift exc.", meaning="left shift of the ring buffers"),
     Quantity("left_shift_inhibitory", "inh.", meaning="left shift of the ring buffers"),
-    Quantity("delay_slots", "delay slots", meaning="that a core of this size has", is_detail=True),
-    Quantity("delay_slots_used", "used", meaning="of the delay slots", is_detail=True),
-    Quantity("sdram_kib", "SDRAM", ".0f", "KiB", "of each core, estimated"),
-    Quantity("dtcm_kib", "DTCM", ".0f", "KiB", "of each core, estimated", is_detail=True),
-    Quantity("longest_row", "row", meaning="most synapses from one neuron into one core", is_detail=True),
-    Quantity("packets_per_s", "packets/s", ",.0f", meaning="sent, with the rates assumed", is_detail=True),
+    Quantity("delay_slots", "delay slots", meaning="delay slots available on a core", is_detail=True),
+    Quantity("delay_slots_used", "used", meaning="delay slots used", is_detail=True),
+    Quantity("sdram_kib", "SDRAM", ".0f", "KiB", "per core, estimated"),
+    Quantity("dtcm_kib", "DTCM", ".0f", "KiB", "per core, estimated", is_detail=True),
     Quantity(
-        "spikes_per_step", "spikes in", ".1f", meaning="that reach the fullest core in a step", is_detail=True
+        "longest_row",
+        "row",
+        meaning="largest number of synapses from one neuron onto one core",
+        is_detail=True,
     ),
-    Quantity("utilisation", "load", ".0%", meaning="of a time step, by the fullest core, estimated"),
-    Quantity("late", "late", ".0%", meaning="work of a step that comes after its end, estimated"),
+    Quantity(
+        "packets_per_s", "packets/s", ",.0f", meaning="packets sent at the assumed rates", is_detail=True
+    ),
+    Quantity(
+        "spikes_per_step",
+        "spikes in",
+        ".1f",
+        meaning="spikes that reach the fullest core in a time step",
+        is_detail=True,
+    ),
+    Quantity(
+        "utilisation", "load", ".0%", meaning="fraction of a time step that the fullest core works, estimated"
+    ),
+    Quantity("late", "late", ".0%", meaning="fraction of the work that is late, estimated"),
 )
 _CORE = (
     Quantity("chip", "chip"), Quantity("core", "core"), Quantity("population", "population"),
@@ -53,38 +69,42 @@ _PROJECTION = (
         "largest_sum",
         "limit",
         ".3g",
-        meaning="what a receptor takes in one time step, likewise",
+        meaning="largest input of a receptor in one time step, in the model's units",
         is_detail=True,
     ),
-    Quantity("vanished", "become 0", ",", meaning="weights that are too small"),
-    Quantity("wrapped", "wrap", ",", meaning="weights that are too large"),
-    Quantity("mean_error", "mean error", ".2%", meaning="of the other weights"),
-    Quantity("largest_error", "largest error", ".2%", meaning="of the other weights", is_detail=True),
-    Quantity("moved_delays", "moved delays", ",", meaning="that are not whole time steps", is_detail=True),
+    Quantity("vanished", "become 0", ",", meaning="weights that are too small and become 0"),
+    Quantity("wrapped", "wrap", ",", meaning="weights that are too large and wrap around"),
+    Quantity("mean_error", "mean error", ".2%", meaning="relative error of the other weights"),
+    Quantity(
+        "largest_error", "largest error", ".2%", meaning="relative error of the other weights", is_detail=True
+    ),
+    Quantity(
+        "moved_delays", "moved delays", ",", meaning="delays that are not whole time steps", is_detail=True
+    ),
     Quantity("largest_move_ms", "by up to", ".3g", "ms", is_detail=True),
 )
 _RECEPTOR = (
     Quantity("population", "population"),
     Quantity("receptor", "receptor"),
     Quantity("left_shift", "shift"),
-    Quantity("largest_sum", "limit", ".3g", meaning="what it takes in one time step", is_detail=True),
-    Quantity("mean_sum", "expected", ".3g", meaning="in a time step, with the rates assumed"),
-    Quantity("deviation", "deviation", ".3g", meaning="of what is expected", is_detail=True),
-    Quantity("saturating", "cut off", ".2g", meaning="share of time steps in which the limit is exceeded"),
+    Quantity("largest_sum", "limit", ".3g", meaning="largest input in one time step", is_detail=True),
+    Quantity("mean_sum", "expected", ".3g", meaning="mean input in a time step at the assumed rates"),
+    Quantity("deviation", "deviation", ".3g", meaning="standard deviation of the input", is_detail=True),
+    Quantity("saturating", "cut off", ".2g", meaning="fraction of time steps in which the limit is exceeded"),
 )
 
 
 def reports_of(network: Network, options: SpinnakerOptions) -> list[Report]:
-    """Return where a network would sit on a machine, and what it would lose there.
+    """Return reports on the placement of a network on a machine and on its losses there.
 
     Raises:
-        NetworkError: it does not fit at all.
+        NetworkError: the network does not fit at all.
     """
     cells, wires, moved = lay_out(network, options)
     seen = weigh(network, wires, options)
     machine = map_network(network, cells, wires, options)
     delays = tuple(line for line in moved if line not in seen.losses)
-    assumed = f"{options.spikes_per_second:g} spikes a second of every neuron but Poisson sources"
+    assumed = f"{options.spikes_per_second:g} Hz for every neuron except Poisson sources"
     return [_map_report(machine, assumed), _fidelity_report(seen, delays, assumed)]
 
 
@@ -115,7 +135,7 @@ def _facts(machine: MachineMap) -> Iterator[Fact]:
         Quantity("router_entries_available", "routing entries of a chip", ","), hardware.ROUTER_ENTRIES
     )
     yield Fact(Quantity("packets_per_s", "packets/s", ",.0f"), machine.packets_per_s)
-    yield Fact(Quantity("slowdown", "slowdown against real time"), machine.slowdown)
+    yield Fact(Quantity("slowdown", "slowdown relative to real time"), machine.slowdown)
     yield Fact(Quantity("power_w", "power", ".1f", "W"), machine.power_w)
     energy = Quantity("joules_per_simulated_s", "energy of a simulated second", ".1f", "J")
     yield Fact(energy, machine.joules_per_simulated_s)
@@ -154,12 +174,12 @@ def _fidelity_report(seen: Fidelity, delays: tuple[str, ...], assumed: str) -> R
     )
     return Report(
         name="fidelity",
-        title="What the machine keeps of the network",
+        title="Precision of the network on the machine",
         tables=(
             Table("projections", "Projections", _PROJECTION, tuple(projections)),
             Table("receptors", "Receptors", _RECEPTOR, tuple(receptors)),
         ),
         warnings=seen.losses,
         advice=(*delays, *seen.advice),
-        notes=(f"What is expected at receptors assumes {assumed}.",),
+        notes=(f"The expected input of receptors assumes {assumed}.",),
     )

@@ -136,5 +136,5 @@ def test_populations_that_need_single_spikes_are_left_to_the_core() -> None:
 def test_the_grid_draws_only_where_there_is_one() -> None:
     with pytest.raises(ValueError, match="poisson: grid needs a resolution"):
         EventOptions(poisson="grid")
-    with pytest.raises(ValueError, match="a resolution is 1 ms or finer, not 2 ms"):
+    with pytest.raises(ValueError, match="resolution must be 1 ms or finer, not 2 ms"):
         EventOptions(resolution="2 ms")
