@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from nrp_core.world.interface import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
     from nrp_core.world.interface import WorldBackend as WorldBackend
     from nrp_core.world.interface import WorldOptions as WorldOptions
+    from nrp_core.world.live import LiveScene as LiveScene
     from nrp_core.world.part import Part as Part
     from nrp_core.world.part import PartInPlace as PartInPlace
     from nrp_core.world.render.cameras import DepthArray as DepthArray
@@ -84,6 +85,7 @@ if TYPE_CHECKING:
     from nrp_core.world.sensors.laser import Laser as Laser
     from nrp_core.world.sensors.sensor import Sensor as Sensor
     from nrp_core.world.sensors.sensor import SensorPart as SensorPart
+    from nrp_core.world.services.service import Service as Service
     from nrp_core.world.topics import Direction as Direction
     from nrp_core.world.topics import Publication as Publication
     from nrp_core.world.topics import Stamped as Stamped
@@ -109,6 +111,7 @@ else:
             "nrp_core.world.engine_kit.jointed": "JointedEngine",
             "nrp_core.world.engine_kit.options": "PhysicsOptions",
             "nrp_core.world.interface": "WORLD_INTERFACE_VERSION WorldBackend WorldOptions",
+            "nrp_core.world.live": "LiveScene",
             "nrp_core.world.part": "Part PartInPlace",
             "nrp_core.world.render.cameras": "DepthArray ImageArray",
             "nrp_core.world.render.optics": "drawn",
@@ -139,6 +142,7 @@ else:
             "nrp_core.world.sensors.imu": "Imu",
             "nrp_core.world.sensors.laser": "Laser",
             "nrp_core.world.sensors.sensor": "Sensor SensorPart",
+            "nrp_core.world.services.service": "Service",
             "nrp_core.world.topics": "Direction Publication Stamped Subscription TopicInfo",
             "nrp_core.world.world": "World",
         },

@@ -17,7 +17,7 @@ from nrp_core.world.part import Part
 from nrp_core.world.rigid.motion import JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
-from nrp_core.world.services.gazebo import Services
+from nrp_core.world.services.part import Services
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
 

@@ -10,7 +10,7 @@ from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.capabilities import WorldCapabilities, needs_of
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.services.gazebo import PREFIX
+from nrp_core.world.services.service import PREFIX
 
 _SERVICES = {
     "set_model_state": "changes", "set_link_state": "changes", "set_model_configuration": "changes",

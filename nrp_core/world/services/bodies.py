@@ -17,8 +17,28 @@ from nrp_core.world.pose_messages import pose_of, seen_from, seen_in_world, stat
 from nrp_core.world.rigid.motion import ModelMotion, Wrench
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
+from nrp_core.world.services.service import PREFIX, Service
 
 _WORLD = ("", "world", "map", "/world", "/map")
+
+
+def body_services(live: LiveScene) -> list[Service]:
+    """Return the services of :class:`BodyRequests`."""
+    bodies = BodyRequests(live)
+    return [
+        Service(PREFIX + "get_model_state", srv.GetModelStateRequest, bodies.model_state),
+        Service(PREFIX + "set_model_state", srv.SetModelStateRequest, bodies.set_model_state),
+        Service(PREFIX + "get_link_state", srv.GetLinkStateRequest, bodies.link_state),
+        Service(PREFIX + "set_link_state", srv.SetLinkStateRequest, bodies.set_link_state),
+        Service(PREFIX + "get_joint_properties", srv.GetJointPropertiesRequest, bodies.joint_properties),
+        Service(
+            PREFIX + "set_model_configuration", srv.SetModelConfigurationRequest, bodies.set_configuration
+        ),
+        Service(PREFIX + "apply_body_wrench", srv.ApplyBodyWrenchRequest, bodies.apply_wrench),
+        Service(PREFIX + "clear_body_wrenches", srv.BodyRequestRequest, bodies.clear_wrenches),
+        Service(PREFIX + "apply_joint_effort", srv.ApplyJointEffortRequest, bodies.apply_effort),
+        Service(PREFIX + "clear_joint_forces", srv.JointRequestRequest, bodies.clear_efforts),
+    ]
 
 
 class BodyRequests:

@@ -10,6 +10,16 @@ from nrp_core.world.live import LiveScene
 from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_core.world.pose_messages import vector_of
+from nrp_core.world.services.service import PREFIX, Service
+
+
+def physics_services(live: LiveScene) -> list[Service]:
+    """Return the services of :class:`PhysicsRequests`."""
+    physics = PhysicsRequests(live)
+    return [
+        Service(PREFIX + "get_physics_properties", srv.GetPhysicsPropertiesRequest, physics.properties),
+        Service(PREFIX + "set_physics_properties", srv.SetPhysicsPropertiesRequest, physics.set_properties),
+    ]
 
 
 class PhysicsRequests:

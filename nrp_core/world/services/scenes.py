@@ -16,6 +16,29 @@ from nrp_core.world.pose_messages import pose_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.model import Light, Model, Rgba
+from nrp_core.world.services.service import PREFIX, Service
+
+
+def scene_services(live: LiveScene) -> list[Service]:
+    """Return the services of :class:`SceneRequests`."""
+    scenes = SceneRequests(live)
+    return [
+        Service(PREFIX + "get_model_properties", srv.GetModelPropertiesRequest, scenes.model_properties),
+        Service(PREFIX + "get_world_properties", srv.GetWorldPropertiesRequest, scenes.world_properties),
+        Service(PREFIX + "spawn_sdf_model", srv.SpawnModelRequest, scenes.spawn),
+        Service(PREFIX + "spawn_urdf_model", srv.SpawnModelRequest, scenes.spawn),
+        Service(PREFIX + "spawn_sdf_entity", srv.SpawnModelRequest, scenes.spawn),
+        Service(PREFIX + "delete_model", srv.DeleteModelRequest, scenes.delete),
+        Service(PREFIX + "set_visual_properties", srv.SetVisualPropertiesRequest, scenes.set_visual),
+        Service(PREFIX + "get_lights_name", srv.GetLightsNameRequest, scenes.light_names),
+        Service(PREFIX + "get_light_properties", srv.GetLightPropertiesRequest, scenes.light),
+        Service(PREFIX + "set_light_properties", srv.SetLightPropertiesRequest, scenes.set_light),
+        Service(PREFIX + "delete_light", srv.DeleteLightRequest, scenes.delete_light),
+        Service(PREFIX + "pause_physics", EmptyRequest, scenes.pause),
+        Service(PREFIX + "unpause_physics", EmptyRequest, scenes.unpause),
+        Service(PREFIX + "reset_world", EmptyRequest, scenes.reset_world),
+        Service(PREFIX + "reset_simulation", EmptyRequest, scenes.reset_simulation),
+    ]
 
 
 class SceneRequests:

@@ -9,7 +9,7 @@ from typing import Any
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.world import Closing, Direction, Stamped, Subscription, TopicInfo, World
 from nrp_core.world.messages.base import Time
-from nrp_core.world.services.gazebo import PREFIX
+from nrp_core.world.services.service import PREFIX
 
 from nrp_world_ros.calls import Calls
 from nrp_world_ros.frames import TF, Frames

@@ -13,7 +13,7 @@ from typing import Any
 
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.world import Direction, World
-from nrp_core.world.services.gazebo import PREFIX, response_of
+from nrp_core.world.services.service import PREFIX, response_of
 
 from nrp_world_ros.node import Node
 

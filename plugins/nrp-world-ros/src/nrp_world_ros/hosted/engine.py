@@ -33,7 +33,7 @@ from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.services.gazebo import Services
+from nrp_core.world.services.part import Services
 
 from nrp_world_ros.engine import RosEngine
 from nrp_world_ros.hosted.dialogue import Dialogue

@@ -1,0 +1,53 @@
+"""Services are found by entry points: ours and those of other packages by the same door."""
+
+from collections.abc import Callable
+
+import pytest
+
+from nrp_core.dsl.testing.mocks import MockWorld
+from nrp_core.errors import BackendLoadError, TopicError
+from nrp_core.world import Scene
+from nrp_core.world.services.service import SERVICES
+
+COUNTING = """
+from nrp_core.world import Service
+from nrp_core.world.messages.gazebo_srvs import GetWorldPropertiesRequest, GetWorldPropertiesResponse
+
+
+def services(live):
+    def count(request):
+        names = [model.name for model in live.scene.models]
+        return GetWorldPropertiesResponse(sim_time=float(len(names)), model_names=names)
+
+    return [Service("{name}", GetWorldPropertiesRequest, count)]
+"""
+
+Install = Callable[..., None]
+
+
+def test_our_services_come_by_entry_points_like_any_other() -> None:
+    assert {provider.name for provider in SERVICES.providers()} >= {"bodies", "physics", "scenes"}
+
+
+def test_a_package_adds_a_service_by_an_entry_point(install: Install) -> None:
+    install("lab", "[nrp_core.services]\ncounting = lab:services\n", COUNTING.format(name="/lab/count"))
+    with MockWorld({}, scene=Scene(())) as world:
+        assert "/lab/count" in world.topics
+        assert world.call("/lab/count").sim_time == 0.0
+        assert world.call("/gazebo/get_world_properties").success
+
+
+def test_two_services_of_one_name_are_refused_with_who_adds_the_second(install: Install) -> None:
+    install(
+        "lab2", "[nrp_core.services]\nzoo = lab2:services\n", COUNTING.format(name="/gazebo/pause_physics")
+    )
+    with pytest.raises(
+        TopicError, match="'zoo' provides the service '/gazebo/pause_physics', which exists already"
+    ):
+        MockWorld({}, scene=Scene(()))
+
+
+def test_a_provider_that_does_not_import_is_named(install: Install) -> None:
+    install("lab3", "[nrp_core.services]\nbroken = no_such_module:services\n")
+    with pytest.raises(BackendLoadError, match="provider of services 'broken' of lab3"):
+        MockWorld({}, scene=Scene(()))
