@@ -58,25 +58,36 @@ class WorldBatch(Closing):
 
     @property
     def now_ns(self) -> int:
-        """The time that all copies have reached, but for those that failed."""
+        """The time that all copies have reached, but for those that failed or were reset alone."""
         return self._now_ns
 
     def run_until(self, t_ns: int) -> None:
-        """Advance every copy to exactly ``t_ns``; one that fails does not stop the others.
+        """Advance every copy by the time that is left to ``t_ns``; one that fails does not stop the others.
+
+        All reach ``t_ns``, but those that were reset alone are behind by the time of their reset.
 
         Raises:
             NrpError: all copies have failed; it is the error of the first.
         """
-        self._for_each(lambda world: world.run_until(t_ns))
+        lasts_ns = t_ns - self._now_ns
+        self._for_each(lambda world: world.run_until(world.now_ns + lasts_ns))
         self._now_ns = t_ns
 
     def reset(self, seeds: Sequence[int] | None = None) -> None:
         """Return to time 0, with new seeds if they are given; failed copies work again."""
-        self.failures.clear()
-        chosen = [world.seed for world in self.worlds] if seeds is None else seeds
-        for world, seed in zip(self.worlds, chosen, strict=True):
-            world.reset(seed=seed)
         self._now_ns = 0
+        for number in range(len(self)):
+            self.reset_copy(number, None if seeds is None else seeds[number])
+
+    def reset_copy(self, number: int, seed: int | None = None) -> None:
+        """Return one copy to its time 0, while the others stay where they are; a failed one works again.
+
+        Args:
+            number: of the copy.
+            seed: a new one; by default the copy's own is used again.
+        """
+        self.failures.pop(number, None)
+        self.worlds[number].reset(seed=seed)
 
     def advertise(self, topic: str) -> BatchPublication:
         """Return the right to publish on a topic of every copy.
@@ -99,18 +110,16 @@ class WorldBatch(Closing):
         """
         rows = np.empty((len(self), 13))
         for row, world in zip(rows, self.worlds, strict=True):
-            motion = world.model_motion(model)
-            row[:] = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
+            world.engine.read_motion(model, row)
         return rows
 
     def joint_states(self, model: str) -> JointStates:
         """Return the joints of a model in every copy; the arrays have shape ``(copies, joints)``."""
-        states = [world.joint_states(model) for world in self.worlds]
-        positions, velocities, efforts = (
-            np.array([getattr(each, name) for each in states])
-            for name in ("positions", "velocities", "efforts")
-        )
-        return JointStates(states[0].names, positions, velocities, efforts)
+        names = self.worlds[0].joint_states(model).names
+        rows = np.empty((len(self), 3, len(names)))
+        for row, world in zip(rows, self.worlds, strict=True):
+            world.engine.read_joints(model, row)
+        return JointStates(names, rows[:, 0], rows[:, 1], rows[:, 2])
 
     def close(self) -> None:
         """Close every copy."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nrp_core.simulation import Determinism
-from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.model import Joint, Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +50,17 @@ class WorldCapabilities:
     real_time: bool = False
     poses: bool = True
     own_scene: bool = False
+
+    def lacking_for(self, scene: Scene) -> str:
+        """Return what is missing for a scene, in which something would move in a way that is not there."""
+        for model in scene.models if not self.own_scene else ():
+            if not (self.dynamics or model.static or model.drives):
+                return f"has no dynamics: '{model.name}' could not move; make it static"
+            for joint in model.joints if self.dynamics and not model.static else ():
+                for need in needs_of(joint):
+                    if not getattr(self, need):
+                        return f"has no {need.replace('_', ' ')}, as '{model.name}/{joint.name}' is one"
+        return ""
 
 
 def needs_of(joint: Joint) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, final
@@ -12,10 +12,11 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
-from nrp_core.world.capabilities import WorldCapabilities, needs_of
+from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.part import Part
 from nrp_core.world.raycast.beams import Beams
-from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED, Cameras, DepthArray, ImageArray
+from nrp_core.world.render.cameras import REALISTIC, SHARED, Cameras, DepthArray, ImageArray
+from nrp_core.world.render.eyes import Eyes
 from nrp_core.world.render.optics import CameraPath, Optics, optics_of
 from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.motion import (
@@ -28,24 +29,22 @@ from nrp_core.world.rigid.motion import (
     Touch,
     Wrench,
 )
-from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
+from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of, lever_of
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 
 if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace
-    from nrp_core.world.render.raster import RasterCameras
 
 
 class Engine(ABC):
     """A physics engine with a scene in it; it knows nothing of topics.
 
     The world steps it, changes its scene and asks it; so do the parts of the world. A backend writes the
-    ``_do_*`` methods, of which four are abstract. Positions are in m, angles in rad, times in ns, all along
-    the axes of the world unless said otherwise.
+    ``_do_*`` methods, of which four are abstract. Units are m, rad and ns, axes those of the world.
 
     Args:
-        scene: the first scene. The source of each model, and whatever its file says that a scene does not,
-            is at :attr:`Model.source <nrp_core.world.scene.model.Model.source>`.
+        scene: the first scene. Each model has its ``source``, the file and element that it was read from,
+            and ``native`` elements of that file, which are meant for one engine.
         capabilities: of the backend, under these options.
         seed: of the world.
         identity: text that names engine, version and options; snapshots of others do not fit.
@@ -75,10 +74,7 @@ class Engine(ABC):
         self._bodies: dict[str, tuple[Body, ...]] = {}
         self._pulls: dict[BodyPath, dict[tuple[str, str], FloatArray]] = {}
         self._space: CollisionSpace | None = None
-        self._cameras: Cameras | None = None
-        self._depths: Cameras | None = None
-        self._colors: dict[str, Rgba] = {}
-        self._glows: dict[str, bool] = {}
+        self._eyes = Eyes(self._open_renderer, "".join(self.capabilities.renderers[:1]))
 
     @property
     def step_ns(self) -> int:
@@ -109,13 +105,15 @@ class Engine(ABC):
         Raises:
             CapabilityError: the engine cannot do that.
         """
-        self._require_snapshot()
+        if not self.capabilities.snapshot:
+            raise self.lacks("cannot save and restore its state")
         return self._do_save()
 
     @final
     def restore(self, saved: Any) -> None:
         """Return to what :meth:`save` gave, in the same scene."""
-        self._require_snapshot()
+        if not self.capabilities.snapshot:
+            raise self.lacks("cannot save and restore its state")
         self._do_restore(saved)
 
     def check_finite(self, t_ns: int) -> None:
@@ -133,7 +131,7 @@ class Engine(ABC):
     @final
     def close(self) -> None:
         """Release the engine and its cameras."""
-        self._close_cameras()
+        self._eyes.close()
         self._do_close()
 
     # -- what sensors read
@@ -150,8 +148,23 @@ class Engine(ABC):
 
     @final
     def joint_states(self, model: str) -> JointStates:
-        """Return the state of the movable joints of a model."""
+        """Return the state of a model's joints."""
         return self._do_joint_states(model)
+
+    def read_motion(self, model: str, row: FloatArray) -> None:
+        """Write where a model is and how it moves; an engine may do so without :class:`ModelMotion`.
+
+        Args:
+            model: the model.
+            row: gets position, orientation (x, y, z, w), linear and angular velocity, shape ``(13,)``.
+        """
+        motion = self._do_model_motion(model)
+        row[:] = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
+
+    def read_joints(self, model: str, rows: FloatArray) -> None:
+        """Write positions, velocities and efforts of joints, shape ``(3, n)``."""
+        states = self._do_joint_states(model)
+        rows[:] = states.positions, states.velocities, states.efforts
 
     @final
     def render(self, model: str, link: str, camera: str) -> ImageArray:
@@ -170,7 +183,7 @@ class Engine(ABC):
 
     @final
     def depth(self, model: str, link: str, camera: str) -> DepthArray:
-        """Return how far along its line of sight a camera sees, m, ``inf`` beyond its clip distance."""
+        """Return the depth that a camera sees, m, ``inf`` beyond its clip distance."""
         image = self._do_depth(model, link, camera)
         image.flags.writeable = False
         return image
@@ -201,13 +214,13 @@ class Engine(ABC):
     @final
     def set_color(self, visual: str, rgba: Rgba) -> None:
         """Colour a visual (``model/link/visual``)."""
-        self._colors[visual] = rgba
+        self._eyes.colors[visual] = rgba
         self._do_set_color(visual, rgba)
 
     @final
     def set_glow(self, visual: str, glows: bool) -> None:
         """Say whether a visual has its colour in any light."""
-        self._glows[visual] = glows
+        self._eyes.glows[visual] = glows
         self._do_set_glow(visual, glows)
 
     @final
@@ -240,13 +253,9 @@ class Engine(ABC):
         """
         bodies = self._bodies_of(model)
         index = body_of(bodies, link)
-        body = bodies[index]
-        part = next(each for each in body.links if each.name == link)
-        if body.inertial is None:
+        if bodies[index].inertial is None:
             return False  # what is fixed cannot be pushed
-        inertial = part.inertial
-        centre = (part.pose @ inertial.pose if inertial else part.pose).position
-        lever = np.subtract(centre, body.inertial.pose.position)
+        part, lever = lever_of(bodies[index], link)
         turn = rotation_matrix((self.link_motion(model, link).pose @ part.pose.inverse()).orientation)
         pulls = self._pulls.setdefault((model, index), {})
         pulls[link, of] = np.array([wrench.force, np.cross(turn @ lever, wrench.force) + wrench.torque])
@@ -271,8 +280,8 @@ class Engine(ABC):
         self.scene = scene
         self._bodies, self._pulls = {}, {}
         self._space = None
-        self._colors, self._glows = {}, {}
-        self._close_cameras()
+        self._eyes.close()
+        self._eyes = Eyes(self._open_renderer, "".join(self.capabilities.renderers[:1]))
 
     @final
     def set_lights(self, lights: tuple[Light, ...]) -> None:
@@ -311,8 +320,6 @@ class Engine(ABC):
         """Return the error of an engine that cannot do something."""
         return CapabilityError(f"{type(self).__name__} {what}")
 
-    # -- for engines that are told of their bodies by somebody else
-
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
         """Return the parts of a model, or of the world itself (None).
 
@@ -321,29 +328,15 @@ class Engine(ABC):
 
         Args:
             usual: the parts of the core.
-            model: the model that they belong to.
+            model: that they belong to.
         """
         return usual
 
     # -- checks
 
-    def _require_snapshot(self) -> None:
-        if not self.capabilities.snapshot:
-            raise self.lacks("cannot save and restore its state")
-
     def _require_movable(self, scene: Scene) -> None:
-        """Refuse a scene in which something would move in a way that the engine does not have."""
-        has = self.capabilities
-        if has.own_scene:
-            return
-        for model in scene.models:
-            if not (has.dynamics or model.static or model.drives):
-                raise self.lacks(f"has no dynamics: '{model.name}' could not move; make it static")
-            for joint in model.joints if has.dynamics and not model.static else ():
-                for need in needs_of(joint):
-                    if not getattr(has, need):
-                        what = f"has no {need.replace('_', ' ')}, as '{model.name}/{joint.name}' is one"
-                        raise self.lacks(what)
+        if lacking := self.capabilities.lacking_for(scene):
+            raise self.lacks(lacking)
 
     # -- what follows from the scene alone
 
@@ -364,26 +357,12 @@ class Engine(ABC):
     def _optics(self) -> Mapping[CameraPath, Optics]:
         return optics_of(self.scene, self.image_scale)
 
-    def _opened_renderer(self) -> Cameras:
-        """Return the cameras, drawn by the preferred renderer."""
-        if self._cameras is None:
-            if not self.capabilities.renderers:
-                raise self.lacks("has no cameras")
-            renderer = self.capabilities.renderers[0]
-            shared = renderer in SHARED
-            cameras = self._shared_cameras(renderer) if shared else self._do_open_cameras(renderer)
-            self._cameras = self._painted(cameras)
-        return self._cameras
-
-    def _depth_renderer(self) -> Cameras:
-        """Return what draws depth: the same for every renderer, for it does not depend on light or colour."""
-        if self._depths is None:
-            drawn = self._opened_renderer()
-            self._depths = drawn if drawn.draws_depth else self._painted(self._shared_cameras(RASTER))
-        return self._depths
-
-    def _shared_cameras(self, renderer: str) -> RasterCameras:
-        """Open a renderer of the core's own."""
+    def _open_renderer(self, renderer: str) -> Cameras:
+        """Open a renderer of the core, or one of the engine."""
+        if not renderer:
+            raise self.lacks("has no cameras")
+        if renderer not in SHARED:
+            return self._do_open_cameras(renderer)
         from nrp_core.world.render.raster import RasterCameras  # compiled code takes time to load
         from nrp_core.world.render.realistic import RealisticCameras
 
@@ -391,22 +370,6 @@ class Engine(ABC):
         if renderer == REALISTIC:
             return RealisticCameras(bodies, self._optics, self._do_frames, self.scene.lights)
         return RasterCameras(bodies, self._optics, self._do_frames)
-
-    def _painted(self, cameras: Cameras) -> Cameras:
-        """Give cameras that were just opened the colours of now."""
-        for visual, rgba in self._colors.items():
-            cameras.set_color(visual, rgba)
-        for visual, glows in self._glows.items():
-            cameras.set_glow(visual, glows)
-        return cameras
-
-    def _opened_cameras(self) -> Iterator[Cameras]:
-        return (cameras for cameras in (self._cameras, self._depths) if cameras is not None)
-
-    def _close_cameras(self) -> None:
-        for cameras in self._opened_cameras():
-            cameras.close()
-        self._cameras = self._depths = None
 
     # -- for backends: the fewest operations that cannot be derived
 
@@ -431,21 +394,21 @@ class Engine(ABC):
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
         """Colour a visual, named by its path ``model/link/visual``, from the next image on."""
-        for cameras in self._opened_cameras():
+        for cameras in self._eyes.opened:
             cameras.set_color(visual, rgba)
 
     def _do_set_glow(self, visual: str, glows: bool) -> None:
         """Say whether a visual has its colour in any light, from the next image on."""
-        for cameras in self._opened_cameras():
+        for cameras in self._eyes.opened:
             cameras.set_glow(visual, glows)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         """Return what a camera sees now, shape ``(height, width, 3)``, RGB, a fresh array."""
-        return self._opened_renderer().picture((model, link, camera))
+        return self._eyes.images.picture((model, link, camera))
 
     def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
         """Return the depth that a camera sees now, m, shape ``(height, width)``, a fresh array."""
-        return self._depth_renderer().depth((model, link, camera))
+        return self._eyes.depths.depth((model, link, camera))
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
         """Open one of the renderers that the engine has beside the core's."""
@@ -453,7 +416,7 @@ class Engine(ABC):
 
     def _do_set_lights(self, lights: Sequence[Light]) -> None:
         """Set the lights, from the next image on."""
-        for cameras in self._opened_cameras():
+        for cameras in self._eyes.opened:
             cameras.set_lights(lights)
 
     def _do_joint_states(self, model: str) -> JointStates:

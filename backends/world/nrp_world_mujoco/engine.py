@@ -122,6 +122,13 @@ class MujocoEngine(JointedEngine):
 
         return refreshed
 
+    def read_motion(self, model: str, row: FloatArray) -> None:
+        motion = self._motions[model]
+        if isinstance(motion, Floating):
+            motion.read(row)
+        else:
+            super().read_motion(model, row)
+
     def _do_open_cameras(self, renderer: str) -> Cameras:
         return open_cameras(renderer, self._built, self._data, self._optics, self._refresh)
 

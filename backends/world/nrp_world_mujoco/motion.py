@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import IndexArray
+from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_core.world.rigid.motion import JointStates, ModelMotion
-from nrp_core.world.rigid.pose import Pose, Vector, rotation_vector
+from nrp_core.world.rigid.pose import Pose, Vector, rotated, rotation_vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.library import mujoco
 
@@ -48,6 +48,15 @@ class Floating:
         vx, vy, vz, wx, wy, wz = self._velocity.tolist()
         pose = Pose((x, y, z), (qx, qy, qz, qw))
         return ModelMotion(pose, (vx, vy, vz), pose.rotate((wx, wy, wz)))  # MuJoCo's turn rate is the body's
+
+    def read(self, row: FloatArray) -> None:
+        """Write the same as numbers, shape ``(13,)``, without a :class:`ModelMotion`."""
+        row[:3] = self._position[:3]
+        row[3:6], row[6] = self._position[4:], self._position[3]
+        row[7:10] = self._velocity[:3]
+        qx, qy, qz, qw = row[3:7].tolist()
+        wx, wy, wz = self._velocity[3:].tolist()
+        row[10:] = rotated(qx, qy, qz, qw, (wx, wy, wz))
 
     def put(self, motion: ModelMotion) -> None:
         """Put the base where a motion says and let it move so."""

@@ -130,7 +130,7 @@ class JointedEngine(Engine):
     def _warm_up(self) -> None:
         """Take an image with each camera, because the first one is slow."""
         for path in self._optics:
-            self._opened_renderer().picture(path)
+            self._eyes.images.picture(path)
 
     def _motion_of(self, model: Model, link: Link | None) -> MotionOf:
         """Return what reads the motion of a link, or of the model's frame, which the base's body holds."""

@@ -77,12 +77,12 @@ class Pose:
     def rotate(self, vector: Vector) -> Vector:
         """Turn a vector by the orientation."""
         x, y, z, w = self.orientation
-        return _rotated(x, y, z, w, vector)
+        return rotated(x, y, z, w, vector)
 
     def rotate_back(self, vector: Vector) -> Vector:
         """Turn a vector against the orientation, as the inverse pose does."""
         x, y, z, w = self.orientation
-        return _rotated(-x, -y, -z, w, vector)
+        return rotated(-x, -y, -z, w, vector)
 
 
 def rotation_vector(orientation: Quaternion) -> Vector:
@@ -103,7 +103,8 @@ def rotation_by(vector: Vector) -> Quaternion:
     return x * times, y * times, z * times, cos(angle / 2)
 
 
-def _rotated(x: float, y: float, z: float, w: float, vector: Vector) -> Vector:
+def rotated(x: float, y: float, z: float, w: float, vector: Vector) -> Vector:
+    """Return a vector turned by a unit quaternion."""
     vx, vy, vz = vector
     tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
     return (

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.mass import combined
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
@@ -61,6 +61,15 @@ def bodies_of(model: Model) -> tuple[Body, ...]:
 def body_of(bodies: Sequence[Body], link: str) -> int:
     """Return the index of the body that a link is part of."""
     return next(i for i, body in enumerate(bodies) if any(part.name == link for part in body.links))
+
+
+def lever_of(body: Body, link: str) -> tuple[Link, Vector]:
+    """Return a link of a body that has mass, and the way from the body's centre of mass to the link's."""
+    assert body.inertial is not None
+    part = next(each for each in body.links if each.name == link)
+    centre = (part.pose @ part.inertial.pose if part.inertial else part.pose).position
+    x, y, z = (a - b for a, b in zip(centre, body.inertial.pose.position, strict=True))
+    return part, (x, y, z)
 
 
 def tree_of(root: int, bodies: Sequence[Body]) -> list[int]:

@@ -72,6 +72,27 @@ def test_every_copy_is_bit_for_bit_what_it_is_alone(backend, scene, batch):
             assert np.array_equal(camera.latest.message.data, cameras[copy].latest.message.data)
 
 
+def test_a_copy_that_is_reset_alone_begins_anew_and_the_others_go_on(backend, scene, batch):
+    publication = batch.advertise("/husky/cmd_vel")
+    publication.publish(commands(0))
+    batch.run_until(5 * STEP_NS)
+    batch.reset_copy(1, seed=7)
+    assert [world.now_ns for world in batch.worlds] == [5 * STEP_NS, 0, *[5 * STEP_NS] * 3]
+    batch.run_until(8 * STEP_NS)
+    assert batch.now_ns == 8 * STEP_NS
+    assert [world.now_ns for world in batch.worlds] == [8 * STEP_NS, 3 * STEP_NS, *[8 * STEP_NS] * 3]
+    with backend.open(scene, seed=7, options=backend.options()) as alone:
+        alone.run_until(3 * STEP_NS)
+        motion = alone.model_motion("husky")
+        assert (*motion.pose.position, *motion.pose.orientation) == tuple(
+            batch.motions("husky")[1, :7].tolist()
+        )
+    batch.reset()
+    assert [world.now_ns for world in batch.worlds] == [0] * len(SEEDS)
+    batch.run_until(STEP_NS)
+    assert [world.now_ns for world in batch.worlds] == [STEP_NS] * len(SEEDS)
+
+
 def test_the_number_of_threads_changes_nothing(backend, scene):
     ends = []
     for threads in (1, 3):
