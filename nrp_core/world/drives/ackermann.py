@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import atan, copysign, dist, inf, tan
-from typing import Any
+from typing import Any, ClassVar
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.drives.drive import Drive
@@ -37,6 +37,8 @@ class Ackermann(Drive):
         steers: whether ``angular.z`` commands the steering angle (Gazebo's ROS plugin, which steers to the
             other side in reverse), or the turn rate.
     """
+
+    tag: ClassVar[str] = "ackermann"
 
     left: tuple[str, ...]
     right: tuple[str, ...]

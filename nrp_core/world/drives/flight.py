@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from posixpath import join
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class Flight(Drive):
     Args:
         initial: the velocities along its axes (m/s) and about them (rad/s) that it begins with, instead.
     """
+
+    tag: ClassVar[str] = "flight"
 
     initial: tuple[Vector, Vector] | None = None
     odometry_topic: None = None

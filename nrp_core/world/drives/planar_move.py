@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from typing import Any, ClassVar
 
 from nrp_core.world.drives.drive import Drive, DrivePart
 from nrp_core.world.engine import Engine
@@ -23,6 +23,8 @@ class PlanarMove(Drive):
 
     Its base slides without friction. Fields as those of :class:`~nrp_core.world.drives.wheels.WheelDrive`.
     """
+
+    tag: ClassVar[str] = "planar_move"
 
     timeout: float = inf
     rate_hz: float = 20.0

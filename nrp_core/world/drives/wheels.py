@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from nrp_core.world.drives.drive import Drive, DrivePart, GroundDrive
 from nrp_core.world.engine import Engine
@@ -122,6 +122,8 @@ class WheelDrive(Drive):
         timeout: seconds without a command after which the drive stops; ``inf`` for never.
         rate_hz: of odometry and wheel speeds.
     """
+
+    tag: ClassVar[str] = "wheels"
 
     left: tuple[str, ...]
     right: tuple[str, ...]

@@ -6,18 +6,20 @@ the standard tags of its file.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, pi
 from pathlib import Path
+from typing import ClassVar
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
 from nrp_core.world.scene.checks import WORLD, check_tree, check_unique, require
+from nrp_core.world.scene.digest import digest_of
 from nrp_core.world.scene.finish import Finish as Finish
+from nrp_core.world.scene.origin import Native, Source
 from nrp_core.world.scene.sensing import MountedSensor
 
 Rgba = tuple[float, float, float, float]
@@ -30,6 +32,7 @@ UNIT_INERTIA = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 class Box:
     """A box about its centre; full edge lengths in m."""
 
+    tag: ClassVar[str] = "box"
     size: Vector
 
 
@@ -37,6 +40,7 @@ class Box:
 class Cylinder:
     """A cylinder about its centre, along z."""
 
+    tag: ClassVar[str] = "cylinder"
     radius: float
     length: float
 
@@ -45,6 +49,7 @@ class Cylinder:
 class Capsule:
     """A cylinder along z with half spheres on both ends; ``length`` is the cylinder's."""
 
+    tag: ClassVar[str] = "capsule"
     radius: float
     length: float
 
@@ -53,6 +58,7 @@ class Capsule:
 class Sphere:
     """A sphere about its centre."""
 
+    tag: ClassVar[str] = "sphere"
     radius: float
 
 
@@ -60,6 +66,7 @@ class Sphere:
 class Plane:
     """An infinite plane through the origin, its normal along z; ``size`` (m) is what is drawn."""
 
+    tag: ClassVar[str] = "plane"
     size: tuple[float, float] = (100.0, 100.0)
 
 
@@ -73,14 +80,12 @@ class Mesh:
         scale: factors, which may mirror it.
     """
 
+    tag: ClassVar[str] = "mesh"
     path: Path
     scale: Vector = (1.0, 1.0, 1.0)
 
-    def __repr__(self) -> str:  # without the folder, so that equal scenes have equal digests anywhere
-        return f"Mesh({self.path.name!r}, {self.scale!r})"
 
-
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True)
 class Heightmap(Mesh):
     """Ground that is one height at each place, which need not be convex; only of what never moves.
 
@@ -88,6 +93,7 @@ class Heightmap(Mesh):
         rows, columns: of the grid of corners that the mesh consists of, along y and x.
     """
 
+    tag: ClassVar[str] = "heightmap"
     rows: int = 2
     columns: int = 2
 
@@ -219,7 +225,9 @@ class Model:
         joint_states_topic: where its joint states are served, None for none.
         controllers: what lets single joints follow commands.
         trajectory_controllers: what lets joints follow trajectories.
+        native: elements of its file that are meant for one engine, which a scene cannot say.
         warnings: what its file was repaired or read differently for.
+        source: where it was read; None: it was made in Python.
     """
 
     name: str
@@ -231,7 +239,9 @@ class Model:
     joint_states_topic: str | None = None
     controllers: tuple[JointController, ...] = ()
     trajectory_controllers: tuple[TrajectoryController, ...] = ()
+    native: tuple[Native, ...] = ()
     warnings: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    source: Source | None = field(default=None, compare=False, repr=False)
 
     def link(self, name: str) -> Link:
         """Return a link by name."""
@@ -365,6 +375,5 @@ class Scene:
 
     @cached_property
     def digest(self) -> str:
-        """Hash of everything in the scene; equal digests, equal scenes."""
-        text = repr((self.models, self.lights, self.gravity))
-        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+        """Hash of everything in the scene but its sources; equal digests, equal scenes."""
+        return digest_of(self)

@@ -62,6 +62,7 @@ class MountedSensor:
     Attributes:
         needs: what it needs of an engine, by fields of
             :class:`~nrp_core.world.capabilities.WorldCapabilities`.
+        tag: names the kind of sensor in digests of scenes.
     """
 
     noise: Noise = field(default=Noise(), kw_only=True)
@@ -72,6 +73,7 @@ class MountedSensor:
     rate_hz: float
 
     needs: ClassVar[tuple[str, ...]] = ()
+    tag: ClassVar[str] = ""
 
     @property
     def view(self) -> View | None:

@@ -44,6 +44,8 @@ class Camera(Sensor):
         info_topic: absolute topic of its optics, None for none.
     """
 
+    tag: ClassVar[str] = "camera"
+
     needs: ClassVar[tuple[str, ...]] = ("renderers",)
 
     horizontal_fov: float

@@ -29,6 +29,8 @@ Named = tuple[Touch, tuple[str, str]]
 class ContactSensor(Sensor):
     """Tells what touches its link; ``collisions`` names those that feel, by default all."""
 
+    tag: ClassVar[str] = "contact"
+
     needs: ClassVar[tuple[str, ...]] = ("contacts",)
 
     collisions: tuple[str, ...] = ()

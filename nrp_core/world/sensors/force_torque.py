@@ -31,6 +31,8 @@ class ForceTorque(Sensor):
         onto_child: whether it is the force of the parent on the child, or the reverse.
     """
 
+    tag: ClassVar[str] = "force_torque"
+
     needs: ClassVar[tuple[str, ...]] = ("joint_wrenches",)
     on_joint: ClassVar[bool] = True
 

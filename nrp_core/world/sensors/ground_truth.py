@@ -29,6 +29,8 @@ class GroundTruth(Sensor):
         along_link: whether the velocities are given along the axes of the link.
     """
 
+    tag: ClassVar[str] = "ground_truth"
+
     needs: ClassVar[tuple[str, ...]] = ("links",)
 
     pose: Pose = Pose()

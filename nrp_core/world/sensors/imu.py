@@ -26,6 +26,8 @@ _TOPICS = {"gazebo_ros_imu_sensor": "topicName"}
 class Imu(Sensor):
     """Orientation, turn rate and acceleration (that of free fall is 0) in the frame of its pose."""
 
+    tag: ClassVar[str] = "imu"
+
     needs: ClassVar[tuple[str, ...]] = ("links",)
 
     pose: Pose = Pose()

@@ -51,6 +51,8 @@ class Laser(Sensor):
         points_topic: absolute topic of the points of all layers, None for none.
     """
 
+    tag: ClassVar[str] = "laser"
+
     needs: ClassVar[tuple[str, ...]] = ("links",)
 
     samples: int = 640

@@ -12,8 +12,10 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
 from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.model import Joint, Link, Model
+from nrp_core.world.scene.origin import Source
 from nrp_core.world.scene.reading.actuators import read_actuators
 from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.native import native_of
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.repairs import with_default_masses
@@ -193,8 +195,11 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     if base not in names:
         raise element.error(f"the model '{name}' has no canonical link '{base}'{did_you_mean(base, names)}")
     links = tuple(sorted(parts.links, key=lambda link: link.name != base))
+    without = sorted(line for path, line in reading.without if path == element.path)
+    source = Source(element.path, element.attributes.get("name", ""), element.line, tuple(without))
+    native = native_of(element)
     if placed.static:
-        return Model(name, links, pose=pose, static=True)
+        return Model(name, links, pose=pose, static=True, native=native, source=source)
     rows = [in_a_row(row) for row in without_loops(parts.rows, element, reading)]
     links = (*links, *chain.from_iterable(carriers for _, carriers in rows))
     joints = tuple(with_leaders(chain.from_iterable(row for row, _ in rows), element, reading))
@@ -208,6 +213,8 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         joint_states_topic=topic,
         controllers=parts.controllers,
         trajectory_controllers=parts.followers,
+        native=native,
+        source=source,
     )
     try:
         model.check()
