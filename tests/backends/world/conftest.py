@@ -113,7 +113,7 @@ def look(renderer: tuple[WorldBackend, str]) -> Look:
     def look(*models: Model, **options: Any) -> npt.NDArray[np.uint8]:
         chosen = backend.options(renderer=name, **options)
         with backend.open(Scene(models), seed=1, options=chosen) as world:
-            return world.render("husky", "eye", "camera")
+            return world.engine.render("husky", "eye", "camera")
 
     return look
 
@@ -129,7 +129,7 @@ def look_with_all() -> Callable[..., dict[str, npt.NDArray[np.uint8]]]:
             if renderer in backend.capabilities(backend.options()).renderers:
                 chosen = backend.options(renderer=renderer, **options)
                 with backend.open(Scene(models), seed=1, options=chosen) as world:
-                    pictures[f"{name}-{renderer}"] = world.render("husky", "eye", "camera")
+                    pictures[f"{name}-{renderer}"] = world.engine.render("husky", "eye", "camera")
         return pictures
 
     return look_with_all

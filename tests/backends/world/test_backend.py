@@ -65,7 +65,7 @@ def test_a_wrong_option_is_refused(backend, options, message):
 
 
 def test_an_engine_that_does_not_import_is_a_clear_error(backend, parts, monkeypatch):
-    monkeypatch.setitem(sys.modules, f"{type(backend).__module__.split('.')[0]}.world", None)
+    monkeypatch.setitem(sys.modules, f"{type(backend).__module__.split('.')[0]}.engine", None)
     from nrp_core.world.scene.model import Scene
 
     with pytest.raises(BackendLoadError, match=r"does not import: .*; try: pip install"):

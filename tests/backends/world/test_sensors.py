@@ -407,7 +407,7 @@ def test_the_share_of_messages_that_get_lost_is_as_declared(open_world, parts, a
 
 def test_a_sensor_that_nobody_reads_measures_nothing(open_world, parts, advance, monkeypatch):
     world = open_world(fixed(LASER), parts.wall(2.0))
-    monkeypatch.setattr(world, "_collisions", lambda: pytest.fail("a scan was made"))
+    monkeypatch.setattr(world.engine, "_collisions", lambda: pytest.fail("a scan was made"))
     advance(world, 0.2)
 
 
