@@ -186,9 +186,7 @@ class BatchPublication:
         if self._layout is None or rows.shape[1:] != (self._layout.numbers,):
             needs = f"{self._layout.numbers} numbers" if self._layout else "more than numbers"
             kind = type_name(self.topic.type)
-            raise TopicError(
-                f"{self.topic.name}: a {kind} is made of {needs}; got an array of shape {rows.shape}"
-            )
+            raise TopicError(f"{self.topic.name}: a {kind} needs {needs}; got an array of shape {rows.shape}")
         return [self._layout.made_of(iter(row)) for row in rows.tolist()]
 
 

@@ -52,14 +52,14 @@ class WorldCapabilities:
     own_scene: bool = False
 
     def lacking_for(self, scene: Scene) -> str:
-        """Return what is missing for a scene, in which something would move in a way that is not there."""
+        """Return the capability that a scene needs and this backend lacks, as a message; '' if none."""
         for model in scene.models if not self.own_scene else ():
             if not (self.dynamics or model.static or model.drives):
-                return f"has no dynamics: '{model.name}' could not move; make it static"
+                return f"has no dynamics: '{model.name}' would not move; make it static"
             for joint in model.joints if self.dynamics and not model.static else ():
                 for need in needs_of(joint):
                     if not getattr(self, need):
-                        return f"has no {need.replace('_', ' ')}, as '{model.name}/{joint.name}' is one"
+                        return f"has no {need.replace('_', ' ')}, such as '{model.name}/{joint.name}'"
         return ""
 
 

@@ -120,12 +120,12 @@ class Engine(ABC):
         """Refuse a state that is not finite; an engine may look in a quicker way first.
 
         Raises:
-            DivergedError: a model is nowhere.
+            DivergedError: the position of a model is not finite.
         """
         for model in self.scene.models if self.capabilities.poses else ():
             position = None if model.static else self._do_model_motion(model.name).pose.position
             if position is not None and not all(map(isfinite, position)):
-                message = f"model '{model.name}' is nowhere: its position is not finite"
+                message = f"model '{model.name}' has a position that is not finite"
                 raise DivergedError(message, t_ns=t_ns)
 
     @final
@@ -421,7 +421,7 @@ class Engine(ABC):
 
     def _do_joint_states(self, model: str) -> JointStates:
         """Return the state of the movable joints of a model, in the order of its file."""
-        raise self.lacks("does not show joints")
+        raise self.lacks("does not report joints")
 
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
         """Return where a link is and how it moves, in the frame of the world."""
@@ -431,7 +431,9 @@ class Engine(ABC):
         body = bodies[body_of(bodies, link)]
         first = self.scene.model(model).links[0].name
         if all(each.name != first for each in body.links):
-            raise self.lacks(f"does not tell where links are that move against the base ({model}/{link})")
+            raise self.lacks(
+                f"does not report the poses of links that move relative to the base ({model}/{link})"
+            )
         held = {each.name: each.pose for each in body.links}
         base = self.scene.model(model).links[0].pose
         return self._do_model_motion(model).at(base @ held[first].inverse() @ held[link])
@@ -449,11 +451,11 @@ class Engine(ABC):
 
     def _do_touches(self) -> Sequence[Touch]:
         """Return all contacts of the last physics step, those within a model left out."""
-        raise self.lacks("does not tell of contacts")
+        raise self.lacks("does not report contacts")
 
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
         """Return what a joint's child did to its parent in the last step, at the child link's origin."""
-        raise self.lacks("does not tell the forces in joints")
+        raise self.lacks("does not report the forces in joints")
 
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Aim the servo of a joint that has a controller from now on."""
@@ -465,7 +467,7 @@ class Engine(ABC):
 
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         """Set the wrench that acts at a body's centre of mass from now on."""
-        raise self.lacks("takes no forces")
+        raise self.lacks("cannot apply forces")
 
     def _do_load(self, scene: Scene) -> None:
         """Load another scene, at the state in which its files have it."""

@@ -98,7 +98,7 @@ class LiveScene(Changeable):
         """
         numbers = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
         if not all(map(isfinite, numbers)):
-            raise SceneError(f"'{model}' cannot be put where numbers are not finite: {motion}")
+            raise SceneError(f"the pose and velocity of '{model}' must be finite, not {motion}")
         if self.engine.floats(model):
             self.engine.place(model, motion)
             self._moved(model)
@@ -118,7 +118,7 @@ class LiveScene(Changeable):
             if name not in known:
                 raise SceneError(f"'{model}' has no joint '{name}' that moves{did_you_mean(name, known)}")
             if not isfinite(position):
-                raise SceneError(f"the joint '{name}' of '{model}' cannot be put at {position}")
+                raise SceneError(f"the joint '{name}' of '{model}' cannot be set to {position}")
         self.engine.set_joints(model, positions)
         self._moved(model)
 
@@ -153,7 +153,7 @@ class LiveScene(Changeable):
             CapabilityError: the engine cannot do that.
         """
         if not all(map(isfinite, gravity)):
-            raise SceneError(f"gravity is three finite numbers, not {gravity}")
+            raise SceneError(f"gravity must be three finite numbers, not {gravity}")
         if gravity != self.scene.gravity:
             self.change_to(replace(self.scene, gravity=gravity))
 
@@ -180,7 +180,7 @@ class LiveScene(Changeable):
             CapabilityError: the engine cannot do that.
         """
         if not self.engine.capabilities.changes:
-            raise self.engine.lacks("cannot start over while time goes on")
+            raise self.engine.lacks("cannot be reset while time passes")
         self.reset(self.engine.seed)
         if self._board.started:
             self.parts.begin()

@@ -195,9 +195,9 @@ class Switchboard:
     def require_free(self, name: str) -> None:
         """Raise a TopicError if a name is taken, or not absolute."""
         if not name.startswith("/"):
-            raise TopicError(f"the names of topics are absolute: '/{name}', not '{name}'")
+            raise TopicError(f"topic names must be absolute: '/{name}', not '{name}'")
         if name in self._topics or name in self._aliases:
-            raise TopicError(f"there is a topic '{name}' already")
+            raise TopicError(f"the topic '{name}' already exists")
 
     def info(self, topic: str) -> TopicInfo:
         """Return what is known of a topic, given by its name or an alias.
@@ -233,7 +233,7 @@ class Switchboard:
         for topic in part.topics:
             if topic.name in self._topics:
                 who = f"{self._topics[topic.name].what} and {topic.what}"
-                raise TopicError(f"two parts of the scene serve the topic '{topic.name}': {who}")
+                raise TopicError(f"two parts of the scene have the topic '{topic.name}': {who}")
             self._topics[topic.name] = topic
             self._parts[topic.name] = part
             listening = [s for s in self._subscriptions if s.topic.name == topic.name]
@@ -284,7 +284,7 @@ class Switchboard:
                 name, Stamped(owner.now_ns, deepcopy(message))
             )  # the sender may go on using its message
         else:
-            raise TopicError(f"the topic '{name}' is no longer served: its model was deleted")
+            raise TopicError(f"the topic '{name}' no longer exists: its model was deleted")
         self.show(name, message)
 
     def _read_now(self, name: str) -> Stamped | None:

@@ -141,4 +141,4 @@ def check_message(topic: TopicInfo, message: Any) -> None:
         for field in dataclasses.fields(topic.type):
             value = getattr(message, field.name)
             if not low <= value <= high:
-                raise TopicError(f"{topic.name}: {field.name} is from {low:g} to {high:g}, not {value}")
+                raise TopicError(f"{topic.name}: {field.name} must be from {low:g} to {high:g}, not {value}")

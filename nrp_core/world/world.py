@@ -197,7 +197,8 @@ class World(Simulation):
         step_ns = engine.capabilities.step_ns
         if t_ns % step_ns:
             raise TimestepError(
-                f"{milliseconds(t_ns):g} ms is no multiple of the world's step, {milliseconds(step_ns):g} ms"
+                f"{milliseconds(t_ns):g} ms is not a multiple of the world's step, "
+                f"{milliseconds(step_ns):g} ms"
             )
         if not board.started:
             board.started = True

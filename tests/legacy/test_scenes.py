@@ -80,4 +80,4 @@ def test_a_model_named_twice_is_there_once_and_told_of_once(tmp_path: Path) -> N
     scene, told = read(tmp_path, f'<sdf version="1.6"><world name="w">{box}{box}</world></sdf>')
     assert [model.name for model in scene.models] == ["box"]
     assert len([*told, *scene.warnings]) == 1
-    assert "the name 'box' is taken" in told[0]
+    assert "the name 'box' is used" in told[0]

@@ -126,7 +126,7 @@ def test_what_names_another_robot_or_no_joint_commands_nothing() -> None:
 
 
 def test_a_plugin_that_ran_controllers_is_told_of_only_where_no_joint_obeys() -> None:
-    told = "a.sdf:3: the plugin 'gazebo_ros_control' is not known: it does nothing"
+    told = "a.sdf:3: the plugin 'gazebo_ros_control' is unknown and has no effect"
     arm = replace(ARM, warnings=(told, "another"))
     assert with_commanded_joints(arm, ["'/nao/j1_controller/command'"]).warnings == ("another",)
     assert with_commanded_joints(arm, ["'/husky/cmd_vel'"]).warnings == (told, "another")

@@ -82,7 +82,7 @@ def test_grey_pictures_have_no_axis_of_channels() -> None:
 
 
 def test_an_encoding_that_is_not_known_is_refused() -> None:
-    with pytest.raises(CvBridgeError, match="no encoding 'yuv'; valid: mono8"):
+    with pytest.raises(CvBridgeError, match="unknown encoding 'yuv'; valid: mono8"):
         CvBridge().cv2_to_imgmsg(PICTURE, "yuv")
 
 

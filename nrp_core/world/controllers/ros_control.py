@@ -49,7 +49,7 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
         return None
     path = reading.resources.find(place)
     if path is None:
-        reading.notes.warn(place, f"there is no file '{place.text}': its controllers are left out")
+        reading.notes.warn(place, f"the file '{place.text}' does not exist: its controllers are left out")
         return Actuators()
     file = _File(place, path, model.joints, ros_namespace(plugin).strip("/"), reading)
     drives: list[WheelDrive] = []
@@ -64,7 +64,7 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
         elif kind in _KINDS:
             single += file.controller(name, _KINDS[kind])
         elif kind and kind not in _TELLING:
-            reading.notes.warn(place, f"controllers of type '{entry['type']}' are not run")
+            reading.notes.warn(place, f"controllers of type '{entry['type']}' are not supported")
     return Actuators(tuple(drives), tuple(single), tuple(several))
 
 
@@ -93,7 +93,7 @@ class _File:
         entry = self.entries[name]
         joints = self._led(entry.get("joints"))
         if not joints:
-            raise self._place.error(f"the controller '{'/'.join(name)}' names no joints that it can lead")
+            raise self._place.error(f"the controller '{'/'.join(name)}' names no joint that it can control")
         gains = tuple((joint, pid) for joint in joints if (pid := self._gains((*name, "gains", joint))))
         command, state = ("joint_trajectory", "controller_state") if self._is_ros2 else ("command", "state")
         (rate_hz,) = self._numbers(name, state_publish_rate=0.0)
@@ -166,7 +166,7 @@ class _File:
             value = self.entries[name].get(key, default)
             if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
                 raise self._place.error(
-                    f"{key} of '{'/'.join(name)}' must be a number from 0 on, not {value!r}"
+                    f"{key} of '{'/'.join(name)}' must be a number of at least 0, not {value!r}"
                 )
             yield float(value)
 
@@ -182,7 +182,7 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     try:
         tree = YAML(typ="safe").load(path)
     except (YAMLError, UnicodeDecodeError) as error:
-        raise SceneError(f"no YAML: {' '.join(str(error).split())}", path=path) from None
+        raise SceneError(f"not valid YAML: {' '.join(str(error).split())}", path=path) from None
     if not isinstance(tree, dict):
-        raise SceneError("a file of controllers is a mapping of their names", path=path)
+        raise SceneError("a controller file must be a mapping from names to parameters", path=path)
     return tree

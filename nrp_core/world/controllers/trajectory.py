@@ -56,7 +56,7 @@ class TrajectoryPart(Part):
         topics = [TopicInfo(controller.command_topic, JointTrajectory, Direction.IN, what=what)]
         if controller.state_topic is not None:
             kind, rate_hz = JointTrajectoryControllerState, controller.rate_hz
-            what = f"what '{controller.name}' of {model.name} does"
+            what = f"state of the controller '{controller.name}' of {model.name}"
             topics.append(TopicInfo(controller.state_topic, kind, Direction.OUT, rate_hz, what))
         self.topics = tuple(topics)
 
@@ -68,7 +68,7 @@ class TrajectoryPart(Part):
         if rows and rows[-1][0].t_ns < now_ns:
             ended_s, now_s = seconds(rows[-1][0].t_ns), seconds(now_ns)
             raise TopicError(
-                f"{topic}: a trajectory that ended at {ended_s:g} s comes too late at {now_s:g} s"
+                f"{topic}: the trajectory ended at {ended_s:g} s and arrived too late, at {now_s:g} s"
             )
         for number, joint in enumerate(joints):
             self._replace(joint, [row[number] for row in rows], start_ns, now_ns)
@@ -113,10 +113,10 @@ class TrajectoryPart(Part):
         for name in names:
             if name not in known:
                 raise TopicError(
-                    f"{topic}: there is no joint '{name}' to move{did_you_mean(str(name), known)}"
+                    f"{topic}: the controller has no joint '{name}'{did_you_mean(str(name), known)}"
                 )
         if len(set(names)) < len(names) or (message.points and not names):
-            raise TopicError(f"{topic}: a trajectory names each of its joints once, not {names}")
+            raise TopicError(f"{topic}: a trajectory must name each of its joints once, not {names}")
         return names or list(known)
 
     def _path(self, joint: str, now_ns: int) -> JointPath | None:
@@ -175,14 +175,16 @@ def knots_of(points: Sequence[Any], joints: int, begin_ns: int, name: str) -> li
     rows: list[list[Knot]] = []
     for number, point in enumerate(points):
         if type_name(type(point)) != type_name(JointTrajectoryPoint):
-            raise TopicError(f"{name}: point {number} is no JointTrajectoryPoint but {point!r:.60}")
+            raise TopicError(f"{name}: point {number} must be a JointTrajectoryPoint, not {point!r:.60}")
         if wrong := invalid_field(point):
             raise TopicError(f"{name}: point {number}: {wrong}")
         t_ns = begin_ns + ns_of(point.time_from_start)
         if t_ns < (rows[-1][0].t_ns + 1 if rows else begin_ns):
-            raise TopicError(f"{name}: point {number} comes no later than what is before it")
+            raise TopicError(f"{name}: point {number} is not later than the one before it")
         if t_ns > _LATEST_NS:
-            raise TopicError(f"{name}: point {number} comes {seconds(t_ns):g} s after the start of the run")
+            raise TopicError(
+                f"{name}: point {number} is {seconds(t_ns):g} s after the start of the run, too late"
+            )
         columns = [
             _numbers(
                 getattr(point, field), joints, field != "positions", f"{name}: the {field} of point {number}"

@@ -62,7 +62,7 @@ def led_joints(
         if name not in known:
             raise place.error(f"the model has no joint '{name}'{did_you_mean(name, known)}")
         if name not in led:
-            reading.notes.warn(place, f"the joint '{name}' cannot be led: trajectories leave it as it is")
+            reading.notes.warn(place, f"the joint '{name}' cannot be controlled: trajectories do not move it")
     return tuple(name for name in names if name in led)
 
 

@@ -63,7 +63,8 @@ class Flight(Drive):
             return cls(plugin.attribute("name"), resolve_name(topic, reading.robot))
         for ignored in plugin.all("link_name"):
             reading.notes.warn(
-                ignored, "the <link_name> of a VelocityControl has no effect: it moves the model"
+                ignored,
+                "the <link_name> of a VelocityControl has no effect: the plugin moves the whole model",
             )
         first = vector_in(plugin, "initial_linear"), vector_in(plugin, "initial_angular")
         begins = bool(plugin.all("initial_linear", "initial_angular"))

@@ -150,7 +150,7 @@ class WheelDrive(Drive):
         dialects = _DIALECTS[plugin_name(plugin)]
         known = [dialect for dialect in dialects if plugin.all(*dialect.left)]
         if not known:
-            raise plugin.error(f"a drive needs its wheels; name their joints in <{dialects[0].left[0]}> ...")
+            raise plugin.error(f"a drive needs wheels; name their joints in <{dialects[0].left[0]}> ...")
         dialect = known[0]
         size = plugin.positive(*dialect.wheel)
 

@@ -164,7 +164,7 @@ class JointedEngine(Engine):
         for body, place in self._built.bodies[model]:
             if body.joint is not None and body.joint.name == joint:
                 return self._control.joint_wrench(body, place)
-        raise AssertionError(f"no joint '{joint}' parts two bodies of '{model}'")  # sensors' joints all do
+        raise AssertionError(f"no joint '{joint}' connects two bodies of '{model}'")  # sensors' joints all do
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         self._drives[model, drive].aim(velocity)

@@ -20,6 +20,9 @@ class PhysicsOptions(WorldOptions):
     ] = 1.0
     drive: Annotated[
         Literal["planar", "physical"],
-        Field(description="of wheels: planar moves the body as commanded, physical the wheels alone"),
+        Field(
+            description="how wheels move a robot: planar moves the body as commanded, "
+            "physical only turns the wheels"
+        ),
     ] = "planar"
     renderer: str = "auto"

@@ -140,7 +140,7 @@ class Codec:
         try:
             return self._deserialize(data, name)
         except (SerdeError, KeyError, TypeError) as error:
-            raise TopicError(f"these {len(data)} bytes are no {name}: {error}") from error
+            raise TopicError(f"these {len(data)} bytes are not a {name}: {error}") from error
 
     # -- the encoding itself
 
@@ -265,7 +265,7 @@ def _inner_type(kind: Any) -> str | None:
 
 def _fields(cls: type) -> list[tuple[str, Any]]:
     if not dataclasses.is_dataclass(cls):
-        raise TopicError(f"{cls.__name__} cannot be a message: it is no dataclass")
+        raise TopicError(f"{cls.__name__} cannot be a message: it is not a dataclass")
     hints = get_type_hints(cls)
     return [(field.name, hints[field.name]) for field in dataclasses.fields(cls)]
 

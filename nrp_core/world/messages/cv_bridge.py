@@ -63,7 +63,7 @@ class CvBridge:
 
         found = cv2.imdecode(np.frombuffer(bytes(cmprs_img_msg.data), np.uint8), cv2.IMREAD_COLOR)
         if found is None:
-            raise CvBridgeError(f"these bytes are no picture of the kind '{cmprs_img_msg.format}'")
+            raise CvBridgeError(f"these bytes are not an image of the format '{cmprs_img_msg.format}'")
         return _converted(
             np.asarray(found), "bgr8", "bgr8" if desired_encoding == _PASS else desired_encoding
         )
@@ -74,13 +74,13 @@ class CvBridge:
 
         done, data = cv2.imencode(f".{dst_format}", cvim)
         if not done:
-            raise CvBridgeError(f"no picture can be written as '{dst_format}'")
+            raise CvBridgeError(f"images cannot be written as '{dst_format}'")
         return CompressedImage(format=dst_format, data=np.asarray(data, np.uint8).ravel())
 
 
 def _format(encoding: str) -> tuple[int, np.dtype[Any]]:
     if encoding not in _CHANNELS:
-        raise CvBridgeError(f"no encoding '{encoding}'; valid: {', '.join(_CHANNELS)}")
+        raise CvBridgeError(f"unknown encoding '{encoding}'; valid: {', '.join(_CHANNELS)}")
     bits = "16" if encoding == "mono16" else encoding[:2]
     return _CHANNELS[encoding], np.dtype(_TYPES.get(bits, "uint8"))
 
@@ -96,7 +96,7 @@ def _converted(picture: Picture, given: str, wanted: str) -> Picture:
 
     (_, before), (channels, after) = _format(given), _format(wanted)
     if before != after:
-        raise CvBridgeError(f"there is no way from '{given}' to '{wanted}'")
+        raise CvBridgeError(f"images cannot be converted from '{given}' to '{wanted}'")
     if {given[:3], wanted[:3]} == {"rgb", "bgr"}:
         picture = picture[..., [2, 1, 0]]
     elif wanted in ("mono8", "8UC1") and picture.shape[2] >= 3:

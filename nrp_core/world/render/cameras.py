@@ -35,7 +35,7 @@ class Cameras(ABC):
 
     def depth(self, path: CameraPath) -> DepthArray:
         """Return how far along its line of sight a camera sees, m, ``inf`` where it sees nothing."""
-        raise CapabilityError("this renderer draws no depth; 'raster' does")
+        raise CapabilityError("this renderer does not draw depth images; use 'raster'")
 
     @abstractmethod
     def set_color(self, visual: str, rgba: Rgba) -> None:

@@ -32,7 +32,7 @@ def require(name: str, valid: Iterable[str], owner: str) -> None:
         owner: what refers to it, with a verb, for the message.
     """
     if name not in valid:
-        raise SceneError(f"{owner} '{name}', which is not there{did_you_mean(name, valid)}")
+        raise SceneError(f"{owner} '{name}', which does not exist{did_you_mean(name, valid)}")
 
 
 def check_tree(joints: Iterable[tuple[str, str, str]], owner: str) -> None:
@@ -54,4 +54,6 @@ def check_tree(joints: Iterable[tuple[str, str, str]], owner: str) -> None:
             climbed.append(above[0])
             above = held.get(above[1])
         if above is first:
-            raise SceneError(f"in {owner} the joints {', '.join(climbed)} form a loop; joints form a tree")
+            raise SceneError(
+                f"in {owner} the joints {', '.join(climbed)} form a loop; joints must form a tree"
+            )

@@ -292,7 +292,7 @@ class Model:
         kinds = {joint.name: joint.kind for joint in self.joints}
         require(name, kinds, owner)
         if kinds[name] == "ball":
-            raise SceneError(f"{owner} '{name}', a ball joint, which does not move in one way")
+            raise SceneError(f"{owner} '{name}', a ball joint, which has no single axis")
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,7 +67,7 @@ class Camera(Sensor):
         camera = sensor.require("camera")
         fov = camera.positive("horizontal_fov", 1.047)
         if fov >= pi:
-            raise camera.error(f"a flat picture has a <horizontal_fov> below pi, not {fov:g}")
+            raise camera.error(f"the <horizontal_fov> must be below pi, not {fov:g}")
         width, height = _size(camera.section("image"), reading)
         near, far = _clip(camera.section("clip"))
         if camera.find("distortion"):
@@ -142,10 +142,10 @@ class CameraPart(SensorPart):
 
 def _size(image: Element, reading: Reading) -> tuple[int, int]:
     if image.word("format") not in _COLOR_FORMATS:
-        reading.notes.warn(image, f"pictures are RGB, not {image.word('format')}")
+        reading.notes.warn(image, f"camera images are RGB, not {image.word('format')}")
     width, height = image.positive("width", 320), image.positive("height", 240)
     if width != int(width) or height != int(height):
-        raise image.error(f"a picture has a whole number of pixels, not {width:g} x {height:g}")
+        raise image.error(f"an image must have a whole number of pixels, not {width:g} x {height:g}")
     return int(width), int(height)
 
 

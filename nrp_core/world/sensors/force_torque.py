@@ -55,7 +55,7 @@ class ForceTorque(Sensor):
         name, section = sensor.attribute("name"), sensor.section("force_torque")
         frame = section.word("frame", "child")
         if frame not in ("child", "parent", "sensor"):
-            raise section.error(f"a <frame> is child, parent or sensor, not '{frame}'")
+            raise section.error(f"a <frame> must be child, parent or sensor, not '{frame}'")
         topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/forcetorque"), _TOPICS, reading)
         onto_child = section.word("measure_direction", "child_to_parent") == "parent_to_child"
         return cls(name, topic, rate_of(sensor, reading), mount.name, frame, onto_child)

@@ -51,7 +51,7 @@ class GroundTruth(Sensor):
         link, offset = model.link(plugin.require("bodyName")).name, offset_of(plugin)
         frame = plugin.word("frameName", "world").strip("/")
         if frame not in ("map", "world", "odom"):
-            reading.notes.warn(plugin, f"the true pose is told in the world, not in '{frame}'")
+            reading.notes.warn(plugin, f"the true pose is given in the world frame, not in '{frame}'")
         return link, cls(name, topic, rate_hz, offset, noise=noise)
 
     @classmethod

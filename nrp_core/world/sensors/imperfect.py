@@ -33,7 +33,7 @@ def with_imperfection(
     changes = {name: value for name, value in given.items() if value is not None}
     served = [each for _, link in scene.links() for sensor in link.sensors for each in _topics(sensor)]
     if topic not in served:
-        raise SceneError(f"no sensor serves '{topic}'{did_you_mean(topic, served)}")
+        raise SceneError(f"no sensor publishes '{topic}'{did_you_mean(topic, served)}")
 
     def changed(model: Model) -> Model:
         if all(topic not in _topics(sensor) for link in model.links for sensor in link.sensors):

@@ -172,7 +172,7 @@ def _topics(sensor: Element, mount: Mount, layers: int, reading: Reading) -> tup
             scans = plugin_topic(plugin, "topicName", scans)
         else:
             if output != _POINTS:
-                reading.notes.warn(plugin, f"points are served as {_POINTS}, not as {output}")
+                reading.notes.warn(plugin, f"points are published as {_POINTS}, not as {output}")
             points = plugin_topic(plugin, "topicName", points or f"{scans}/points")
     return resolve_name(scans, reading.robot), resolve_name(points, reading.robot) if points else None
 

@@ -48,7 +48,7 @@ class Sensor(MountedSensor, ABC):
             mount: the link or joint that holds it.
             reading: takes warnings, and resolves topics.
         """
-        raise NotImplementedError(f"{cls.__name__} reads no <sensor>")
+        raise NotImplementedError(f"{cls.__name__} cannot be read from a <sensor>")
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, Sensor]:
@@ -57,7 +57,7 @@ class Sensor(MountedSensor, ABC):
         Returns:
             The link that it measures, and the sensor.
         """
-        raise NotImplementedError(f"{cls.__name__} reads no <plugin>")
+        raise NotImplementedError(f"{cls.__name__} cannot be read from a <plugin>")
 
     @abstractmethod
     def part(self, model: Model, link: str, engine: Engine) -> SensorPart:

@@ -77,7 +77,7 @@ class BodyRequests:
         base = model.links[0]
         if link != base.name:
             raise SceneError(
-                f"of '{model.name}' only the base link '{base.name}' can be put somewhere, not '{link}'"
+                f"only the base link '{base.name}' of '{model.name}' can be placed, not '{link}'"
             )
         self._live.place(model.name, self._given(state).at(base.pose.inverse()))
         return srv.SetLinkStateResponse()
@@ -98,7 +98,7 @@ class BodyRequests:
         """Put joints somewhere."""
         names, positions = request.joint_names, request.joint_positions
         if len(names) != len(positions):
-            raise SceneError(f"{len(names)} joints need as many positions, not {len(positions)}")
+            raise SceneError(f"{len(names)} joints need {len(names)} positions, not {len(positions)}")
         joints = [self._joint(f"{request.model_name}::{name}")[1] for name in names]
         self._live.set_joints(request.model_name, dict(zip(joints, map(float, positions), strict=True)))
         return srv.SetModelConfigurationResponse()

@@ -56,7 +56,7 @@ class Services(Part):
             TopicError: the service does not exist, or its request has no such field.
         """
         if name not in self._table:
-            raise TopicError(f"no service '{name}'{did_you_mean(name, self._table)}")
+            raise TopicError(f"unknown service '{name}'{did_you_mean(name, self._table)}")
         kind = self._table[name].request
         if len(values) == 1 and not named and type_name(type(values[0])) == type_name(kind):
             return values[0]

@@ -42,8 +42,8 @@ class PhysicsRequests:
         step_s, asked_s = seconds(self._live.engine.step_ns), float(request.time_step)
         if asked_s and not isclose(asked_s, step_s):
             raise TimestepError(
-                f"the physics step is {step_s:g} s for the whole run and cannot become {asked_s:g} s: "
-                "nothing is changed; the experiment sets it, by the option timestep of its world"
+                f"the physics step is {step_s:g} s for the whole run and cannot be changed to {asked_s:g} s; "
+                "set it with the option timestep of the experiment's world"
             )
         self._live.set_gravity(vector_of(request.gravity))
         return srv.SetPhysicsPropertiesResponse()

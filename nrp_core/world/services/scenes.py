@@ -79,7 +79,7 @@ class SceneRequests:
             return srv.SpawnModelResponse()
         lights = self._live.scene.lights
         if any(light.name == added.name for light in lights):
-            raise SceneError(f"the scene has a light '{added.name}' already")
+            raise SceneError(f"the scene already has a light '{added.name}'")
         self._live.set_lights((*lights, added))
         return srv.SpawnModelResponse()
 
@@ -93,7 +93,7 @@ class SceneRequests:
         path = f"{request.model_name}/{request.link_name}/{request.visual_name}"
         known = self._live.scene.visuals
         if path not in known:
-            raise SceneError(f"no visual '{path}'{did_you_mean(path, known)}")
+            raise SceneError(f"the scene has no visual '{path}'{did_you_mean(path, known)}")
         self._live.set_material(path, *_look(request.property_name, request.property_value))
         return srv.SetVisualPropertiesResponse()
 
@@ -169,11 +169,13 @@ def _look(kind: str, value: str) -> tuple[Rgba, bool | None]:
         try:
             red, green, blue, *alpha = map(float, value.split())
         except ValueError:
-            raise SceneError(f"a colour is 'red green blue alpha', each 0..1, not '{value}'") from None
+            raise SceneError(
+                f"a colour must be 'red green blue alpha', each from 0 to 1, not '{value}'"
+            ) from None
         return (red, green, blue, alpha[0] if alpha else 1.0), _COLORS[kind]
     if kind not in ("", "material:script:name"):
         can = f"material:script:name, {', '.join(_COLORS)}"
-        raise SceneError(f"'{kind}' of a visual cannot be set; these can: {can}")
+        raise SceneError(f"the property '{kind}' of a visual cannot be set; valid: {can}")
     return color_of(value), glows(value)
 
 

@@ -97,5 +97,5 @@ def test_a_snapshot_goes_on_bit_for_bit_with_followers_and_friction(open_world, 
 
 
 def test_the_leader_of_a_joint_must_be_there(open_world):
-    with pytest.raises(SceneError, match="names the joint 'thum_joint', which is not there; did you mean"):
+    with pytest.raises(SceneError, match="names the joint 'thum_joint', which does not exist; did you mean"):
         open_world(gripper(Mimic("thum_joint")))

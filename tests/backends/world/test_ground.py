@@ -91,16 +91,16 @@ def test_a_height_map_that_cannot_be_had_is_a_warning(tmp_path):
     shape = hills(tmp_path)
     assert isinstance(with_balls(tmp_path, shape, []).models[0].links[0].collisions[0].geometry, Heightmap)
     for change, reason in (
-        (lambda: (tmp_path / "hills.png").write_bytes(b"no"), "is no picture of at least 2 by 2 pixels"),
+        (lambda: (tmp_path / "hills.png").write_bytes(b"no"), "is not an image of at least 2 by 2 pixels"),
         (lambda: (tmp_path / "hills.png").unlink(), "is not there"),
     ):
         change()
         assert f"the height map 'hills.png' {reason}" in with_balls(tmp_path, shape, []).warnings[0]
     moving = WORLD.replace("<static>1</static><pose>0 0 0.5", "<pose>0 0 0.5").format(shape=shape, balls="")
     (tmp_path / "room.sdf").write_text(moving)
-    assert "is of a model that is not <static>" in read_scene(tmp_path / "room.sdf").warnings[0]
+    assert "belongs to a model that is not <static>" in read_scene(tmp_path / "room.sdf").warnings[0]
 
 
 def test_a_polyline_that_encloses_nothing_is_a_warning(tmp_path):
     scene = with_balls(tmp_path, polylines("0 0, 1 0, 2 0"), [])
-    assert "its points enclose nothing" in scene.warnings[0]
+    assert "its points enclose no area" in scene.warnings[0]

@@ -72,11 +72,12 @@ def test_another_physics_step_is_refused_in_one_sentence_and_nothing_changes(ope
     answer = world.call(SET, time_step=step_s, gravity=Vector3())
     assert not answer.success
     assert (
-        f"the physics step is 0.002 s for the whole run and cannot become {step_s} s" in answer.status_message
+        f"the physics step is 0.002 s for the whole run and cannot be changed to {step_s} s"
+        in answer.status_message
     )
     assert world.call(GET).gravity.z == -9.8
 
 
 def test_gravity_must_be_finite(open_world, parts):
-    with pytest.raises(SceneError, match="gravity is three finite numbers"):
+    with pytest.raises(SceneError, match="gravity must be three finite numbers"):
         open_world(falling(parts)).set_gravity((0.0, 0.0, np.inf))

@@ -116,14 +116,14 @@ def test_joints_can_be_put_at_positions(open_world, parts):
 def test_a_joint_is_not_put_where_no_number_is(open_world, parts, advance, position):
     world = open_world(parts.hanging("continuous", (0, 1, 0)))
     answer = world.call("/gazebo/set_model_configuration", "hanging", "", ["joint"], [position])
-    assert answer.status_message == f"the joint 'joint' of 'hanging' cannot be put at {position}"
+    assert answer.status_message == f"the joint 'joint' of 'hanging' cannot be set to {position}"
     advance(world, 0.1)
     with pytest.raises(SceneError, match="'hanging' has no joint 'joynt' that moves; did you mean 'joint'"):
         world.set_joints("hanging", {"joynt": 0.0})
 
 
 def test_a_model_is_not_put_where_no_number_is(world, advance):
-    with pytest.raises(SceneError, match="'box' cannot be put where numbers are not finite"):
+    with pytest.raises(SceneError, match="the pose and velocity of 'box' must be finite"):
         world.place("box", ModelMotion(ScenePose((0.0, float("nan"), 1.0))))
     advance(world, 0.1)
 
@@ -235,7 +235,7 @@ def test_who_listens_to_a_model_that_goes_hears_it_again_when_it_comes_back(open
     world.delete("husky")
     advance(world, 0.1)
     silent = len(heard.since(-1))
-    with pytest.raises(TopicError, match="no longer served"):
+    with pytest.raises(TopicError, match="no longer exists"):
         commands.publish(Twist())
     world.spawn(parts.husky())
     advance(world, 0.1)
@@ -419,6 +419,6 @@ def test_a_light_is_spawned_like_a_model_and_deleted(world):
     assert (light.name, light.kind, light.pose.position) == ("lamp", "spot", (0.0, 1.0, 2.0))
     assert light.direction == pytest.approx((0.0, 1.0, 0.0))
     again = world.call("/gazebo/spawn_sdf_model", "lamp", lamp, "", turned)
-    assert again.status_message == "the scene has a light 'lamp' already"
+    assert again.status_message == "the scene already has a light 'lamp'"
     assert world.call("/gazebo/delete_light", "lamp").success
     assert world.call("/gazebo/get_lights_name").light_names == ["sun"]

@@ -175,17 +175,17 @@ def test_its_state_tells_what_is_wanted_what_is_and_the_difference(world, advanc
 @pytest.mark.parametrize(
     ("points", "options", "message"),
     [
-        (((1.0, [0.1]),), {"joints": ("trun",)}, "there is no joint 'trun' to move; did you mean 'turn'"),
-        (((1.0, [0.1]),), {"joints": ("turn", "turn")}, "names each of its joints once, not"),
-        (((1.0, [0.1]),), {"joints": ()}, "names each of its joints once, not"),
+        (((1.0, [0.1]),), {"joints": ("trun",)}, "the controller has no joint 'trun'; did you mean 'turn'"),
+        (((1.0, [0.1]),), {"joints": ("turn", "turn")}, "must name each of its joints once, not"),
+        (((1.0, [0.1]),), {"joints": ()}, "must name each of its joints once, not"),
         (((1.0, [0.1]),), {}, r"point 0 must be one number below 1e\+30 for each of 2 joints, not \[0.1\]"),
         (((1.0, []),), {}, "the positions of point 0 must be one number"),
         (((1.0, [0.1, np.nan]),), {}, "the positions of point 0 must be one number"),
         (((1.0, [0.1, 1e300]),), {}, "the positions of point 0 must be one number"),
         (((1.0, [0.1, 0.1], [1.0]),), {}, "the velocities of point 0 must be one number"),
-        (((1.0, [0.1, 0.1]), (1.0, [0.2, 0.2])), {}, "point 1 comes no later than what is before it"),
-        (((1e20, [0.1, 0.1]),), {}, r"point 0 comes 1e\+20 s after the start of the run"),
-        (((0.2, [0.1, 0.1]),), {"stamp_s": 0.1}, "ended at 0.3 s comes too late at 0.5 s"),
+        (((1.0, [0.1, 0.1]), (1.0, [0.2, 0.2])), {}, "point 1 is not later than the one before it"),
+        (((1e20, [0.1, 0.1]),), {}, r"point 0 is 1e\+20 s after the start of the run"),
+        (((0.2, [0.1, 0.1]),), {"stamp_s": 0.1}, "ended at 0.3 s and arrived too late, at 0.5 s"),
     ],
 )  # fmt: skip
 def test_a_trajectory_that_cannot_be_followed_is_refused_and_breaks_nothing(

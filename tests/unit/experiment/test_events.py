@@ -176,7 +176,7 @@ def test_a_topic_can_be_awaited_to_say_exactly_something(
         ({"when": {"near": {"model": "husky", "other": "crt", "within": 1}}}, SceneError,
          "no model 'crt'; did you mean 'cart'"),
         ({"when": {"near": {"model": "husky", "visual": "wall/body/glas", "within": 1}}}, SceneError,
-         "no visual 'wall/body/glas'; did you mean 'wall/body/glass'"),
+         "the scene has no visual 'wall/body/glas'; did you mean 'wall/body/glass'"),
     ],
 )  # fmt: skip
 def test_an_event_that_refers_to_what_is_not_there_is_refused(

@@ -239,7 +239,7 @@ def test_a_robot_that_flies_apart_ends_the_run_where_it_was_last_seen(
     run.run_until(0.6)
     nowhere = ModelMotion(Pose((math.nan, 0.0, 0.0)))
     monkeypatch.setattr(run.world.engine, "_do_model_motion", lambda model: nowhere)
-    with pytest.raises(DivergedError, match="model 'husky' is nowhere"):
+    with pytest.raises(DivergedError, match="model 'husky' has a position that is not finite"):
         run.run()
     json.dumps(run.result().to_dict(), allow_nan=False)
     assert run.result().final_pose["husky"]["x"] == pytest.approx(0.58)

@@ -51,7 +51,7 @@ def test_an_experiment_file_tells_noise_delay_and_losses(drive_to_the_wall: Path
 @pytest.mark.parametrize(
     ("written", "told"),
     [
-        ("{/husky/eyes: {delay: 1 ms}}", "no sensor serves '/husky/eyes'"),
+        ("{/husky/eyes: {delay: 1 ms}}", "no sensor publishes '/husky/eyes'"),
         ("{/husky/eye: {drop_out: 1.5}}", "less than or equal to 1"),
         ("{/husky/eye: {noises: 1}}", "noises"),
     ],

@@ -56,7 +56,7 @@ MISTAKES = [
      "step (3 ms)"),
     ('actors: "2:4"', 'actors: "2:9"', '"2:9"', "NRP211", "'2:9' reaches outside the circuit"),
     ("/speed: std_msgs/Float64", "/husky/cmd_vel: std_msgs/Float64", "std_msgs", "NRP212",
-     "there is a topic '/husky/cmd_vel' already"),
+     "the topic '/husky/cmd_vel' already exists"),
     ("/glass: /wall/body/glass/color", "/glass: /wall/body/glas/color", "/wall/body/glas/", "NRP212",
      "no topic '/wall/body/glas/color'; did you mean '/wall/body/glass/color'?"),
     ("topic: /speed, value: 1", "topic: /spee, value: 1", "{topic", "NRP212",

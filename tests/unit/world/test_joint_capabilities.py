@@ -27,7 +27,7 @@ def pair(joint: Joint, *, static: bool = False) -> Scene:
 @pytest.mark.parametrize(("joint", "lacking"), [(BALL, "ball joints"), (FOLLOWS, "coupled joints")])
 def test_a_joint_that_the_world_does_not_have_is_refused(room: Any, joint: Joint, lacking: str) -> None:
     engine = type(room.engine)
-    with pytest.raises(CapabilityError, match=f"PointEngine has no {lacking}, as 'pair/second' is one"):
+    with pytest.raises(CapabilityError, match=f"PointEngine has no {lacking}, such as 'pair/second'"):
         engine(pair(joint))
     assert engine(pair(joint, static=True)).scene.models  # nothing of it moves
     assert engine(pair(BACK)).scene.models
@@ -43,6 +43,6 @@ def test_a_joint_that_the_world_does_not_have_is_refused(room: Any, joint: Joint
 )
 def test_nothing_leads_or_follows_a_ball(parts: dict[str, Any], what: str) -> None:
     (model,) = pair(BALL).models
-    message = f"{what} of the model 'pair' names the joint 'second', a ball joint, which does not move in one"
+    message = f"{what} of the model 'pair' names the joint 'second', a ball joint, which has no single axis"
     with pytest.raises(SceneError, match=message):
         Scene((replace(model, **parts),))

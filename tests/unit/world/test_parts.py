@@ -157,7 +157,7 @@ def test_every_visual_has_a_colour(room: Any) -> None:
 
 @pytest.mark.parametrize("color", [ColorRGBA(255, 0, 0), ColorRGBA(0, -0.1, 0), ColorRGBA(a=pi)])
 def test_a_colour_outside_0_to_1_is_refused_and_breaks_nothing(room: Any, color: ColorRGBA) -> None:
-    with pytest.raises(TopicError, match="is from 0 to 1, not"):
+    with pytest.raises(TopicError, match="must be from 0 to 1, not"):
         room.advertise(GLASS).publish(color)
     assert room.state is State.READY
     assert room.subscribe(GLASS).latest.message == ColorRGBA(0, 0, 1, 1)

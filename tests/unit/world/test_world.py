@@ -79,9 +79,7 @@ def test_a_wrong_message_is_refused_under_the_name_that_was_asked_for_and_breaks
 def test_two_parts_must_not_serve_one_topic(room: Any) -> None:
     husky, screen = room.scene.models
     other = replace(husky, name="other")
-    with pytest.raises(
-        TopicError, match=r"two parts of the scene serve the topic '/husky/camera': .+ and .+"
-    ):
+    with pytest.raises(TopicError, match=r"two parts of the scene have the topic '/husky/camera': .+ and .+"):
         World(type(room.engine)(replace(room.scene, models=(husky, other, screen))))
 
 
@@ -252,7 +250,7 @@ def test_an_engine_without_snapshots_says_so_and_goes_on(open_world: Any) -> Non
 
 
 def test_a_time_between_two_steps_is_refused_and_breaks_nothing(room: Any) -> None:
-    with pytest.raises(TimestepError, match="3 ms is no multiple of the world's step, 2 ms"):
+    with pytest.raises(TimestepError, match="3 ms is not a multiple of the world's step, 2 ms"):
         room.run_until(3 * MS)
     assert room.state is State.READY
     room.run_until(4 * MS)
@@ -261,7 +259,7 @@ def test_a_time_between_two_steps_is_refused_and_breaks_nothing(room: Any) -> No
 def test_an_engine_that_loses_a_model_is_stopped_with_its_name(room: Any) -> None:
     room.run_until(2 * MS)
     room.engine.x = nan
-    with pytest.raises(DivergedError, match="model 'husky' is nowhere") as failure:
+    with pytest.raises(DivergedError, match="model 'husky' has a position that is not finite") as failure:
         room.run_until(4 * MS)
     assert failure.value.t_ns == 4 * MS
     assert room.state is State.FAILED
@@ -312,5 +310,5 @@ def test_a_world_that_cannot_change_gets_its_lights_back_by_a_reset_or_a_snapsho
 
 
 def test_a_world_that_cannot_change_does_not_start_over_while_time_goes_on(room: Any) -> None:
-    with pytest.raises(CapabilityError, match="cannot start over"):
+    with pytest.raises(CapabilityError, match="cannot be reset"):
         room.start_over()

@@ -99,7 +99,7 @@ def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], dict[s
 
 def _contents(path: Path) -> bytes:
     if path.suffix.lower() not in KINDS:
-        raise SceneError(f"is not of a kind that is read ({', '.join(KINDS)})", path=path)
+        raise SceneError(f"is not of a supported type; supported: {', '.join(KINDS)}", path=path)
     try:
         size = path.stat().st_size
         if size > MAX_BYTES:
@@ -108,7 +108,7 @@ def _contents(path: Path) -> bytes:
     except OSError as error:
         raise SceneError(f"cannot be read: {error.strerror}", path=path) from error
     if data.startswith(_LFS):
-        raise SceneError("is a pointer of Git LFS: fetch the file itself with `git lfs pull`", path=path)
+        raise SceneError("is a Git LFS pointer: fetch the file itself with `git lfs pull`", path=path)
     return data
 
 

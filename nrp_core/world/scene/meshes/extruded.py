@@ -36,7 +36,7 @@ def extruded(rings: Sequence[Ring], height: float, *, convex: bool) -> list[Tria
         else:
             prisms.append(_prism(polygon, faces, height))
     if not prisms:
-        raise ValueError("its points enclose nothing")
+        raise ValueError("its points enclose no area")
     return prisms if convex else [np.concatenate(prisms)]
 
 

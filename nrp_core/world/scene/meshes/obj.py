@@ -33,7 +33,7 @@ def parse_obj(data: bytes, beside: ReadBeside) -> list[Surface]:
     for (names, material), polygons in parts.items():
         faces = polygons.triangles()
         if len(faces) and not (faces.min() >= 0 and faces.max() < len(points)):
-            raise ValueError("a face names a vertex that is not there")
+            raise ValueError("a face names a vertex that does not exist")
         if len(faces):
             surfaces.append(Surface(names, points[faces], colors.get(material)))
     return surfaces
@@ -64,7 +64,7 @@ class _Polygons:
         lengths = np.array(list(map(len, rows)))
         numbers = np.array([int(corner) for row in rows for corner in row], np.int64)
         if (numbers == 0).any():
-            raise ValueError("a face names the vertex 0; they count from 1")
+            raise ValueError("a face names the vertex 0; vertices are numbered from 1")
         corners = np.where(numbers > 0, numbers - 1, numbers + np.repeat(self.counts, lengths))
         starts = np.cumsum(lengths) - lengths
         fans = [np.empty((0, 3), np.int64)]

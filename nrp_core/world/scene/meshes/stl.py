@@ -27,9 +27,7 @@ def parse_stl(data: bytes) -> Triangles:
     try:
         rows = [line.split() for line in data.decode().splitlines()]
     except UnicodeDecodeError:
-        raise ValueError(
-            f"of {count} triangles its {len(data)} bytes do not hold all, or hold more"
-        ) from None
+        raise ValueError(f"its {len(data)} bytes do not match its {count} triangles") from None
     return np.array([row[1:4] for row in rows if row and row[0] == "vertex"], float).reshape(-1, 3, 3)
 
 

@@ -22,13 +22,13 @@ def heights_in(picture: bytes) -> Heights:
     As in Gazebo the corners of the picture are those of the ground, and its top row is at the highest y.
 
     Raises:
-        ValueError: it is no picture of at least 2 by 2 pixels.
+        ValueError: it is not an image of at least 2 by 2 pixels.
     """
     import cv2
 
     pixels = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE)
     if pixels is None or min(pixels.shape) < 2:
-        raise ValueError("is no picture of at least 2 by 2 pixels")
+        raise ValueError("is not an image of at least 2 by 2 pixels")
     rows, columns = (min(side, MAX_SAMPLES) for side in pixels.shape)
     heights = cv2.resize(pixels.astype(np.float64), (columns, rows), interpolation=cv2.INTER_AREA)[::-1]
     return np.asarray(heights / (heights.max() or 1.0))

@@ -51,7 +51,9 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
     if shape.tag == "heightmap":
         return _heightmap(shape, form, reading, static)
     if shape.tag in _NOT_READ:
-        reading.notes.warn(shape, f"shapes of kind <{shape.tag}> are not read: a simple shape stands in")
+        reading.notes.warn(
+            shape, f"shapes of kind <{shape.tag}> are not supported: replaced by a simple shape"
+        )
         return []
     return [Shape(_solid(shape), Pose())]
 
@@ -86,7 +88,7 @@ def _solid(shape: Element) -> Geometry:
             x, y, z = shape.require("radii").all_positive(3)
             return Mesh(unit_solid("ellipsoid"), (x, y, z))
         case tag:
-            raise shape.error(f"there is no shape <{tag}>{did_you_mean(tag, _SHAPES)}")
+            raise shape.error(f"unknown shape <{tag}>{did_you_mean(tag, _SHAPES)}")
 
 
 def _plane(shape: Element) -> Shape:
@@ -105,7 +107,7 @@ def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
     try:
         pieces = _pieces(uri, _wanted(shape, form), reading)
     except SceneError as error:
-        reading.notes.warn(uri, f"the mesh '{uri.text}' {error.message}: a simple shape stands in")
+        reading.notes.warn(uri, f"the mesh '{uri.text}' {error.message}: replaced by a simple shape")
         return []
     return [Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba) for piece in pieces]
 
@@ -119,7 +121,7 @@ def _polyline(lines: Sequence[Element], form: Form, reading: Reading) -> list[Sh
     try:
         paths = kept_meshes(key, lambda: extruded(rings, height, convex=convex))
     except ValueError as error:
-        reading.notes.warn(lines[0], f"the polyline is not usable, {error}: a simple shape stands in")
+        reading.notes.warn(lines[0], f"the polyline is not usable, {error}: replaced by a simple shape")
         return []
     return [Shape(Mesh(path), Pose()) for path in paths]
 
@@ -134,7 +136,7 @@ def _heightmap(shape: Element, form: Form, reading: Reading, static: bool) -> li
         heights = _heights(uri, reading, static)
     except (SceneError, ValueError) as error:
         reason = error.message if isinstance(error, SceneError) else error
-        reading.notes.warn(uri, f"the height map '{uri.text}' {reason}: a simple shape stands in")
+        reading.notes.warn(uri, f"the height map '{uri.text}' {reason}: replaced by a simple shape")
         return []
     (path,) = kept_meshes(digest("heightmap", heights.shape, heights.tobytes()), lambda: [terrain(heights)])
     ground = Heightmap(path, (x, y, z), *heights.shape) if form == "convex" else Mesh(path, (x, y, z))
@@ -143,7 +145,7 @@ def _heightmap(shape: Element, form: Form, reading: Reading, static: bool) -> li
 
 def _heights(uri: Element, reading: Reading, static: bool) -> Heights:
     if not static:
-        raise SceneError("is of a model that is not <static>")
+        raise SceneError("belongs to a model that is not <static>")
     path = reading.resources.find(uri)
     if path is None:
         raise SceneError("is not there")

@@ -56,7 +56,7 @@ def leave_out(root: Element, without: Places) -> None:
         for _ in range(count):
             holder, part = _innermost(root, line)
             if holder is None:
-                raise SceneError(f"{path}:{line}: nothing around this line can be left out")
+                raise SceneError(f"{path}:{line}: no element around this line can be left out")
             holder.children = [child for child in holder.children if child is not part]
 
 

@@ -80,4 +80,4 @@ def warn_of_plugin(plugin: Element, reading: Reading) -> None:
     """Warn that a plugin does nothing here, unless there is nothing for it to do."""
     name = plugin_name(plugin)
     if name not in _INFRASTRUCTURE:
-        reading.notes.warn(plugin, f"the plugin '{name}' is not known: it does nothing")
+        reading.notes.warn(plugin, f"the plugin '{name}' is unknown and has no effect")

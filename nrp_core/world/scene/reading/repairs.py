@@ -26,8 +26,8 @@ def usable_friction(mu: float, element: Element, notes: Notes) -> float:
         return mu
     notes.warn(
         element,
-        f"a friction coefficient of {mu:g} means 'never slips': no material has it and contact solvers lose "
-        f"accuracy with it, so it is taken as {DEFAULT_FRICTION:g}",
+        f"a friction coefficient of {mu:g} means 'never slips': no material has it and contact solvers "
+        f"lose accuracy with it, so the value used is {DEFAULT_FRICTION:g}",
     )
     return DEFAULT_FRICTION
 
@@ -51,7 +51,7 @@ def usable_inertial(
         SceneError: the mass is negative, or next to nothing.
     """
     if given is None or given.mass == 0:
-        what = "no <inertial>" if given is None else "a mass of 0, with which nothing moves"
+        what = "no <inertial>" if given is None else "a mass of 0 and could not move"
         if of_shapes:
             what += f": {of_shapes.mass:.3g} kg computed from its collision shapes"
         if of_shapes or given:
@@ -64,7 +64,7 @@ def usable_inertial(
         )
     if not any(given.inertia):
         like = "its collision shapes" if of_shapes else "a ball of 5 cm radius"
-        notes.warn(element, f"the link '{link}' has an inertia of 0: that of {like} is taken")
+        notes.warn(element, f"the link '{link}' has an inertia of 0: the inertia of {like} is used")
         return like_shape(of_shapes or _BALL, given)
     inertial, wrong = repaired(given)
     if wrong:
@@ -89,9 +89,7 @@ def with_default_masses(
     result = []
     for link in links:
         if not rigid[link.name] & settled:
-            notes.warn(
-                element, f"the link '{link.name}' moves and has no mass: 1 kg, SDF's default, is taken"
-            )
+            notes.warn(element, f"the link '{link.name}' moves but has no mass: SDF's default, 1 kg, is used")
             settled.add(link.name)
             result.append(replace(link, inertial=Inertial(1.0)))
         else:

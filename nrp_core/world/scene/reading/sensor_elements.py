@@ -20,11 +20,11 @@ def rate_of(sensor: Element, reading: Reading) -> float:
     """Return the samples a second that a ``<sensor>`` asks for."""
     rate_hz = sensor.number("update_rate", 0.0)
     if rate_hz < 0:
-        raise sensor.error(f"an <update_rate> is 0 or more, not {rate_hz:g}")
+        raise sensor.error(f"an <update_rate> must be 0 or more, not {rate_hz:g}")
     if rate_hz:
         return rate_hz
     name = sensor.attribute("name")
-    reading.notes.warn(sensor, f"the sensor '{name}' has no <update_rate>: {DEFAULT_RATE_HZ:g} Hz are taken")
+    reading.notes.warn(sensor, f"the sensor '{name}' has no <update_rate>: {DEFAULT_RATE_HZ:g} Hz is used")
     return DEFAULT_RATE_HZ
 
 
@@ -38,7 +38,7 @@ def noise_of(section: Element, reading: Reading) -> Noise:
         reading.notes.warn(noise, f"noise of type '{kind}' is not simulated")
         return Noise()
     if kind == "gaussian_quantized":
-        reading.notes.warn(noise, "noise is not quantized")
+        reading.notes.warn(noise, "the quantization of noise is not simulated")
     return Noise(noise.number("mean", 0.0), noise.number("stddev", 0.0)) if kind != "none" else Noise()
 
 

@@ -53,7 +53,7 @@ def read_model(
     models = read_placed(holder, source, reading, "model")
     if len(models) != 1:
         odd = models[1].user if models else source.root
-        raise odd.error(f"the file of a robot holds one <model>, this one {len(models)}")
+        raise odd.error(f"a robot's file must hold one <model>; this one holds {len(models)}")
     (placed,) = models
     own = replace(reading, robot=name or placed.name)
     parts = read_parts(placed, own, static=placed.static)
@@ -84,5 +84,5 @@ def read_scene(
     source = Source.open(Path(path), reading)
     worlds = source.root.all("world")
     if len(worlds) > 1:
-        raise worlds[1].error(f"the file of a room holds one <world>, this one {len(worlds)}")
+        raise worlds[1].error(f"a room's file must hold one <world>; this one holds {len(worlds)}")
     return read_world(worlds[0] if worlds else source.root, source, reading)

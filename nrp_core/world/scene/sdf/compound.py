@@ -67,7 +67,7 @@ def two_axes(
     first = with_axis(turning, element, "axis", frames, version)
     other = with_axis(replace(turning, name=second(joint.name)), element, "axis2", frames, version)
     if hypot(*np.cross(first.axis, other.axis)) < _PARALLEL:
-        what = f"both axes of the joint '{joint.name}' are the same: it turns about the first one alone"
+        what = f"both axes of the joint '{joint.name}' are the same: it turns about the first one only"
         reading.notes.warn(element, what)
         return (first,)
     return first, other

@@ -71,7 +71,7 @@ def _share(workflow: Element, tag: str, default: float, reading: Reading) -> flo
     share = min(max(value, 0.0), 1.0)
     if share != value:
         where = workflow.require(tag)
-        reading.notes.warn(where, f"<{tag}> is from 0 to 1, not {value:g}: taken as {share:g}")
+        reading.notes.warn(where, f"<{tag}> must be from 0 to 1, not {value:g}: {share:g} is used")
     return share
 
 

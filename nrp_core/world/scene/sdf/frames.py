@@ -40,7 +40,7 @@ def _parse(pose: Element) -> Pose:
         return Pose.from_rpy((x, y, z), turn[0], turn[1], turn[2])
     norm = sqrt(sum(part * part for part in turn))
     if not norm:
-        raise pose.error("the quaternion is 0 0 0 0, which is no rotation")
+        raise pose.error("the quaternion is 0 0 0 0, which is not a rotation")
     qx, qy, qz, qw = (part / norm for part in turn)
     return Pose((x, y, z), (qx, qy, qz, qw))
 
@@ -92,8 +92,8 @@ class Frames:
         if name in self._frames:
             other = self._frames[name].element
             raise element.error(
-                f"the name '{name}' is taken by the <{other.tag}> in line {other.line}; names in a "
-                f"<{self._scope.tag}> are unique"
+                f"the name '{name}' is used by the <{other.tag}> on line {other.line}; names in a "
+                f"<{self._scope.tag}> must be unique"
             )
         if name == WORLD or (name.startswith("__") and name.endswith("__")):
             raise element.error(f"the name '{name}' is reserved")
@@ -128,7 +128,7 @@ class Frames:
         chain: dict[str, Pose] = {}
         while name != self._root:
             if name in chain:
-                raise user.error(f"the frame '{name}' is relative to itself in a circle")
+                raise user.error(f"the frame '{name}' is relative to itself, through a cycle of frames")
             frame = self._frame(name, user)
             chain[name] = frame.pose
             name, user = frame.relative_to, frame.element
@@ -146,7 +146,7 @@ class Frames:
         seen: set[str] = set()
         while name != self._root:
             if name in seen:
-                raise user.error(f"the frame '{name}' is attached to itself in a circle")
+                raise user.error(f"the frame '{name}' is attached to itself, through a cycle of frames")
             seen.add(name)
             attached_to = self._frame(name, user).attached_to
             if not attached_to:

@@ -56,7 +56,7 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
     """
     name, kind = joint.attribute("name"), joint.attribute("type")
     if kind not in _KINDS:
-        raise joint.error(f"there are no joints of type '{kind}'{did_you_mean(kind, _KINDS)}")
+        raise joint.error(f"unknown joint type '{kind}'{did_you_mean(kind, _KINDS)}")
     held = Joint(name, kind, *_ends(joint, frames), frames.pose(name, joint))
     if kind in COMPOUND:
         return COMPOUND[kind](held, joint, frames, version, reading)
@@ -76,7 +76,7 @@ def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> I
             leader, element = joint.mimic.leader, _element(model, joint)
             if leader not in kinds:
                 hint = did_you_mean(leader, kinds)
-                raise element.error(f"the joint '{joint.name}' mimics '{leader}', which is not there{hint}")
+                raise element.error(f"the joint '{joint.name}' mimics '{leader}', which does not exist{hint}")
             if (what := WITHOUT_ONE_WAY.get(kinds[leader])) is not None:
                 message = f"the joint '{joint.name}' mimics '{leader}', which is {what}: it moves freely"
                 reading.notes.warn(element, message)

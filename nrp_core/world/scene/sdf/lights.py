@@ -23,7 +23,7 @@ def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Lig
     """
     kind = element.attributes.get("type", "point")
     if kind not in _KINDS:
-        raise element.error(f"there is no light of type '{kind}'{did_you_mean(kind, _KINDS)}")
+        raise element.error(f"unknown light type '{kind}'{did_you_mean(kind, _KINDS)}")
     red, green, blue, alpha = read_color(element, "diffuse", reading) or _WHITE
     strength = element.number("intensity", 1.0) if element.flag("light_on", True) else 0.0
     return Light(

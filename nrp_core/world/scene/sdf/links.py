@@ -56,7 +56,7 @@ def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Ele
         unique = free_name(name, seen)
         if unique != name:
             owner = link.attribute("name")
-            message = f"the link '{owner}' has two {tag}s named '{name}': this one is called '{unique}'"
+            message = f"the link '{owner}' has two {tag}s named '{name}': this one is renamed '{unique}'"
             reading.notes.warn(element, message)
         seen.add(unique)
         if not is_empty(element.require("geometry")):

@@ -180,7 +180,7 @@ class _Acting:
         deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
         self.controllers += [each for each in actuators.controllers if each.joint not in deaf]
         for name in sorted({each.joint for each in actuators.controllers} & set(deaf)):
-            reading.notes.warn(plugin, f"the joint '{name}' is {deaf[name]}: it takes no commands")
+            reading.notes.warn(plugin, f"the joint '{name}' is {deaf[name]}: it cannot be commanded")
         return links
 
 

@@ -98,7 +98,7 @@ def _told_apart(placed: list[Placed], reading: Reading) -> list[Placed]:
         included = thing.user is not thing.element and not thing.user.word("name")
         if included and not thing.merged and (tag, name) in seen:
             free = next(f"{name}_{n}" for n in count() if (tag, f"{name}_{n}") not in names)
-            reading.notes.warn(thing.user, f"another {tag} is named '{name}': this one becomes '{free}'")
+            reading.notes.warn(thing.user, f"another {tag} is named '{name}': this one is renamed '{free}'")
             thing = replace(thing, other_name=free)
             names.add((tag, free))
         seen.add((tag, name))

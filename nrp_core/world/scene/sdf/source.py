@@ -73,7 +73,7 @@ class Source:
         path = reading.resources.model_file(uri)
         if path.resolve() in self.trail:
             circle = " -> ".join(file.name for file in (*self.trail, path))
-            raise include.error(f"files include each other in a circle: {circle}")
+            raise include.error(f"files include each other in a cycle: {circle}")
         return Source.open(path, reading, self.trail)
 
 
@@ -89,8 +89,8 @@ def _version(root: Element, reading: Reading) -> tuple[int, int]:
     text = root.attribute("version")
     match = re.fullmatch(r"(\d+)\.(\d+)(\.\d+)?", text)
     if match is None:
-        raise root.error(f"the version of SDF is written like '1.9', not '{text}'")
+        raise root.error(f"an SDF version must be written like '1.9', not '{text}'")
     version = int(match[1]), int(match[2])
     if not OLDEST <= version <= NEWEST:
-        reading.notes.warn(root, f"SDF {text} is not one of the versions known here, 1.4 to 1.12")
+        reading.notes.warn(root, f"SDF {text} is not a supported version; supported: 1.4 to 1.12")
     return version

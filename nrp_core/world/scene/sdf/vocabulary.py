@@ -108,7 +108,7 @@ def _check(parent: Element, child: Element, known: Collection[str], notes: Notes
     if child.tag not in known:
         near = get_close_matches(child.tag, known, n=1)
         hint = f"; did you mean <{near[0]}>?" if near else ""
-        notes.warn(child, f"a <{parent.tag}> has no <{child.tag}>: ignored{hint}")
+        notes.warn(child, f"<{child.tag}> is not an element of <{parent.tag}>: ignored{hint}")
         return
     nothing_special = _NOT_SIMULATED.get((parent.tag, child.tag))
     if nothing_special is not None and child.text.lower() not in nothing_special:

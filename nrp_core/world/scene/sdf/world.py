@@ -36,7 +36,7 @@ class _State:
                 result.poses[thing.tag, thing.attribute("name")] = read_pose(thing, WORLD)[0]
                 scale = thing.section("scale")
                 if scale.text and any(part != 1 for part in scale.numbers(3)):
-                    notes.warn(scale, f"the <scale> {scale.text} of a <{thing.tag}> is not read")
+                    notes.warn(scale, f"the <scale> {scale.text} of a <{thing.tag}> is not supported")
             result.inserted += state.all("insertions")
             result.deleted |= {
                 name.text for deletions in state.all("deletions") for name in deletions.all("name")

@@ -74,7 +74,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
             model.children += controlled(child, notes)
         elif child.tag not in _READ:
             known = child.tag in _ELSEWHERE
-            reason = "is not read" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"
+            reason = "is not supported" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"
             notes.warn(child, f"the <{child.tag}> of a <robot> {reason}")
     for block in element.all("gazebo"):
         apply_block(block, model, notes)
@@ -92,9 +92,7 @@ def _warn_of_loose(element: Element, robot: _Robot) -> None:
     ] or [element]
     for link in loose:
         other = first.attribute("name")
-        robot.notes.warn(
-            link, f"no joint holds '{link.attribute('name')}': it moves freely, as '{other}' does"
-        )
+        robot.notes.warn(link, f"no joint holds '{link.attribute('name')}': it moves freely, like '{other}'")
 
 
 def _name_joints(element: Element, robot: _Robot) -> None:

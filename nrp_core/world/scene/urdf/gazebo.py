@@ -35,7 +35,7 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
         named = {part.attributes["name"]: part for part in model.all("link", "joint")}
         if name not in named:
             hint = did_you_mean(name, named)
-            notes.warn(block, f"ignored, for the robot has no link or joint '{name}'{hint}")
+            notes.warn(block, f"ignored: the robot has no link or joint '{name}'{hint}")
             return
         target = named[name]
     for child in block.children:

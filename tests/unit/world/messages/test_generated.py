@@ -118,9 +118,9 @@ def test_depth_comes_back(depth):
 
 
 def test_what_cannot_be_converted_is_refused():
-    with pytest.raises(CvBridgeError, match="no encoding 'rgb9'"):
+    with pytest.raises(CvBridgeError, match="unknown encoding 'rgb9'"):
         CvBridge().cv2_to_imgmsg(np.zeros((2, 2, 3), np.uint8), "rgb9")
-    with pytest.raises(CvBridgeError, match="no way from '32FC1' to 'bgr8'"):
+    with pytest.raises(CvBridgeError, match="cannot be converted from '32FC1' to 'bgr8'"):
         CvBridge().imgmsg_to_cv2(CvBridge().cv2_to_imgmsg(np.zeros((2, 2), np.float32)), "bgr8")
 
 

@@ -83,12 +83,15 @@ def test_a_map_of_reflectance_wins_over_the_colour(shown) -> None:
 @pytest.mark.parametrize(
     ("metal", "warning"),
     [
-        ("<roughness>2</roughness>", "<roughness> is from 0 to 1, not 2: taken as 1"),
-        ("<metalness>-1</metalness>", "<metalness> is from 0 to 1, not -1: taken as 0"),
+        ("<roughness>2</roughness>", "<roughness> must be from 0 to 1, not 2: 1 is used"),
+        ("<metalness>-1</metalness>", "<metalness> must be from 0 to 1, not -1: 0 is used"),
         ("<albedo_map>gone.png</albedo_map>", "the <albedo_map> 'gone.png' is not there: left out"),
         ("<albedo_map>robot.sdf</albedo_map>", "the <albedo_map> 'robot.sdf' cannot be read: left out"),
         ("<normal_map>n.png</normal_map>", "<normal_map> n.png of a <metal> is not simulated"),
-        ("<rougness>1</rougness>", "a <metal> has no <rougness>: ignored; did you mean <roughness>?"),
+        (
+            "<rougness>1</rougness>",
+            "<rougness> is not an element of <metal>: ignored; did you mean <roughness>?",
+        ),
     ],
 )
 def test_what_has_no_effect_is_told_with_its_place(shown, metal: str, warning: str) -> None:

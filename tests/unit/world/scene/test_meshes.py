@@ -333,14 +333,14 @@ def test_without_a_cache_meshes_are_converted_in_each_process(
         ("a.stl", b"solid nothing\nendsolid", "it has no triangles"),
         ("a.stl", b"\xff\xfe not a mesh", "cannot be read"),
         ("a.stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:0", "git lfs pull"),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 3\n", "names a vertex that is not there"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 3\n", "names a vertex that does not exist"),
         ("a.obj", b"v 0 0 zero\n", "cannot be read"),
         ("a.obj", b"v 0 0 0\nf 1 0 1\n", "a face names the vertex 0"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2\n", "it has no triangles"),
         ("a.obj", b"", "it has no triangles"),
         ("a.dae", b"<COLLADA>", "XML Parsing Error: Premature end of data in tag COLLADA line 1"),
         ("a.dae", b"<COLLADA/>", "cannot be read"),
-        ("a.fbx", b"", r"not of a kind that is read \(.stl, .obj, .dae\)"),
+        ("a.fbx", b"", r"not of a supported type; supported: .stl, .obj, .dae"),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_a_sentence(

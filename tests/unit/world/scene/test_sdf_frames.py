@@ -46,7 +46,7 @@ def test_poses_are_read_in_every_notation(model: ModelReader, pose: str, expecte
         ("<pose>1 2 3</pose>", "<pose> must hold 6 numbers, not '1 2 3'"),
         ("<pose>1 2 3 0 0 nan</pose>", "must hold 6 numbers"),
         ('<pose rotation_format="quat_xyzw">1 2 3 0 0 0</pose>', "must hold 7 numbers"),
-        ('<pose rotation_format="quat_xyzw">1 2 3 0 0 0 0</pose>', "no rotation"),
+        ('<pose rotation_format="quat_xyzw">1 2 3 0 0 0 0</pose>', "not a rotation"),
         (
             '<pose rotation_format="wxyz">1 2 3 0 0 0</pose>',
             "rotation_format is 'wxyz'; valid: euler_rpy, quat_xyzw",
@@ -92,7 +92,7 @@ def test_visuals_and_sensors_may_be_placed_in_another_frame(model: ModelReader) 
 
 
 def test_poses_in_a_circle_are_refused(model: ModelReader) -> None:
-    with pytest.raises(SceneError, match="the frame 'a' is relative to itself in a circle"):
+    with pytest.raises(SceneError, match="the frame 'a' is relative to itself, through a cycle of frames"):
         model(
             link("a", '<pose relative_to="b">0 0 0 0 0 0</pose>')
             + link("b", '<pose relative_to="a">0 0 0 0 0 0</pose>')
@@ -104,14 +104,14 @@ def test_frames_attached_in_a_circle_are_refused(model: ModelReader) -> None:
         f'<frame name="{a}" attached_to="{b}"><pose relative_to="base"/></frame>' for a, b in ("fg", "gf")
     )
     joint = '<joint name="j" type="fixed"><parent>f</parent><child>arm</child></joint>'
-    with pytest.raises(SceneError, match="attached to itself in a circle"):
+    with pytest.raises(SceneError, match="attached to itself, through a cycle"):
         model(link("base") + link("arm") + frames + joint)
 
 
 @pytest.mark.parametrize("tag", ["link", "frame", "model"])
 def test_names_in_a_model_are_unique_among_all_that_have_frames(model: ModelReader, tag: str) -> None:
     inside = link("x") if tag == "model" else ""
-    with pytest.raises(SceneError, match="the name 'base' is taken by the <link> in line 4") as refusal:
+    with pytest.raises(SceneError, match="the name 'base' is used by the <link> on line 4") as refusal:
         model(link("base") + f'<{tag} name="base">{inside}</{tag}>')
     assert refusal.value.line == 5
 

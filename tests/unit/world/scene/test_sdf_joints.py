@@ -134,7 +134,7 @@ def test_other_kinds_of_joints_are_read(joint: JointReader, kind: str) -> None:
 
 
 def test_a_kind_that_there_is_not_is_refused(joint: JointReader) -> None:
-    with pytest.raises(SceneError, match="no joints of type 'revolut'; did you mean 'revolute'"):
+    with pytest.raises(SceneError, match="unknown joint type 'revolut'; did you mean 'revolute'"):
         joint(kind="revolut")
 
 
@@ -146,7 +146,7 @@ def test_a_fixed_joint_takes_no_commands(model: ModelReader) -> None:
     joint = '<joint name="j" type="fixed"><parent>base</parent><child>arm</child></joint>'
     read = model(LINKS + joint + plugin)
     assert read.controllers == ()
-    assert "robot.sdf:6: the joint 'j' is fixed: it takes no commands" in read.warnings[0]
+    assert "robot.sdf:6: the joint 'j' is fixed: it cannot be commanded" in read.warnings[0]
 
 
 def test_the_world_holds_a_link(model: ModelReader) -> None:
@@ -203,7 +203,7 @@ def test_a_link_with_two_parents_is_refused(model: ModelReader) -> None:
 
 def test_two_joints_of_one_name_are_refused(model: ModelReader) -> None:
     joint = '<joint name="j" type="fixed"><parent>base</parent><child>arm</child></joint>\n'
-    refuse(model, joint + joint, "the name 'j' is taken by the <joint> in line 6", 7)
+    refuse(model, joint + joint, "the name 'j' is used by the <joint> on line 6", 7)
 
 
 def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(model: ModelReader) -> None:
@@ -220,7 +220,7 @@ def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(model: M
     )
     assert model(text).joints[1].mimic == Mimic("first", 2.0, pytest.approx(0.3))
     with pytest.raises(
-        SceneError, match="the joint 'second' mimics 'fist', which is not there; did you mean"
+        SceneError, match="the joint 'second' mimics 'fist', which does not exist; did you mean"
     ):
         model(text.replace('mimic joint="first"', 'mimic joint="fist"'))
     with pytest.raises(SceneError, match="the joint 'second' mimics itself"):

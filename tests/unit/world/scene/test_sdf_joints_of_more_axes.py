@@ -82,7 +82,7 @@ def test_a_ball_has_three_coordinates_and_takes_no_commands(model: ModelReader) 
     assert read.joints[0].coordinates == ("j_x", "j_y", "j_z")
     assert read.joints[0].damping == 0.3
     assert read.controllers == ()
-    assert "the joint 'j' is a ball joint: it takes no commands" in read.warnings[0]
+    assert "the joint 'j' is a ball joint: it cannot be commanded" in read.warnings[0]
     assert read.joint_states_topic == "/robot/joint_states"
 
 
@@ -146,7 +146,7 @@ def test_a_joint_follows_the_second_axis_of_another_one(model: ModelReader) -> N
     read = model(text + joint("revolute", mimic, name="k", ends=("arm", "tip")))
     assert read.joints[-1].mimic == Mimic("j_axis2", 2.0, 0.0)
     broken = CROSS.replace("</axis2>", '<mimic joint="jj"/></axis2>')
-    with pytest.raises(SceneError, match="the joint 'j_axis2' mimics 'jj', which is not there") as refusal:
+    with pytest.raises(SceneError, match="the joint 'j_axis2' mimics 'jj', which does not exist") as refusal:
         model(LINKS + joint("universal", broken))
     assert refusal.value.line == 6
 

@@ -100,7 +100,7 @@ def test_parts_of_one_name_are_told_apart_with_a_warning(
     name = parts[0].name
     assert [p.name for p in parts] == [name, f"{name}_2", f"{name}_3"]
     assert "robot.sdf:6: the link 'base' has two" in read.warnings[0]
-    assert f"named '{name}': this one is called '{name}_2'" in read.warnings[0]
+    assert f"named '{name}': this one is renamed '{name}_2'" in read.warnings[0]
 
 
 def test_a_visual_and_a_collision_may_share_a_name(link: LinkReader) -> None:
@@ -203,7 +203,7 @@ def test_a_friction_that_no_material_has_becomes_1_with_one_warning(model: Model
     assert [link.collisions[0].friction for link in read.links] == [1, 1]
     assert len(read.warnings) == 1
     assert f"robot.sdf:5: a friction coefficient of {float(mu):g} means 'never slips'" in read.warnings[0]
-    assert "taken as 1" in read.warnings[0]
+    assert "the value used is 1" in read.warnings[0]
 
 
 def test_friction_that_depends_on_direction_is_warned_of(model: ModelReader) -> None:
@@ -261,7 +261,7 @@ def test_a_mass_of_0_is_computed_instead_with_a_warning(model: ModelReader) -> N
     read = model(f'<link name="base">\n<inertial><mass>0</mass></inertial>{collision("")}</link>')
     assert read.links[0].inertial is not None
     assert read.links[0].inertial.mass == pytest.approx(6000)
-    assert "robot.sdf:5: the link 'base' has a mass of 0, with which nothing moves" in read.warnings[0]
+    assert "robot.sdf:5: the link 'base' has a mass of 0 and could not move" in read.warnings[0]
 
 
 def test_a_negative_mass_is_refused(link: LinkReader) -> None:
@@ -282,7 +282,7 @@ def test_an_inertia_that_no_body_has_is_repaired_with_a_warning(model: ModelRead
 def test_a_link_that_moves_and_has_nothing_to_weigh_gets_sdfs_kilogram(model: ModelReader) -> None:
     read = model('<link name="base"/>')
     assert read.links[0].inertial == Inertial(1.0)
-    assert "moves and has no mass: 1 kg" in read.warnings[0]
+    assert "moves but has no mass: SDF's default, 1 kg" in read.warnings[0]
 
 
 def test_a_link_fixed_to_a_heavy_one_needs_no_mass(model: ModelReader) -> None:
@@ -324,7 +324,7 @@ def test_a_missing_mesh_is_drawn_as_the_collision(model: ModelReader) -> None:
     assert (skin.name, skin.geometry, skin.pose) == ("skin", Box((1, 2, 3)), Pose((0, 0, 1)))
     assert len(read.warnings) == 1
     assert (
-        "robot.sdf:5: the mesh 'model://husky/meshes/body.dae' is not there: a simple shape stands in"
+        "robot.sdf:5: the mesh 'model://husky/meshes/body.dae' is not there: replaced by a simple shape"
         in read.warnings[0]
     )
 
@@ -356,7 +356,7 @@ def test_a_kind_of_mesh_that_is_not_read_counts_as_missing(
     mesh = f"<geometry><mesh><uri>{name}</uri></mesh></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", mesh)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
-    assert "is not of a kind that is read (.stl, .obj, .dae)" in read.warnings[0]
+    assert "is not of a supported type; supported: .stl, .obj, .dae" in read.warnings[0]
 
 
 def test_a_huge_mesh_is_not_opened(model: ModelReader, tmp_path: Path) -> None:
@@ -387,4 +387,4 @@ def test_a_shape_that_is_not_read_is_replaced_with_a_warning(model: ModelReader)
     hills = "<geometry><image><uri>hills.png</uri></image></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", hills)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
-    assert "shapes of kind <image> are not read" in read.warnings[0]
+    assert "shapes of kind <image> are not supported" in read.warnings[0]

@@ -45,7 +45,7 @@ def test_models_without_a_world_are_a_scene(write: Writer) -> None:
 
 
 def test_two_models_of_one_name_are_refused(world: WorldReader) -> None:
-    with pytest.raises(SceneError, match="the name 'a' is taken by the <model> in line 4") as refusal:
+    with pytest.raises(SceneError, match="the name 'a' is used by the <model> on line 4") as refusal:
         world(f'<model name="a">{LINK}</model>\n<model name="a">{LINK}</model>')
     assert refusal.value.line == 5
 
@@ -82,12 +82,12 @@ def test_a_cone_that_fades_otherwise_than_evenly_is_warned_of(
 
 
 def test_an_unknown_light_is_refused(world: WorldReader) -> None:
-    with pytest.raises(SceneError, match="no light of type 'sun'; valid: directional, point, spot"):
+    with pytest.raises(SceneError, match="unknown light type 'sun'; valid: directional, point, spot"):
         world('<light name="sun" type="sun"/>')
 
 
 def test_a_file_of_two_worlds_is_refused(write: Writer) -> None:
-    with pytest.raises(SceneError, match="holds one <world>, this one 2"):
+    with pytest.raises(SceneError, match="must hold one <world>; this one holds 2"):
         read_scene(write('<world name="a"/><world name="b"/>'))
 
 
@@ -113,7 +113,7 @@ def test_what_was_scaled_in_a_saved_world_is_warned_of(world: WorldReader, scale
         f'<model name="ball">{LINK}</model>'
         f'<state world_name="room"><model name="ball"><scale>{scale}</scale></model></state>'
     )
-    assert any("the <scale> 1 2 1 of a <model> is not read" in each for each in scene.warnings) is warned
+    assert any("the <scale> 1 2 1 of a <model> is not supported" in each for each in scene.warnings) is warned
 
 
 # -- includes
@@ -206,8 +206,8 @@ def test_includes_of_one_model_without_names_are_counted_as_gazebo_does(
     scene = world(f'{include * 2}<model name="box_1">{LINK}</model>{include}')
     assert [model.name for model in scene.models] == ["box", "box_0", "box_1", "box_2"]
     assert [warning.partition(": ")[2] for warning in scene.warnings] == [
-        "another model is named 'box': this one becomes 'box_0'",
-        "another model is named 'box': this one becomes 'box_2'",
+        "another model is named 'box': this one is renamed 'box_0'",
+        "another model is named 'box': this one is renamed 'box_2'",
     ]
 
 
@@ -239,7 +239,7 @@ def test_a_folder_without_a_model_is_refused(world: WorldReader, tmp_path: Path)
 def test_files_that_include_each_other_are_refused(write: Writer) -> None:
     write('<model name="a"><include><uri>b.sdf</uri></include></model>', name="a.sdf")
     path = write('<model name="b">\n<include><uri>a.sdf</uri></include></model>', name="b.sdf")
-    with pytest.raises(SceneError, match=r"in a circle: b\.sdf -> a\.sdf -> b\.sdf"):
+    with pytest.raises(SceneError, match=r"in a cycle: b\.sdf -> a\.sdf -> b\.sdf"):
         read_model(path)
 
 
@@ -282,7 +282,7 @@ def test_a_robot_gets_its_id_and_its_place(write: Writer) -> None:
 
 @pytest.mark.parametrize(("body", "count"), [("", 0), (f'<model name="a">{LINK}</model>' * 2, 2)])
 def test_the_file_of_a_robot_holds_one_model(write: Writer, body: str, count: int) -> None:
-    with pytest.raises(SceneError, match=f"holds one <model>, this one {count}"):
+    with pytest.raises(SceneError, match=f"must hold one <model>; this one holds {count}"):
         read_model(write(body))
 
 
@@ -317,8 +317,8 @@ def test_an_unknown_element_is_warned_of_once_with_its_first_line(write: Writer)
         f'<model name="a">\n{LINK}<colour/>\n<colour/>\n<link name="b"><inertial/><colision/></link></model>'
     )
     first, second = read_model(write(body)).warnings
-    assert first.endswith("robot.sdf:4: a <model> has no <colour>: ignored (and 1 more)")
-    assert "robot.sdf:6: a <link> has no <colision>: ignored; did you mean <collision>?" in second
+    assert first.endswith("robot.sdf:4: <colour> is not an element of <model>: ignored (and 1 more)")
+    assert "robot.sdf:6: <colision> is not an element of <link>: ignored; did you mean <collision>?" in second
 
 
 def test_elements_of_other_namespaces_are_the_users_own(write: Writer) -> None:

@@ -88,7 +88,7 @@ def test_ros_2_remaps_a_laser(model: ModelReader) -> None:
     ranger = RAY_PLUGIN.format("<output_type>sensor_msgs/Range</output_type>")
     tag = f'<sensor name="a" type="ray"><update_rate>5</update_rate><ray/>{ranger}</sensor>'
     read = model(BASE.format(tag))
-    assert "served as sensor_msgs/PointCloud2, not as sensor_msgs/Range" in read.warnings[0]
+    assert "published as sensor_msgs/PointCloud2, not as sensor_msgs/Range" in read.warnings[0]
 
 
 @pytest.mark.parametrize("plugin", ["block_laser", "velodyne_laser", "velodyne_gpu_laser"])
@@ -298,7 +298,7 @@ def test_a_car_whose_wheels_are_unclear_is_refused(model: ModelReader, car: str,
 
 
 def test_a_rate_below_0_is_refused(model: ModelReader) -> None:
-    with pytest.raises(SceneError, match="an <update_rate> is 0 or more, not -5"):
+    with pytest.raises(SceneError, match="an <update_rate> must be 0 or more, not -5"):
         sensors_of(model, '<sensor name="imu" type="imu"><update_rate>-5</update_rate></sensor>')
 
 
@@ -359,4 +359,4 @@ def test_systems_that_every_backend_is_are_not_warned_of(model: ModelReader, sys
 def test_systems_that_are_not_simulated_are_named_in_a_warning(model: ModelReader, system: str) -> None:
     read = model(f'<link name="base"><inertial/></link><plugin name="x" filename="gz-sim-{system}-system"/>')
     name = "".join(word.capitalize() for word in system.split("-"))
-    assert f"the plugin '{name}' is not known: it does nothing" in read.warnings[0]
+    assert f"the plugin '{name}' is unknown and has no effect" in read.warnings[0]

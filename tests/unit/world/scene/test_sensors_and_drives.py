@@ -89,7 +89,7 @@ def test_the_topic_of_a_camera_is_the_plugins_else_its_own(
 def test_a_camera_without_a_rate_gets_one_with_a_warning(sensor: Callable[..., Model]) -> None:
     read = sensor("<camera/>")
     assert camera(read).rate_hz == 30
-    assert "robot.sdf:5: the sensor 'cam' has no <update_rate>: 30 Hz are taken" in read.warnings[0]
+    assert "robot.sdf:5: the sensor 'cam' has no <update_rate>: 30 Hz is used" in read.warnings[0]
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ def test_the_differential_drive_of_gz_sim(drive: DriveReader, scope: str) -> Non
 @pytest.mark.parametrize(
     ("inside", "message", "line"),
     [
-        ("", "a drive needs its wheels", 5),
+        ("", "a drive needs wheels", 5),
         ("<leftJoint>bl_joint</leftJoint>", "wheels on both sides; there is no <rightJoint>", 5),
         (
             "<leftJoint>bl_joint</leftJoint>\n<rightJoint>bl_jiont</rightJoint>",
@@ -279,7 +279,7 @@ def test_a_drive_of_a_nested_model_keeps_its_wheels(model: ModelReader) -> None:
 def test_an_unknown_plugin_is_warned_of(model: ModelReader) -> None:
     plugin = '\n<plugin name="p" filename="libmy_thing.so"><anything><goes/></anything></plugin>'
     (warning,) = model(LINKS.split('<link name="fl">')[0] + plugin).warnings
-    assert "robot.sdf:5: the plugin 'my_thing' is not known: it does nothing" in warning
+    assert "robot.sdf:5: the plugin 'my_thing' is unknown and has no effect" in warning
 
 
 @pytest.mark.parametrize("system", ["Physics", "SceneBroadcaster", "UserCommands", "Sensors"])

@@ -83,7 +83,9 @@ def test_joints_that_cannot_be_led_are_warned_of_and_those_that_are_not_there_re
     arm: Callable[[str], Model],
 ) -> None:
     plugin = '<plugin name="gz::systems::JointTrajectoryController"><joint_name>{}</joint_name></plugin>'
-    assert "robot.sdf:8: the joint 'hold' cannot be led" in " ".join(arm(plugin.format("hold")).warnings)
+    assert "robot.sdf:8: the joint 'hold' cannot be controlled" in " ".join(
+        arm(plugin.format("hold")).warnings
+    )
     with pytest.raises(SceneError, match=r"robot\.sdf:8: the model has no joint 'trun'; did you mean 'turn'"):
         arm(plugin.format("trun"))
 
@@ -162,7 +164,10 @@ def test_controllers_of_ros_2_have_its_topics_and_other_types_are_warned_of(
         TrajectoryController("mover", topics[0], ("turn",), state_topic=topics[1]),
     )
     (warning,) = read.warnings
-    assert "controllers of type 'forward_command_controller/ForwardCommandController' are not run" in warning
+    assert (
+        "controllers of type 'forward_command_controller/ForwardCommandController' are not supported"
+        in warning
+    )
 
 
 ONE_KG = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -207,15 +212,15 @@ def test_the_drive_of_ros_control_is_one_of_wheels(
 
 def test_a_file_of_controllers_that_is_not_there_is_warned_of(urdf: Callable[..., Model]) -> None:
     (warning,) = urdf(plugin("gazebo_ros_control", "gone.yaml")).warnings
-    assert "there is no file 'gone.yaml': its controllers are left out" in warning
+    assert "the file 'gone.yaml' does not exist: its controllers are left out" in warning
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("a: [", "controllers.yaml: no YAML"),
-        ("- a", "controllers.yaml: a file of controllers is a mapping"),
-        ("m: {type: x/JointTrajectoryController}", "the controller 'm' names no joints that it can lead"),
+        ("a: [", "controllers.yaml: not valid YAML"),
+        ("- a", "controllers.yaml: a controller file must be a mapping"),
+        ("m: {type: x/JointTrajectoryController}", "the controller 'm' names no joint that it can control"),
         ("m: {type: x/JointTrajectoryController, joints: [trun]}", "no joint 'trun'; did you mean 'turn'"),
         (
             "m: {type: x/JointTrajectoryController, joints: [turn], gains: {turn: {p: -1}}}",
