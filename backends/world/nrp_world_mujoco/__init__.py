@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_world_mujoco.backend import MujocoBackend, MujocoOptions
+from nrp_world_mujoco.backend import MujocoBackend
+from nrp_world_mujoco.options import MujocoOptions
 
 __all__ = ["MujocoBackend", "MujocoOptions"]

@@ -1,37 +1,23 @@
-"""The entry point: options, own renderers, opening."""
+"""The entry point: the engine's own renderers, and how it is opened."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Literal
-
-from pydantic import Field
+from typing import TYPE_CHECKING
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError
 from nrp_core.world.engine import Engine
 from nrp_core.world.engine_kit.backend import PhysicsBackend
-from nrp_core.world.engine_kit.options import PhysicsOptions
 from nrp_core.world.interface import WorldOptions
 from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco import headless
+from nrp_world_mujoco.options import MujocoOptions
 
 if TYPE_CHECKING:
     from nrp_core.world.engine_kit.jointed import JointedEngine
 
 GL_REMEDY = "apt-get install --no-install-recommends libegl1 libgl1 && pip install 'nrp-core[gl]'"
-
-
-class MujocoOptions(PhysicsOptions):
-    """Options of the ``mujoco`` backend."""
-
-    renderer: Annotated[
-        Literal["auto", "raster", "realistic", "gl", "rays"],
-        Field(
-            description="of cameras: raster draws flat colours on the CPU, realistic light and shadows, "
-            "gl flat ones by EGL or OSMesa, rays by MuJoCo's ray casts"
-        ),
-    ] = "auto"
 
 
 class MujocoBackend(PhysicsBackend):

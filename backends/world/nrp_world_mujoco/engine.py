@@ -21,13 +21,13 @@ from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Quaternion
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Scene
-from nrp_world_mujoco.backend import MujocoOptions
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Drive
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
+from nrp_world_mujoco.options import MujocoOptions
 from nrp_world_mujoco.shapes import scalar_first
 
 

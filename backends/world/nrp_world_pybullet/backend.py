@@ -1,4 +1,4 @@
-"""The entry point: options, own renderers, opening."""
+"""The entry point: the engine's own renderers, and how it is opened."""
 
 from __future__ import annotations
 
@@ -6,28 +6,14 @@ import platform
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Annotated, Literal
-
-from pydantic import Field
+from typing import TYPE_CHECKING
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.world.engine_kit.backend import PhysicsBackend
-from nrp_core.world.engine_kit.options import PhysicsOptions
+from nrp_world_pybullet.options import PybulletOptions
 
 if TYPE_CHECKING:
     from nrp_core.world.engine_kit.jointed import JointedEngine
-
-
-class PybulletOptions(PhysicsOptions):
-    """Options of the ``pybullet`` backend."""
-
-    renderer: Annotated[
-        Literal["auto", "raster", "realistic", "tiny"],
-        Field(
-            description="of cameras: raster draws flat colours on the CPU, realistic light and shadows, "
-            "tiny is PyBullet's own, slower way to draw flat ones"
-        ),
-    ] = "auto"
 
 
 class PybulletBackend(PhysicsBackend):

@@ -19,13 +19,13 @@ from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Model, Scene
-from nrp_world_pybullet.backend import PybulletOptions
 from nrp_world_pybullet.build import Built, Place, build
 from nrp_world_pybullet.cameras import TinyCameras, frame_reader
 from nrp_world_pybullet.control import Control
 from nrp_world_pybullet.drive import Drive
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import JointReader, Moving, moving
+from nrp_world_pybullet.options import PybulletOptions
 
 
 class PybulletEngine(JointedEngine):
