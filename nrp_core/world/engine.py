@@ -54,7 +54,6 @@ class Engine(ABC):
         capabilities: of the backend.
         seed: of the world; set by the world, as is ``now_ns``.
         now_ns: the time before the step that is being taken, else the time reached.
-        identity: see above.
         image_scale: width and height of images are those of the robot's file times this.
         warnings: for the user; the world shows them.
 
