@@ -14,6 +14,7 @@ from typing import Literal
 
 from nrp_core.world.scene.acting import JointController, TrajectoryController
 from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.plugins import unknown_plugin
 
 Kind = Literal["position", "velocity", "effort"]
 
@@ -28,7 +29,7 @@ _CONTROLLER = re.compile(
 )
 _TRAJECTORY = re.compile(r"""["']/?(?P<topic>[\w/-]+)["']\s*,\s*(?:\w+\s*=\s*)?(?:\w+\.)*JointTrajectory\b""")
 """A topic with its type, as publishers are made."""
-_SERVED = "the plugin 'gazebo_ros_control' is not known"
+_SERVED = unknown_plugin("gazebo_ros_control")
 """The warning about a robot with that plugin; it is dropped if the joints get controllers."""
 _KINDS: dict[str, Kind] = {"vel": "velocity", "eff": "effort", "tor": "effort"}
 

@@ -100,7 +100,7 @@ def test_a_run_has_an_end_and_does_not_go_on_after_it(sim: ModuleType) -> None:
         sim.run(float("inf"))
     sim.run(50.0)
     sim.end()
-    with pytest.raises(LifecycleError, match=r"setup\(\) begins anew"):
+    with pytest.raises(LifecycleError, match=r"call setup\(\) to start again"):
         sim.run(50.0)
     assert len(trains(cells)[0]) == 1
     assert len(voltage(cells)) == 501

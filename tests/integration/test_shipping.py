@@ -105,4 +105,4 @@ def test_what_nrp_new_makes_installs_and_is_found(run: Run, elsewhere: Path, tmp
     assert done.returncode == 0, done.stderr
     failing = run("nrp", "conformance", "world", "acme", "--level", "contract")
     assert failing.returncode == 1
-    assert "failed with the same error: NotImplementedError: _build: make" in failing.stdout
+    assert "failed with the same error: NotImplementedError: _build: create" in failing.stdout

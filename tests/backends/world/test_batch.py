@@ -145,7 +145,7 @@ def test_a_mistake_of_the_caller_breaks_no_copy(batch):
 
 @pytest.mark.parametrize(
     ("rows", "why"),
-    [((2, 6), "2 messages for 5 copies"), ((5, 3), "made of 6 numbers"), ((5,), "made of 6 numbers")],
+    [((2, 6), "2 messages for 5 copies"), ((5, 3), "needs 6 numbers"), ((5,), "needs 6 numbers")],
 )
 def test_commands_that_do_not_fit_are_refused(batch, rows, why):
     with pytest.raises(TopicError, match=why):
@@ -154,7 +154,7 @@ def test_commands_that_do_not_fit_are_refused(batch, rows, why):
 
 def test_an_array_is_no_message_where_there_are_texts(batch):
     publication = batch.advertise("/gazebo/set_model_state")
-    with pytest.raises(TopicError, match="made of more than numbers"):
+    with pytest.raises(TopicError, match="needs more than numbers"):
         publication.publish(np.zeros((5, 13)))
 
 

@@ -128,7 +128,7 @@ def test_a_cut_recording_is_told_recovered_and_verified_as_far_as_it_goes(nrp: N
     assert "nrp recover" in nrp("inspect", recorded).err
     cut = nrp("replay", recorded, "--verify")
     assert (cut.code, cut.out) == (0, "identical: 0 s to 1 s, 50 steps\n")
-    assert "only its beginning is there" in cut.err
+    assert "only its beginning is available" in cut.err
     done = nrp("recover", recorded)
     assert done.code == 0
     assert (recorded / "recording.damaged.mcap").is_file()

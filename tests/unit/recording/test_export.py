@@ -115,7 +115,7 @@ def test_nothing_is_overwritten_and_names_are_checked(recording: Recording, tmp_
     (tmp_path / "there").mkdir()
     with pytest.raises(ExperimentError, match="something already"):
         export(recording, Format.CSV, tmp_path / "there")
-    with pytest.raises(ExperimentError, match="no such folder"):
+    with pytest.raises(ExperimentError, match="the folder does not exist"):
         export(recording, Format.CSV, tmp_path / "nowhere" / "out")
     with pytest.raises(ExperimentError, match=r"called \.nwb, not 'out\.h5'"):
         export(recording, Format.NWB, tmp_path / "out.h5")

@@ -37,6 +37,11 @@ _SYSTEM_FILE = re.compile(r"(?:gz-sim|ignition-gazebo)\d*-(.+)-system")
 _SYSTEM_NAMES = {"Forcetorque": "ForceTorque", "MulticopterControl": "MulticopterVelocityControl"}
 
 
+def unknown_plugin(name: str) -> str:
+    """Return the warning about a plugin that no reader knows."""
+    return f"the plugin '{name}' is unknown and has no effect"
+
+
 def plugin_name(plugin: Element) -> str:
     """Return what a ``<plugin>`` is known by.
 
@@ -80,4 +85,4 @@ def warn_of_plugin(plugin: Element, reading: Reading) -> None:
     """Warn that a plugin does nothing here, unless there is nothing for it to do."""
     name = plugin_name(plugin)
     if name not in _INFRASTRUCTURE:
-        reading.notes.warn(plugin, f"the plugin '{name}' is unknown and has no effect")
+        reading.notes.warn(plugin, unknown_plugin(name))
