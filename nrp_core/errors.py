@@ -38,7 +38,17 @@ class NrpError(Exception):
 
 
 class BackendError(NrpError):
-    """A brain or world backend cannot be used."""
+    """A brain or world backend cannot be used.
+
+    Args:
+        reason: why.
+        remedy: the command that would make it available; empty if unknown.
+    """
+
+    def __init__(self, reason: str, *, remedy: str = "") -> None:
+        super().__init__(f"{reason}; try: {remedy}" if remedy else reason)
+        self.reason = reason
+        self.remedy = remedy
 
 
 class UnknownBackendError(BackendError, LookupError):
@@ -65,6 +75,7 @@ class ExperimentError(NrpError, ValueError):
         path: the file, if known.
         line: the 1-based line, if known.
         column: the 1-based column, if known.
+        subject: the thing concerned, such as a population, if it has a name.
     """
 
     def __init__(
@@ -74,12 +85,14 @@ class ExperimentError(NrpError, ValueError):
         path: Path | str | None = None,
         line: int | None = None,
         column: int | None = None,
+        subject: str | None = None,
     ) -> None:
         super().__init__(message)
         self.message = message
         self.path = None if path is None else Path(path)
         self.line = line
         self.column = column
+        self.subject = subject
 
     @property
     def location(self) -> str:

@@ -1,6 +1,17 @@
-"""Findings: what checks find in an experiment, each with a code and a place."""
+"""Findings: whatever checks, engines and runs report, each with a code, a message and a place."""
 
-from nrp_core.findings.codes import Code
-from nrp_core.findings.finding import Finding, InvalidExperimentError, Level, has_errors
+from nrp_core.findings.codes import Code, Weight
+from nrp_core.findings.finding import Finding, InvalidExperimentError, Level, has_errors, headline
+from nrp_core.findings.findings import Findings, merged
 
-__all__ = ["Code", "Finding", "InvalidExperimentError", "Level", "has_errors"]
+__all__ = [
+    "Code",
+    "Finding",
+    "Findings",
+    "InvalidExperimentError",
+    "Level",
+    "Weight",
+    "has_errors",
+    "headline",
+    "merged",
+]

@@ -1,15 +1,15 @@
-"""What a check of an experiment finds: one thing wrong, where, and what would be right."""
+"""A finding: one thing that is wrong or worth knowing, its place, and the remedy."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 from nrp_core.errors import ExperimentError
-from nrp_core.findings.codes import Code as Code  # part of what a finding is
+from nrp_core.findings.codes import Code, Weight
 
 
 class Level(StrEnum):
@@ -29,9 +29,11 @@ class Finding:
 
     Args:
         code: its kind.
-        message: what is wrong and what would be valid.
+        message: the mistake, and the valid alternatives.
         level: how bad it is.
         path, line, column: where it stands (1-based), as far as known.
+        subject: the thing concerned, such as a link, topic, mesh file or function, if it has a name.
+        count: the number of places; ``path`` and ``line`` are the first of them.
     """
 
     code: Code
@@ -40,26 +42,59 @@ class Finding:
     path: Path | None = None
     line: int | None = None
     column: int | None = None
+    subject: str | None = None
+    count: int = 1
+
+    @property
+    def weight(self) -> Weight:
+        """The effect on a run: an error keeps it from starting, a warning has the weight of its code."""
+        if self.level is Level.WARNING:
+            return self.code.weight
+        return Weight.INCOMPLETE if self.level is Level.ERROR else Weight.REMARK
+
+    @property
+    def text(self) -> str:
+        """The message, and the number of further places."""
+        return self.message if self.count == 1 else f"{self.message} (and {self.count - 1} more)"
 
     @classmethod
     def of(cls, error: ExperimentError, code: Code) -> Finding:
         """Turn an error into a finding at the same place."""
-        return cls(code, error.message, Level.ERROR, error.path, error.line, error.column)
+        where = error.path, error.line, error.column
+        return cls(code, error.message, Level.ERROR, *where, error.subject)
 
     def as_error(self) -> ExperimentError:
         """Return the finding as an error."""
-        return ExperimentError(self.message, path=self.path, line=self.line, column=self.column)
+        return ExperimentError(
+            self.text, path=self.path, line=self.line, column=self.column, subject=self.subject
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON, with why it matters and what to do."""
         path = None if self.path is None else str(self.path)
         return {
             **asdict(self), "code": self.code.name, "level": str(self.level), "path": path,
-            "why": self.code.why, "suggestion": self.code.suggestion,
+            "weight": str(self.weight), "why": self.code.why, "suggestion": self.code.suggestion,
         }  # fmt: skip
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Finding:
+        """Return the finding that :meth:`to_dict` gave; a code of another version becomes a general one."""
+        code = Code.__members__.get(data["code"], Code.NRP278)
+        path = None if data["path"] is None else Path(data["path"])
+        return cls(
+            code, data["message"], Level(data["level"]), path, data["line"], data["column"],
+            data.get("subject"), data.get("count", 1),
+        )  # fmt: skip
 
     def __str__(self) -> str:
         return f"{self.as_error()} [{self.code.name}]"
+
+
+def headline(findings: Sequence[Finding]) -> str:
+    """Return one line for findings of one code: the message of a single one, else their number and kind."""
+    n = sum(finding.count for finding in findings)
+    return findings[0].message if n == 1 else findings[0].code.counted(n)
 
 
 class InvalidExperimentError(ExperimentError):

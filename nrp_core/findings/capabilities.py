@@ -1,0 +1,85 @@
+"""The words for capabilities that a backend lacks: each refusal that several places share stands here.
+
+Errors become findings of ``NRP216`` at the place in the experiment that needs the capability.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from nrp_core.errors import CapabilityError, did_you_mean, nearest
+
+SNAPSHOTS = "cannot save and restore its state"
+SCENE_CHANGES = "cannot change its scene"
+MODEL_MOVES = "cannot move models"
+JOINT_CONTROL = "does not control joints"
+
+
+def refusal(owner: object, lacking: str) -> CapabilityError:
+    """Return the error for an operation that a brain or an engine does not have."""
+    return CapabilityError(f"{type(owner).__name__} {lacking}")
+
+
+# -- brains
+
+
+def no_cells(backend: str, cell_type: str, population: str, valid: Iterable[str]) -> CapabilityError:
+    """Return the error for a cell type that a brain backend does not have."""
+    return _no_type(backend, f"cells of type {cell_type} (population '{population}')", cell_type, valid)
+
+
+def no_synapses(backend: str, synapse_type: str, projection: str, valid: Iterable[str]) -> CapabilityError:
+    """Return the error for a synapse type that a brain backend does not have."""
+    return _no_type(backend, f"{synapse_type} synapses (projection '{projection}')", synapse_type, valid)
+
+
+def _no_type(backend: str, things: str, kind: str, valid: Iterable[str]) -> CapabilityError:
+    return CapabilityError(f"{backend} has no {things}; {nearest(kind, valid)}")
+
+
+def no_variable(
+    population: str, variable: str, valid: Iterable[str] = (), *, source: bool = False
+) -> CapabilityError:
+    """Return the error for a state variable that the cells of a population do not have.
+
+    Args:
+        population: its label.
+        variable: the variable.
+        valid: the variables that they have, as far as known.
+        source: whether they are spike sources, which have no state.
+    """
+    known = list(valid)
+    hint = ", they only emit spikes" if source else did_you_mean(variable, known) if known else ""
+    return CapabilityError(f"the cells of population '{population}' have no '{variable}'{hint}")
+
+
+def not_shown(brain: object, variable: str, valid: Iterable[str]) -> CapabilityError:
+    """Return the error for a state variable that a brain does not show of any cell."""
+    return refusal(brain, f"does not show '{variable}'; it shows: {_listed(valid, 'none')}")
+
+
+def no_change(brain: object, thing: str, valid: Iterable[str]) -> CapabilityError:
+    """Return the error for a change of the network that a brain cannot make while it runs."""
+    return refusal(brain, f"cannot change {thing} while it runs; it can change: {_listed(valid, 'nothing')}")
+
+
+def _listed(names: Iterable[str], empty: str) -> str:
+    return ", ".join(sorted(names)) or empty
+
+
+# -- worlds
+
+
+def world_lacks(backend: str, need: str) -> str:
+    """Return the clause about a capability that a world backend does not have."""
+    return f"the world backend '{backend}' has no {need}"
+
+
+def unmoved(model: str) -> str:
+    """Return the clause about a model that only forces could move, for a world without dynamics."""
+    return f"has no dynamics: '{model}' would not move; make it static"
+
+
+def no_joint(model: str, joint: str, need: str) -> str:
+    """Return the clause about a joint that needs a capability, such as ``ball_joints``."""
+    return f"has no {need.replace('_', ' ')}, such as '{model}/{joint}'"

@@ -1,0 +1,75 @@
+"""Findings about the brain: its file or script, its network, its backend."""
+
+from nrp_core.findings.codes.explanation import Explanation, Weight
+
+SCRIPT_FAILED = Explanation(
+    "The brain file cannot be turned into a network.",
+    "Without a network there are no neurons to simulate or connect.",
+    "Correct the line or value in the message. A PyNN script also runs by itself, with its whole traceback.",
+    "{n} brain files cannot be turned into a network",
+    Weight.ALTERED,
+)
+
+NO_SUCH_NEURONS = Explanation(
+    "Neurons that the network does not have.",
+    "A device on these neurons would have nothing to read or drive.",
+    "Compare the name and index with `populations` in the experiment and with the brain script.",
+    "{n} references to neurons that do not exist",
+    Weight.ALTERED,
+)
+
+NO_CAPABILITY = Explanation(
+    "The backend, or the platform, lacks a capability that the experiment needs.",
+    "The part that needs it has no effect; if the simulation cannot do without, it is refused.",
+    "Choose a backend with this capability (`nrp backends`), or do without the part in the message.",
+    "{n} missing capabilities",
+    Weight.ALTERED,
+)
+
+APPROXIMATED = Explanation(
+    "A property of the network that the brain backend changes.",
+    "The network runs, but differs from the script.",
+    "Choose another backend or model if the property matters.",
+    "{n} properties of the network are changed by the brain backend",
+    Weight.ALTERED,
+)
+
+SLOW_SCRIPT = Explanation(
+    "The brain script takes too long to be checked.",
+    "Everything that depends on the network, such as the range of indices, was not checked.",
+    "Run the experiment; if the script never ends, look at its loops.",
+    "{n} brain scripts take too long to be checked",
+    Weight.REMARK,
+)
+
+BRAIN_LEFT_OUT = Explanation(
+    "The brain is left out.",
+    "The experiment runs without neurons: all spike counts are zero.",
+    "Correct the cause that the message names: a missing file, or a file that cannot be read.",
+    "{n} brains are left out",
+    Weight.INCOMPLETE,
+)
+
+BRAIN_FILE_CHANGED = Explanation(
+    "A model, setting or statement of a brain file is ignored or replaced.",
+    "The network runs, but differs from the brain file.",
+    "No action is needed unless it matters; use a supported model or setting to avoid it.",
+    "{n} models, settings or statements of brain files are ignored or replaced",
+    Weight.ALTERED,
+)
+
+EMPTY_POPULATION = Explanation(
+    "A population of the experiment has no neurons in the brain file.",
+    "Devices on this population read and drive nothing.",
+    "Correct the name, or the neurons that the experiment lists for it.",
+    "{n} populations have no neurons",
+    Weight.ALTERED,
+)
+
+UNCONNECTED = Explanation(
+    "A population that nothing is connected to.",
+    "Its neurons have no synapse, no device and no part in what the robot does.",
+    "Connect it, or remove it; often a projection or a device names another population by mistake.",
+    "{n} populations are connected to nothing",
+    Weight.REMARK,
+)

@@ -1,0 +1,142 @@
+"""Every kind of finding, with the explanation that ``nrp explain`` prints.
+
+A code never changes its meaning, so that people can look it up and scripts can rely on it.
+``docs/reference/findings.md`` is generated from this table.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, unique
+
+from nrp_core.findings.codes import brain, experiment, functions, platform, running, world
+from nrp_core.findings.codes.explanation import Weight
+
+
+@unique
+class Code(Enum):
+    """A kind of finding; its value explains it."""
+
+    NRP200 = experiment.NOT_READABLE
+    NRP201 = experiment.UNKNOWN_KEY
+    NRP202 = experiment.WRONG_VALUE
+    NRP203 = experiment.MISSING_KEY
+    NRP204 = experiment.MISSING_FILE
+    NRP205 = experiment.NO_BACKEND
+    NRP206 = experiment.WRONG_OPTION
+    NRP207 = experiment.STEPS_DO_NOT_DIVIDE
+    NRP208 = brain.SCRIPT_FAILED
+    NRP209 = world.NOT_READABLE
+    NRP210 = functions.WRONG_DECLARATION
+    NRP211 = brain.NO_SUCH_NEURONS
+    NRP212 = world.WRONG_TOPIC
+    NRP213 = experiment.NO_SUCH_REFERENCE
+    NRP214 = experiment.BASE_NOT_READABLE
+    NRP215 = experiment.WRONG_OVERRIDE
+    NRP216 = brain.NO_CAPABILITY
+    NRP217 = brain.APPROXIMATED
+    NRP218 = functions.NO_SUCH_IMPORT
+    NRP219 = functions.MAPPING_MISMATCH
+    NRP220 = functions.UNUSED_PARAMETER
+    NRP221 = functions.NO_TIME
+    NRP222 = functions.WRONG_DIRECTION
+    NRP223 = functions.NO_SUCH_ATTRIBUTE
+    NRP224 = functions.READ_ONLY
+    NRP225 = functions.WRONG_SETTING
+    NRP226 = functions.NO_SUCH_FIELD
+    NRP227 = functions.WRONG_MESSAGE
+    NRP228 = functions.WRONG_MESSAGE_TYPE
+    NRP229 = functions.TWO_PUBLISHERS
+    NRP230 = functions.TWO_SOURCES
+    NRP231 = functions.SILENT_SOURCE
+    NRP232 = functions.DIVISION_BY_ZERO
+    NRP233 = functions.WRONG_UNIT
+    NRP234 = functions.RATE_TOO_HIGH
+    NRP235 = functions.SAME_NAME
+    NRP236 = functions.HIDDEN_NAME
+    NRP237 = functions.RETURN_VALUE
+    NRP238 = functions.DELAY
+    NRP239 = functions.NOT_CHECKED
+    NRP240 = functions.WRONG_CALL
+    NRP241 = functions.NO_SUCH_NAME
+    NRP242 = functions.UNUSED_VALUE
+    NRP243 = functions.NOT_REPRODUCIBLE
+    NRP244 = brain.SLOW_SCRIPT
+    NRP245 = functions.WRONG_TRIGGER
+    NRP246 = functions.UNDEFINED_NAME
+    NRP247 = functions.NOT_A_NUMBER
+    NRP248 = experiment.NEVER
+    NRP249 = experiment.DEGREES
+    NRP250 = functions.EQUAL_SINKS
+    NRP251 = functions.ENDLESS_LOOP
+    NRP252 = functions.WRONG_INDEX
+    NRP253 = functions.REASSIGNED_PARAMETER
+    NRP254 = functions.WRONG_ROW
+    NRP255 = platform.CONVERTED
+    NRP256 = world.ROBOT_LEFT_OUT
+    NRP257 = world.ROOM_LEFT_OUT
+    NRP258 = world.MESH_REPLACED
+    NRP259 = world.APPEARANCE_REPLACED
+    NRP260 = world.PART_LEFT_OUT
+    NRP261 = world.UNKNOWN_PLUGIN
+    NRP262 = world.SENSOR_NOT_SIMULATED
+    NRP263 = world.VALUE_IGNORED
+    NRP264 = world.VALUE_REPLACED
+    NRP265 = world.NOT_CONTROLLED
+    NRP266 = world.RENAMED
+    NRP267 = world.NO_SUBSCRIBER
+    NRP268 = world.NO_PUBLISHER
+    NRP269 = brain.BRAIN_LEFT_OUT
+    NRP270 = brain.BRAIN_FILE_CHANGED
+    NRP271 = brain.EMPTY_POPULATION
+    NRP272 = running.FUNCTION_LEFT_OUT
+    NRP273 = running.STATE_MACHINE_LEFT_OUT
+    NRP274 = running.FUNCTION_QUARANTINED
+    NRP275 = running.ENGINE_FAILED
+    NRP276 = running.ENDED_BY_ERROR
+    NRP277 = running.NUMERICAL
+    NRP278 = running.REPORTED
+    NRP279 = running.NO_EFFECT
+    NRP280 = running.SERVICE_REFUSED
+    NRP281 = running.CALLBACK_FAILED
+    NRP282 = running.MESSAGE_LOST
+    NRP283 = running.LATE
+    NRP284 = running.RECORDING_INCOMPLETE
+    NRP285 = running.REPLAY_DIFFERS
+    NRP286 = platform.RESOURCE_MISSING
+    NRP287 = platform.NOT_SUPPORTED
+    NRP288 = experiment.WRONG_PARAMETER
+    NRP289 = experiment.UNREADABLE_PARAMETER
+    NRP290 = brain.UNCONNECTED
+    NRP291 = world.STARTS_INSIDE
+    NRP292 = world.NO_GROUND
+    NRP293 = world.FELL_OUT
+    NRP294 = running.INTERRUPTED
+    NRP295 = world.NO_LIGHT
+    NRP296 = experiment.LONG_STEP
+
+    def __repr__(self) -> str:
+        return f"Code.{self.name}"
+
+    @property
+    def summary(self) -> str:
+        """The mistake, in one sentence."""
+        return self.value.summary
+
+    @property
+    def why(self) -> str:
+        """The consequence."""
+        return self.value.why
+
+    @property
+    def suggestion(self) -> str:
+        """How to fix it."""
+        return self.value.suggestion
+
+    @property
+    def weight(self) -> Weight:
+        """The effect of a warning of this code on a run."""
+        return self.value.weight
+
+    def counted(self, n: int) -> str:
+        """Return the headline of ``n`` findings of this code, n > 1."""
+        return self.value.counted.format(n=n)

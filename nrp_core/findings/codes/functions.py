@@ -1,0 +1,286 @@
+"""Findings about transfer functions."""
+
+from nrp_core.findings.codes.explanation import Explanation, Weight
+
+WRONG_DECLARATION = Explanation(
+    "A file of transfer functions cannot be loaded, or a declaration in it is wrong.",
+    "The function is not connected to brain and robot as intended.",
+    "Correct the line in the message; docs/reference/transfer-functions.md shows how functions are declared.",
+    "{n} files or declarations of transfer functions are wrong",
+    Weight.ALTERED,
+)
+
+NO_SUCH_IMPORT = Explanation(
+    "An imported module or name does not exist.",
+    "The file cannot be loaded; a file of the Neurorobotics Platform is loaded anyway and fails "
+    "where it uses the missing name.",
+    "Correct the name, put the module next to the file, or install its package.",
+    "{n} imports of something that does not exist",
+    Weight.ALTERED,
+)
+
+MAPPING_MISMATCH = Explanation(
+    "A parameter and its mapping do not match.",
+    "Each parameter except `t` gets its value from one mapping; without a mapping it has none.",
+    "Give each parameter the name in the first argument of one mapping.",
+    "{n} parameters without a fitting mapping",
+    Weight.ALTERED,
+)
+
+UNUSED_PARAMETER = Explanation(
+    "A parameter is mapped but never used.",
+    "The mapping costs time, and often another name in the body was intended.",
+    "Use the parameter, or remove it and its mapping.",
+    "{n} mapped parameters are never used",
+    Weight.REMARK,
+)
+
+NO_TIME = Explanation(
+    "The first parameter is not the time, `t`.",
+    "The loop passes the time first, so all other parameters would be shifted.",
+    "Make `t` the first parameter, even if the body does not use it.",
+    "{n} functions do not begin with the parameter `t`",
+    Weight.ALTERED,
+)
+
+WRONG_DIRECTION = Explanation(
+    "A device is used in the wrong direction.",
+    "MapSpikeSink reads neurons and MapSpikeSource drives them; a device does only one of these.",
+    "Change the mapping or the kind of device.",
+    "{n} devices are used in the wrong direction",
+    Weight.ALTERED,
+)
+
+NO_SUCH_ATTRIBUTE = Explanation(
+    "A device, topic or variable does not have this attribute.",
+    "The function raises AttributeError at that line.",
+    "Use an existing attribute: `rate` of a Poisson source, `voltage` of a leaky integrator, "
+    "`value` of a topic or variable.",
+    "{n} uses of attributes that do not exist",
+    Weight.ALTERED,
+)
+
+READ_ONLY = Explanation(
+    "A read-only attribute is set.",
+    "Sinks and subscribed topics only report values; setting them has no effect.",
+    "Set a source, publish on a topic, or keep the value in a variable.",
+    "{n} read-only attributes are set",
+    Weight.ALTERED,
+)
+
+WRONG_SETTING = Explanation(
+    "A setting of a device that does not exist or is out of range.",
+    "The device refuses it: rates and deviations must not be negative, and all values must be finite.",
+    "Use a setting and a value that the message allows.",
+    "{n} wrong settings of devices",
+    Weight.ALTERED,
+)
+
+NO_SUCH_FIELD = Explanation(
+    "A message does not have this field.",
+    "The function raises AttributeError at that line.",
+    "Use a field of the message type; the finding lists them.",
+    "{n} uses of message fields that do not exist",
+    Weight.ALTERED,
+)
+
+WRONG_MESSAGE = Explanation(
+    "The arguments of a message do not fit its fields.",
+    "The message could not be created, or its topic would refuse it.",
+    "Give the fields in order or by name, each with the correct type.",
+    "{n} messages with arguments that do not fit",
+    Weight.ALTERED,
+)
+
+WRONG_MESSAGE_TYPE = Explanation(
+    "The type of a message differs from the type of its topic.",
+    "The topic refuses the message when it is published.",
+    "Publish a message of the topic's type, or correct the type of the topic.",
+    "{n} messages of another type than their topic",
+    Weight.ALTERED,
+)
+
+TWO_PUBLISHERS = Explanation(
+    "Two functions publish on one topic.",
+    "In a step in which both run, the later one overwrites the earlier.",
+    "Publish the sum from one function, or use a separate topic for each function.",
+    "{n} topics with several publishing functions",
+    Weight.REMARK,
+)
+
+TWO_SOURCES = Explanation(
+    "Two sources of the same kind drive the same neurons.",
+    "Their effects add up, which is seldom intended.",
+    "Use one source, or correct the indices.",
+    "{n} pairs of sources drive the same neurons",
+    Weight.REMARK,
+)
+
+SILENT_SOURCE = Explanation(
+    "A source that is never set.",
+    "The source stays silent for the whole run.",
+    "Set its rate or amplitude in the body, or in the mapping: `MapSpikeSource(..., nrp.poisson, "
+    "rate=10.0)`.",
+    "{n} sources are never set",
+    Weight.REMARK,
+)
+
+DIVISION_BY_ZERO = Explanation(
+    "A division by zero.",
+    "The function raises ZeroDivisionError at that line.",
+    "Correct the divisor.",
+    "{n} divisions by zero",
+    Weight.ALTERED,
+)
+
+WRONG_UNIT = Explanation(
+    "A quantity in one unit is used as a quantity in another unit.",
+    "This is correct only if a factor carries the missing unit; such a factor should have a name.",
+    "Check the gain: `rate_hz = GAIN_HZ_PER_MV * sink.voltage`.",
+    "{n} quantities are used in another unit",
+    Weight.REMARK,
+)
+
+RATE_TOO_HIGH = Explanation(
+    "A rate that is higher than the loop allows.",
+    "A function runs at most once a step, so the limit has no effect.",
+    "Lower the rate, or shorten the time step of the loop.",
+    "{n} rates are higher than the loop allows",
+    Weight.REMARK,
+)
+
+SAME_NAME = Explanation(
+    "Two transfer functions have the same name.",
+    "Reports and recordings identify a function by its name.",
+    "Rename one of them.",
+    "{n} transfer functions share their names",
+    Weight.ALTERED,
+)
+
+HIDDEN_NAME = Explanation(
+    "A name is not allowed, or hides another name.",
+    "The hidden name cannot be used inside the function.",
+    "Rename the parameter.",
+    "{n} names hide another name",
+    Weight.REMARK,
+)
+
+RETURN_VALUE = Explanation(
+    "The return value of a function does not match its topic.",
+    "A value without a topic is lost, and a topic without a value stays silent.",
+    "Return a message, or name a topic: `@nrp.Neuron2Robot(Topic(...))`.",
+    "{n} return values do not match their topic",
+    Weight.REMARK,
+)
+
+DELAY = Explanation(
+    "The delay from a sensor to an actuator.",
+    "Each pass through the brain and each step of the loop delays the behaviour.",
+    "Use a shorter time step of the loop to reduce the delay.",
+    "{n} delays from a sensor to an actuator",
+    Weight.REMARK,
+)
+
+NOT_CHECKED = Explanation(
+    "A value is known only at run time.",
+    "The check does not execute transfer functions, so it skips everything that depends on this value.",
+    "No action is needed; a literal value would allow the check.",
+    "{n} values are known only at run time",
+    Weight.REMARK,
+)
+
+WRONG_CALL = Explanation(
+    "A call has arguments that the function does not accept.",
+    "The function raises TypeError at that line.",
+    "Call it as the message shows.",
+    "{n} calls with arguments that do not fit",
+    Weight.ALTERED,
+)
+
+NO_SUCH_NAME = Explanation(
+    "A module does not have this name.",
+    "The function raises AttributeError at that line.",
+    "Use the suggested name.",
+    "{n} uses of names that a module does not have",
+    Weight.ALTERED,
+)
+
+UNUSED_VALUE = Explanation(
+    "A value is computed but never used.",
+    "Often another name was used by mistake in its place.",
+    "Use the value or remove it.",
+    "{n} values are never used",
+    Weight.REMARK,
+)
+
+NOT_REPRODUCIBLE = Explanation(
+    "A function depends on the wall clock or on a global random generator.",
+    "Two runs with the same seed will differ; while a function sleeps, simulated time stands still.",
+    "Use `t` for the time, and noise devices or a seeded generator in a variable for randomness.",
+    "{n} functions depend on the wall clock or on a global random generator",
+    Weight.REMARK,
+)
+
+WRONG_TRIGGER = Explanation(
+    "A trigger is not a parameter of a subscribed topic.",
+    "Only subscribed topics trigger a function; this one would never run, or cannot be bound.",
+    "Name parameters that MapRobotSubscriber maps, or omit `triggers`.",
+    "{n} wrong triggers",
+    Weight.ALTERED,
+)
+
+UNDEFINED_NAME = Explanation(
+    "An undefined name.",
+    "The function raises NameError at that line.",
+    "Correct the spelling, import the module, or add the parameter and its mapping.",
+    "{n} undefined names",
+    Weight.ALTERED,
+)
+
+NOT_A_NUMBER = Explanation(
+    "A device, a topic or a message is used as a number.",
+    "The function raises TypeError at that line.",
+    "Use its value: `camera.value`, `wheel.voltage`, `message.data`.",
+    "{n} objects are used as numbers",
+    Weight.ALTERED,
+)
+
+EQUAL_SINKS = Explanation(
+    "Two sinks of a function always have the same value.",
+    "Often one of them was intended for other neurons, such as those of the other wheel.",
+    "Correct the indices, or use one sink in both places.",
+    "{n} pairs of sinks always have the same value",
+    Weight.REMARK,
+)
+
+ENDLESS_LOOP = Explanation(
+    "A loop without a way out.",
+    "The function never returns, and the run waits until its time limit.",
+    "Leave the loop with `break` or `return`; spread long work over many steps.",
+    "{n} loops without a way out",
+    Weight.REMARK,
+)
+
+WRONG_INDEX = Explanation(
+    "An index is applied to an object without items, or is out of range.",
+    "The function raises TypeError or IndexError at that line.",
+    "Index only lists and device groups, from 0; a number, a message and a single device have no items.",
+    "{n} wrong indices",
+    Weight.ALTERED,
+)
+
+REASSIGNED_PARAMETER = Explanation(
+    "A parameter is reassigned and then used as if it still had its original value.",
+    "The assignment changes neither the variable nor the device; it only rebinds the name.",
+    "Set an attribute: `kept.value = ...`, `eye.rate = ...`, or use another name.",
+    "{n} parameters are reassigned",
+    Weight.REMARK,
+)
+
+WRONG_ROW = Explanation(
+    "A row does not match the headers of its file.",
+    "Values appear in the wrong columns.",
+    "Record one value for each header; headers are a list of texts.",
+    "{n} rows do not match their headers",
+    Weight.ALTERED,
+)

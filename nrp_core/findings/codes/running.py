@@ -1,0 +1,123 @@
+"""Findings about a run: parts that are left out or fail, and reports of engines, recordings and replays."""
+
+from nrp_core.findings.codes.explanation import Explanation, Weight
+
+FUNCTION_LEFT_OUT = Explanation(
+    "A transfer function is left out.",
+    "The experiment runs without this function.",
+    "Correct the cause that the message names; with `strict: true` the experiment does not run without it.",
+    "{n} transfer functions are left out",
+    Weight.INCOMPLETE,
+)
+
+STATE_MACHINE_LEFT_OUT = Explanation(
+    "A state machine is left out or stopped by an error.",
+    "Its later states are not reached, and its commands are missing.",
+    "Correct the cause that the message names.",
+    "{n} state machines are left out or stopped",
+    Weight.INCOMPLETE,
+)
+
+FUNCTION_QUARANTINED = Explanation(
+    "A transfer function raised an error and is not called any more.",
+    "The rest of the run is without this function.",
+    "Correct the function; with `on_error: stop` the run ends at the first error.",
+    "{n} transfer functions were stopped by an error",
+    Weight.INCOMPLETE,
+)
+
+ENGINE_FAILED = Explanation(
+    "A brain or physics engine failed.",
+    "The run ended at this time, because the loop needs both sides.",
+    "Correct the cause that the message names; another backend may be able to run the experiment.",
+    "{n} engines failed",
+    Weight.INCOMPLETE,
+)
+
+ENDED_BY_ERROR = Explanation(
+    "An error ended the run early.",
+    "Everything after this time is missing.",
+    "Correct the cause that the message names.",
+    "{n} errors ended the run",
+    Weight.INCOMPLETE,
+)
+
+NUMERICAL = Explanation(
+    "The numbers of an engine became inaccurate, or exceeded their range.",
+    "The results after this time may be wrong.",
+    "Use a shorter time step, or smaller forces, velocities or weights.",
+    "{n} numerical problems in engines",
+    Weight.ALTERED,
+)
+
+REPORTED = Explanation(
+    "A report of an engine that does not have a code of its own.",
+    "The message says what the engine does differently.",
+    "Consult the documentation of the engine.",
+    "{n} reports of engines",
+    Weight.ALTERED,
+)
+
+NO_EFFECT = Explanation(
+    "An option has no effect, or a bad one, in this experiment.",
+    "The results do not change; the run may be slower than it could be.",
+    "Remove or change the option that the message names.",
+    "{n} options have no useful effect",
+    Weight.REMARK,
+)
+
+SERVICE_REFUSED = Explanation(
+    "A request or goal was refused.",
+    "The change that it asked for was not made.",
+    "Correct the request as the message says.",
+    "{n} requests were refused",
+    Weight.ALTERED,
+)
+
+CALLBACK_FAILED = Explanation(
+    "A callback of the experiment raised an error.",
+    "The message, timer event or result that it was called for had no effect.",
+    "Correct the callback.",
+    "{n} callbacks raised an error",
+    Weight.ALTERED,
+)
+
+MESSAGE_LOST = Explanation(
+    "A message from or to another program was dropped, or cannot be carried.",
+    "The receiver does without it.",
+    "Correct the type or the values as the message says.",
+    "{n} messages or topics were not carried",
+    Weight.ALTERED,
+)
+
+LATE = Explanation(
+    "The loop does not keep up with a body that runs in its own time.",
+    "Commands reach the body later than in a simulation.",
+    "Use a longer time step of the loop, a faster brain backend, or a slower body.",
+    "{n} times the loop was late",
+    Weight.ALTERED,
+)
+
+RECORDING_INCOMPLETE = Explanation(
+    "Something of the run cannot be recorded.",
+    "The run is unaffected; the recording lacks this part, and a replay may differ.",
+    "No action is needed unless the part is needed later; the message names it.",
+    "{n} parts of the run are not recorded",
+    Weight.REMARK,
+)
+
+REPLAY_DIFFERS = Explanation(
+    "The replay does not have the same conditions as the recorded run.",
+    "This may explain a difference from the recording.",
+    "Replay with the version, machine and files of the recording if the difference matters.",
+    "{n} conditions differ from the recorded run",
+    Weight.REMARK,
+)
+
+INTERRUPTED = Explanation(
+    "The run was interrupted or killed.",
+    "Everything after this time is missing; criteria that were not decided by then stay open.",
+    "Run the experiment again; `--until` ends a run early without an interruption.",
+    "{n} interruptions",
+    Weight.INCOMPLETE,
+)

@@ -1,0 +1,155 @@
+"""Findings about robots, rooms and topics."""
+
+from nrp_core.findings.codes.explanation import Explanation, Weight
+
+NOT_READABLE = Explanation(
+    "A robot or room cannot be read, or does not fit into the world.",
+    "The world cannot be built with it.",
+    "Correct the file, line or name in the message.",
+    "{n} robots or rooms cannot be read or do not fit",
+    Weight.ALTERED,
+)
+
+WRONG_TOPIC = Explanation(
+    "A topic that does not exist, or has another type or direction.",
+    "No message would arrive, or nothing would receive the published messages.",
+    "Use the name and type in the message; subscribe to sensors, publish on the topics of drives.",
+    "{n} uses of topics that do not fit the world",
+    Weight.ALTERED,
+)
+
+ROBOT_LEFT_OUT = Explanation(
+    "A robot is left out.",
+    "The experiment runs without this robot; whatever the robot should sense or do is missing.",
+    "Correct the cause that the message names: a missing file, or a file that cannot be read.",
+    "{n} robots are left out",
+    Weight.INCOMPLETE,
+)
+
+ROOM_LEFT_OUT = Explanation(
+    "The room is left out and replaced by a plain floor.",
+    "The robots meet neither the objects nor the lights of the room.",
+    "Correct the cause that the message names: a missing file, or a file that cannot be read.",
+    "{n} rooms are left out",
+    Weight.INCOMPLETE,
+)
+
+MESH_REPLACED = Explanation(
+    "A shape from a file is replaced by a simple shape.",
+    "Cameras and rays see the simple shape, and other bodies touch it; a shape may also be left out.",
+    "Put the file where the models are searched, or correct it.",
+    "{n} meshes are replaced by simple shapes",
+    Weight.ALTERED,
+)
+
+APPEARANCE_REPLACED = Explanation(
+    "A texture, material or colour is missing or not supported.",
+    "Cameras see the part in another colour; its motion is unaffected.",
+    "Add the file or the material, or give the part a plain colour.",
+    "{n} textures, materials or colours are replaced",
+    Weight.ALTERED,
+)
+
+PART_LEFT_OUT = Explanation(
+    "A part of a robot or room is left out.",
+    "The part is not simulated; the rest of the model is.",
+    "Correct the part as the message says, or remove it from the file.",
+    "{n} parts of models are left out",
+    Weight.ALTERED,
+)
+
+UNKNOWN_PLUGIN = Explanation(
+    "A plugin of a robot or room is not supported.",
+    "Whatever the plugin would do in Gazebo does not happen here.",
+    "No action is needed if the experiment does without it; see docs/reference/scenes.md.",
+    "{n} plugins have no effect",
+    Weight.ALTERED,
+)
+
+SENSOR_NOT_SIMULATED = Explanation(
+    "A sensor, or a property of a sensor, is not simulated.",
+    "The sensor publishes nothing, or messages that differ from those that the file describes.",
+    "Use a supported sensor (docs/reference/scenes.md), or functions that do without it.",
+    "{n} sensors are not simulated as described",
+    Weight.ALTERED,
+)
+
+VALUE_IGNORED = Explanation(
+    "An element or value of a robot or room is ignored.",
+    "The simulation does not have the effect that the element describes.",
+    "No action is needed unless the effect matters; correct the name of an element if it is misspelled.",
+    "{n} elements of models are ignored",
+    Weight.ALTERED,
+)
+
+VALUE_REPLACED = Explanation(
+    "A value of a robot or room is missing or impossible, and another value is used.",
+    "The model moves or looks as the value in the message says.",
+    "Write the intended value into the file.",
+    "{n} values of models are replaced",
+    Weight.ALTERED,
+)
+
+NOT_CONTROLLED = Explanation(
+    "A joint or controller cannot be commanded as the file describes.",
+    "Commands for it have no effect.",
+    "Use a joint and a controller that the message or docs/reference/scenes.md allows.",
+    "{n} joints or controllers cannot be commanded as described",
+    Weight.ALTERED,
+)
+
+RENAMED = Explanation(
+    "A part of a robot or room gets another name, because its name is taken.",
+    "Topics, services and recordings use the new name.",
+    "Give each part a name of its own.",
+    "{n} parts of models are renamed",
+    Weight.REMARK,
+)
+
+NO_SUBSCRIBER = Explanation(
+    "Commands are published on a topic that nothing subscribes to.",
+    "The commands have no effect.",
+    "Publish on a topic that `nrp inspect` lists for the robot, or add the drive that subscribes to it.",
+    "{n} topics get commands without a subscriber",
+    Weight.ALTERED,
+)
+
+NO_PUBLISHER = Explanation(
+    "A topic does not exist in the world, or nothing publishes on it.",
+    "Its subscribers get no messages unless a function publishes on the topic.",
+    "Subscribe to a topic that `nrp inspect` lists for the robot, or add the sensor that publishes on it.",
+    "{n} topics have no publisher",
+    Weight.ALTERED,
+)
+
+STARTS_INSIDE = Explanation(
+    "A robot starts inside the room or another robot.",
+    "The physics engine pushes the robot out, often with a speed that throws it metres away.",
+    "Move the start pose so that the robot overlaps nothing; inside the room, usually z is too low.",
+    "{n} robots start inside the room or another robot",
+    Weight.ALTERED,
+)
+
+NO_GROUND = Explanation(
+    "There is nothing below a robot at the start.",
+    "Gravity makes the robot fall, so its drive has no effect.",
+    "Add ground to the room, move the start pose above the ground, or set the gravity of the room to 0.",
+    "{n} robots have nothing below them",
+    Weight.ALTERED,
+)
+
+FELL_OUT = Explanation(
+    "A robot has fallen out of the room.",
+    "From then on its sensors and its drive act on nothing.",
+    "Move the start pose above the ground, or make the ground larger.",
+    "{n} robots have fallen out of the room",
+    Weight.ALTERED,
+)
+
+NO_LIGHT = Explanation(
+    "Cameras draw light and shadows in a scene without a light.",
+    "Their images are dark: only ambient light and what glows is seen.",
+    "Add a <light> to the room, or include model://sun; or use the raster renderer, which needs none.",
+    "{n} scenes have no light",
+    Weight.REMARK,
+)

@@ -1,0 +1,61 @@
+"""The problems of a run: its findings, the weightiest first, and grouped for a summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from nrp_core.findings.codes import Code, Weight
+from nrp_core.findings.finding import Finding, headline
+from nrp_core.findings.findings import merged
+
+MARKS = {Weight.INCOMPLETE: "✗", Weight.ALTERED: "!", Weight.REMARK: "·"}
+"""The sign of each weight in a text."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemGroup:
+    """The problems of one code.
+
+    Args:
+        code: the code.
+        findings: at least one.
+    """
+
+    code: Code
+    findings: tuple[Finding, ...]
+
+    @property
+    def headline(self) -> str:
+        """One line: the message of a single problem, else their number and kind."""
+        return headline(self.findings)
+
+    @property
+    def weight(self) -> Weight:
+        """The largest weight among the problems."""
+        return max(finding.weight for finding in self.findings)
+
+    @property
+    def is_counted(self) -> bool:
+        """Whether the headline only counts, so that the findings say more."""
+        return sum(finding.count for finding in self.findings) > 1
+
+
+def ordered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings by weight, the weightiest first, then by place; several places of one are merged."""
+    return tuple(sorted(merged(findings), key=_rank))
+
+
+def is_complete(findings: Iterable[Finding]) -> bool:
+    """Return whether nothing that was requested is missing from a run with these findings."""
+    return all(finding.weight is not Weight.INCOMPLETE for finding in findings)
+
+
+def grouped(problems: Sequence[Finding]) -> Iterator[ProblemGroup]:
+    """Yield ordered problems by code, in the order of the first problem of each."""
+    for code in dict.fromkeys(problem.code for problem in problems):
+        yield ProblemGroup(code, tuple(problem for problem in problems if problem.code is code))
+
+
+def _rank(finding: Finding) -> tuple[int, str, int]:
+    return -finding.weight, str(finding.path or ""), finding.line or 0
