@@ -31,6 +31,17 @@ class TextFrom(str):
         return located
 
 
+def require_target(path: Path) -> None:
+    """Refuse a symbolic link that leads nowhere, or in a circle.
+
+    Raises:
+        MissingFileError: the path is such a link, or a folder above is.
+    """
+    link = next((part for part in (path, *path.parents) if part.is_symlink()), None)
+    if link is not None and not link.exists():
+        raise MissingFileError(f"the symbolic link {link} -> {link.readlink()} leads nowhere")
+
+
 def existing_file(value: object) -> Path:
     """Return the absolute path of a file.
 
@@ -43,6 +54,7 @@ def existing_file(value: object) -> Path:
     path = (value.folder if isinstance(value, TextFrom) else Path.cwd()) / Path(value).expanduser()
     if path.is_file():
         return path.resolve()
+    require_target(path)
     if path.is_dir():
         raise MissingFileError(f"'{value}' is a folder, not a file")
     folder = path.parent

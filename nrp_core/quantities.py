@@ -73,15 +73,17 @@ def length_m(value: object) -> float:
     return float(parse(value, _LENGTH, "a length", bare="m"))
 
 
-def _positive(t_ns: int) -> int:
+def _positive_ns(value: object) -> int:
+    t_ns = time_ns(value)
     if t_ns <= 0:
-        raise ValueError(f"must be more than 0, not {t_ns} ns")
+        raise ValueError(f"must be more than 0, not {value}")
     return t_ns
 
 
-def _not_negative(t_ns: int) -> int:
+def _not_negative_ns(value: object) -> int:
+    t_ns = time_ns(value)
     if t_ns < 0:
-        raise ValueError(f"must be 0 or more, not {t_ns} ns")
+        raise ValueError(f"must be 0 or more, not {value}")
     return t_ns
 
 
@@ -95,9 +97,9 @@ def _schema(example: str, what: str) -> WithJsonSchema:
 
 _TIME_SCHEMA = _schema("20 ms", "a time with its unit: ns, us, ms, s, min, h")
 
-DurationNs = Annotated[int, BeforeValidator(lambda v: _positive(time_ns(v))), _TIME_SCHEMA]
+DurationNs = Annotated[int, BeforeValidator(_positive_ns), _TIME_SCHEMA]
 """A positive time, kept in nanoseconds."""
-TimeNs = Annotated[int, BeforeValidator(lambda v: _not_negative(time_ns(v))), _TIME_SCHEMA]
+TimeNs = Annotated[int, BeforeValidator(_not_negative_ns), _TIME_SCHEMA]
 """A time of 0 or more, kept in nanoseconds."""
 RateHz = Annotated[float, _number(_RATE, "a rate", "Hz"), _schema("30 Hz", "a rate: Hz, kHz")]
 """A rate, kept in Hz."""

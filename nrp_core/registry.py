@@ -8,6 +8,7 @@ One broken plugin hides no other. Whoever uses a group says what its plugins are
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint
@@ -56,7 +57,7 @@ class Registry(Generic[T]):
 
     Args:
         group: the entry-point group.
-        kind: what a plugin is called in messages, e.g. ``brain backend``.
+        kind: the kind of the plugins in messages, e.g. ``brain backend``.
         bases: a plugin is a class that derives from one of these, and :meth:`load` makes one;
             empty for plain objects.
         interface_version: the version of the interface that such a class must be written for, which it
@@ -122,8 +123,8 @@ class Registry(Generic[T]):
         if len(found) > 1:
             owners = " and ".join(map(str, found))
             raise DuplicateBackendError(
-                f"two distributions provide the {self.kind} '{name}': {owners}; "
-                f"remove one: pip uninstall {found[-1].distribution}"
+                f"two distributions provide the {self.kind} '{name}': {owners}; remove one of them",
+                remedy=f"pip uninstall {found[-1].distribution}",
             )
         return found[0]
 
@@ -137,12 +138,13 @@ class Registry(Generic[T]):
         except Exception as error:
             if isinstance(error, ImportError) and (error.name or "").startswith("nrp_core."):
                 raise IncompatibleBackendError(
-                    f"{self.kind} '{provider.name}' of {provider} fits another version of nrp-core: "
-                    f"{error}; try: pip install --upgrade {provider.distribution}"
+                    f"{self.kind} '{provider.name}' of {provider} fits another version of nrp-core: {error}",
+                    remedy=f"pip install --upgrade {provider.distribution}",
                 ) from error
             raise BackendLoadError(
-                f"{self.kind} '{provider.name}' of {provider} does not import: "
-                f"{type(error).__name__}: {error}; try: pip install --force-reinstall {provider.distribution}"
+                f"{self.kind} '{provider.name}' of {provider} does not import: {type(error).__name__}: "
+                f"{_described(error)}",
+                remedy=_reinstall(provider) if isinstance(error, ImportError) else "",
             ) from error
 
     def _require_version(self, provider: Provider, version: int | None) -> None:
@@ -152,5 +154,20 @@ class Registry(Generic[T]):
         older = provider.distribution if (version or 0) < wanted else "nrp-core"
         raise IncompatibleBackendError(
             f"{self.kind} '{provider.name}' of {provider} was written for interface version {version}; "
-            f"this nrp-core has version {wanted}: pip install --upgrade {older}"
+            f"this nrp-core has version {wanted}",
+            remedy=f"pip install --upgrade {older}",
         )
+
+
+def _reinstall(provider: Provider) -> str:
+    return f"pip install --force-reinstall {provider.distribution}"
+
+
+def _described(error: Exception) -> str:
+    """Return the message of an error of an import, with the place to correct if there is one."""
+    if isinstance(error, ImportError):
+        return str(error)
+    if isinstance(error, SyntaxError):
+        return f"{error.msg}, at {error.filename}:{error.lineno}"
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{error}, at {last.filename}:{last.lineno}"

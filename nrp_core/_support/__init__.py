@@ -1,1 +1,1 @@
-"""What only the platform itself uses: compiling, caches, files, child processes."""
+"""Utilities for the platform itself: compiling, caches, files, child processes."""

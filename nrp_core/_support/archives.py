@@ -1,4 +1,4 @@
-"""ZIP archives from anywhere, unpacked without trusting them."""
+"""Safe unpacking of ZIP archives from untrusted sources."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from nrp_core.errors import ExperimentError
 
 MAX_FILES = 20_000
 MAX_BYTES = 1_000_000_000
-"""Of all files of an archive together, unpacked."""
+"""Limit of the unpacked size of all files of an archive together."""
 MAX_RATIO = 200
-"""Of a file's size, unpacked to packed; meshes and pictures stay below 20."""
-_SMALL = 10_000_000  # bytes, which are no danger however well they were packed
+"""Limit of the ratio of unpacked to packed size of a file; meshes and images stay below 20."""
+_SMALL = 10_000_000  # bytes; smaller files are harmless at any compression ratio
 
 
 def unpacked(archive: Path, kind: type[ExperimentError] = ExperimentError) -> Path:
     """Return the folder of an archive's files; it is unpacked once for each content.
 
     Raises:
-        ExperimentError: of the given kind: it is no ZIP archive or is damaged, a file of it would land
-            outside of its folder, or it unpacks to more than is reasonable.
+        ExperimentError: of the given kind: the file is not a ZIP archive or is damaged, one of its files
+            would be written outside of the folder, or the unpacked size exceeds the limits.
     """
     try:
         digest = hashlib.blake2b(archive.read_bytes(), digest_size=12).hexdigest()
@@ -51,12 +51,12 @@ def _unpack(archive: Path, kind: type[ExperimentError], folder: Path) -> None:
             except (FileExistsError, NotADirectoryError):
                 message = f"the archive is refused: it has two things named '{entry.filename}'"
                 raise kind(message, path=archive) from None
-            except RuntimeError:  # so zipfile says that it needs a password
+            except RuntimeError:  # zipfile's error for a file that needs a password
                 raise kind(f"the file '{entry.filename}' in it is encrypted", path=archive) from None
 
 
 def _problem(files: list[zipfile.ZipInfo]) -> str:
-    """Return what is wrong with an archive; zipfile never unpacks more of a file than its listing says."""
+    """Return the fault of an archive; zipfile never unpacks more of a file than its listing states."""
     if len(files) > MAX_FILES:
         return f"it holds {len(files)} files; {MAX_FILES} are enough for any model"
     large = sum(entry.file_size for entry in files)

@@ -1,4 +1,4 @@
-"""Types of the arrays that the interfaces pass."""
+"""Array types of the interfaces."""
 
 from __future__ import annotations
 
@@ -8,4 +8,4 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 IndexArray = npt.NDArray[np.int32]
-"""Of indices within one population or mesh, in half the memory."""
+"""Indices within one population or mesh, in half the memory."""

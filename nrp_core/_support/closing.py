@@ -1,4 +1,4 @@
-"""Things that hold something until they are closed."""
+"""Objects that hold resources until they are closed."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Self
 
 
 class Closing(ABC):
-    """Something that a ``with`` block closes at its end, whatever happens in it."""
+    """An object that a ``with`` block closes at its end, also after an exception."""
 
     @abstractmethod
     def close(self) -> None:
-        """Give back what is held; calling it again does nothing."""
+        """Release the resources; calling it again does nothing."""
 
     def __enter__(self) -> Self:
         return self

@@ -1,4 +1,4 @@
-"""What a backend finds when it looks at the machine it is to run on."""
+"""The result of a backend's check of this machine."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """One thing about this machine.
+    """One property of this machine.
 
     Args:
-        subject: what was looked at, e.g. ``OpenGL without a display``.
-        present: whether it is there.
-        meaning: what follows from that for the user, in one line.
-        remedy: one command that would change it, where there is one.
-        needed: whether the backend cannot be opened without it.
+        subject: the property, e.g. ``OpenGL without a display``.
+        present: whether the machine has it.
+        meaning: the consequence for the user, in one line.
+        remedy: a command that would change it, if there is one.
+        needed: whether the backend requires it.
     """
 
     subject: str

@@ -1,4 +1,4 @@
-"""What takes time to make is made once for each content, and kept in the user's cache folder."""
+"""A cache on disk for results that take long to compute, one folder for each content."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ def _is_there(folder: Path) -> bool:
 
 
 def kept_folder(kind: str, key: str, fill: Fill, is_whole: Check = _is_there) -> Path:
-    """Return the folder that ``fill`` has filled, now or in an earlier process.
+    """Return the folder that ``fill`` filled, now or in an earlier process.
 
-    Where the cache cannot be written, the folder lasts as long as the process.
+    If the cache cannot be written, the folder exists until the process ends.
 
     Args:
-        kind: what is kept; a folder of the cache.
+        kind: the kind of the content; a folder of the cache.
         key: a digest of everything that the contents depend on.
-        fill: is given an empty folder; where it raises, nothing is kept.
-        is_whole: tells whether a kept folder can be used; programs that clean up may have been in it.
+        fill: called with an empty folder; if it raises, nothing is kept.
+        is_whole: returns whether a kept folder is complete; cleaners may have deleted files.
     """
     kept = user_cache_path("nrp-core") / kind / key
     if is_whole(kept):
@@ -43,7 +43,7 @@ def kept_folder(kind: str, key: str, fill: Fill, is_whole: Check = _is_there) ->
         if not kept.is_dir():
             work.rename(kept)
     except OSError:
-        if not kept.is_dir():  # another process was not faster: it is the disk that does not take it
+        if not kept.is_dir():  # not a race with another process: the disk refuses it
             return _for_this_process(kind, key, fill)
     finally:
         shutil.rmtree(work, ignore_errors=True)

@@ -1,4 +1,4 @@
-"""The driver that imports one plugin by name; a module of its own because stevedore takes 30 ms to import."""
+"""The driver that imports one plugin by name; a separate module because stevedore takes 30 ms to import."""
 
 from __future__ import annotations
 

@@ -23,6 +23,6 @@ def _installed(_state: tuple[tuple[str, int], ...]) -> Any:
     """Return all entry points.
 
     Args:
-        _state: the folders of ``sys.path``, and when something was last installed or removed there.
+        _state: the folders of ``sys.path`` and the times of the last installation or removal there.
     """
     return importlib.metadata.entry_points()

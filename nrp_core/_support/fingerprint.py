@@ -1,4 +1,4 @@
-"""Which code runs: a digest of the files of a package, since two states of it may go by one version."""
+"""A digest of the files of a package, because two states of the code can have the same version."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SUFFIXES = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 def fingerprint(package: str) -> str:
     """Return a digest of the code of a top-level package or module, the same wherever it is installed.
 
-    It is taken once a process, as code is imported once. What has no files has an empty digest.
+    It is computed once for each process. A module without files has an empty digest.
     """
     digest = hashlib.blake2b(digest_size=8)
     files = dict(_files(_spec(package)))
@@ -28,12 +28,12 @@ def fingerprint(package: str) -> str:
 def _spec(package: str) -> ModuleSpec | None:
     try:
         return find_spec(package)
-    except ValueError:  # a module that was made in memory
+    except ValueError:  # a module created in memory
         return None
 
 
 def _files(spec: ModuleSpec | None) -> Iterator[tuple[str, Path]]:
-    """Return the files of a package, or that of a module, by their names in it."""
+    """Return the files of a package or module, by their relative names."""
     if spec is None:
         return
     for folder in map(Path, spec.submodule_search_locations or ()):

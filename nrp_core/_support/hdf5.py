@@ -1,4 +1,4 @@
-"""Writing HDF5 files, where a disk may not take them."""
+"""Writing HDF5 files safely when the disk may be full."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import h5py
 
 
 class _Disk(io.RawIOBase):
-    """A file that takes all that HDF5 writes, and keeps in mind that the disk did not.
+    """A file that accepts all writes of HDF5 and remembers the first failure of the disk.
 
-    HDF5 does not survive a failure: it writes on whenever one of its objects is freed, and crashes at last.
+    HDF5 does not survive a failed write: it keeps writing when its objects are freed, and finally crashes.
 
     Attributes:
-        failure: why the disk took no more; from then on nothing is written.
+        failure: the error of the first failed write; nothing is written after it.
     """
 
     def __init__(self, file: io.FileIO) -> None:
@@ -50,14 +50,14 @@ class _Disk(io.RawIOBase):
 
 @contextmanager
 def new_file(path: Path, **options: Any) -> Iterator[h5py.File]:
-    """Open a file in place of what is there.
+    """Open a file; an existing one is replaced.
 
     Args:
         path: the file.
         options: of ``h5py.File``.
 
     Raises:
-        OSError: the disk does not take it; this is only known when all has been written.
+        OSError: the disk refused a write; raised when the file is closed.
     """
     with path.open("w+b", buffering=0) as file:
         disk = _Disk(file)
@@ -65,5 +65,5 @@ def new_file(path: Path, **options: Any) -> Iterator[h5py.File]:
             with h5py.File(disk, "w", **options) as root:
                 yield root
         finally:
-            if disk.failure is not None:  # whatever else came of it
+            if disk.failure is not None:  # it hides other errors
                 raise disk.failure

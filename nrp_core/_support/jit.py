@@ -1,9 +1,9 @@
-"""Compile numeric kernels with Numba where it is installed; without it they run, slower, as Python.
+"""Compile numeric kernels with Numba if it is installed; otherwise they run, slower, as Python.
 
-Compiled code is kept in the user's cache directory, apart for each state of the sources: Numba itself
-looks only at the file of a function, and would go on using what was compiled from others before they
-changed. The sources of a function are its package, and the modules of the compiled functions that its
-module imports, and of those that these import.
+Compiled code is kept in the user's cache directory, in a folder for each state of the sources. Numba itself
+checks only the file of a function, so it would reuse code after a change in another file. The sources of a
+function are its package, the modules of the compiled functions that its module imports, and so on
+recursively.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ try:
     import numba
     from llvmlite import ir  # type: ignore[import-untyped]
     from numba.core import event, types
+    from numba.core.types.containers import BaseTuple
     from numba.extending import intrinsic
 
     COMPILED = not numba.config.DISABLE_JIT
@@ -34,7 +35,7 @@ except ImportError:
     COMPILED = False
 
 CACHE_LINE = 64
-"""Bytes that a processor fetches at once."""
+"""Size of a cache line, bytes."""
 _logger = logging.getLogger(__name__)
 
 
@@ -44,7 +45,7 @@ def jit(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile a function into each that calls it, for those that are called most."""
+    """Compile a function inline into its callers, for the most frequent calls."""
     return _compiled(function, inline=True)
 
 
@@ -65,7 +66,7 @@ def _source(function: Callable[..., Any]) -> Path:
 
 
 def _imported(function: Callable[..., Any]) -> frozenset[Path]:
-    """Return the modules whose compiled functions a function may call, directly or by way of others."""
+    """Return the modules whose compiled functions a function may call, directly or indirectly."""
     found: dict[int, Callable[..., Any]] = {}
     waiting: list[Callable[..., Any]] = [function]
     while waiting:
@@ -84,9 +85,9 @@ def _reachable(function: Callable[..., Any]) -> Iterator[Any]:
 
 @cache
 def _cache_directory(package: Path, imported: frozenset[Path], chosen: str) -> Path:
-    """Return where the code of a package goes, by the contents of all files that it is compiled from.
+    """Return the cache folder of a package's code, named by the contents of all its source files.
 
-    The kernels of a package within another are compiled from those around it as well.
+    The kernels of a subpackage also depend on the packages around it.
     """
     around = [package, *(folder for folder in package.parents if (folder / "__init__.py").exists())]
     inside = (source for folder in around for source in folder.glob("*.py"))
@@ -101,18 +102,22 @@ if COMPILED:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def borrowed(_typing: Any, arrays: Any) -> Any:
-        """Return an array, or a tuple of arrays, without a share in its memory, which the caller keeps alive.
+        """Return an array, or the arrays in nested tuples, as views without a reference to their memory.
 
-        Compiled code counts references atomically in each call that passes an array; in a kernel of many
-        short calls that takes most of the time.
+        The caller keeps the memory alive.
+
+        Compiled code updates the reference count atomically in each call that passes an array, which
+        dominates the time of a kernel with many short calls.
         """
 
         def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            (value,) = arguments
-            if isinstance(arrays, types.Array):
-                return view(context, builder, arrays, value)
-            for i, kind in enumerate(arrays):
-                own = view(context, builder, kind, builder.extract_value(value, i))
+            return lent(context, builder, arrays, arguments[0])
+
+        def lent(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+            if isinstance(kind, types.Array):
+                return view(context, builder, kind, value)
+            for i, part in enumerate(kind if isinstance(kind, BaseTuple) else ()):
+                own = lent(context, builder, part, builder.extract_value(value, i))
                 value = builder.insert_value(value, own, i)
             return value
 
@@ -125,7 +130,7 @@ if COMPILED:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def prefetch(_typing: Any, array: Any, index: Any, offset: Any) -> Any:
-        """Let the processor fetch the element of an array that will be needed soon, from a byte in it on."""
+        """Prefetch the element of an array that will be needed soon, starting at a byte of it."""
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -138,13 +143,13 @@ if COMPILED:
                 [address.type],
                 ir.FunctionType(ir.VoidType(), [address.type, number, number, number]),
             )
-            builder.call(fetch, [address, number(0), number(3), number(1)])  # to read, to keep, data
+            builder.call(fetch, [address, number(0), number(3), number(1)])  # read, keep in cache, data
             return context.get_dummy_value()
 
         return types.none(array, index, offset), generate
 
     class _Compiling(event.Listener):  # type: ignore[misc]
-        """Says once why the first start takes longer; stops the clock of the work meanwhile."""
+        """Reports once that compiling delays the first start, and pauses the work clock meanwhile."""
 
         is_told = False
 
@@ -152,7 +157,7 @@ if COMPILED:
             work.stop()
             if not self.is_told:
                 self.is_told = True
-                _logger.warning("compiling numeric kernels for this machine (some seconds, only once)")
+                _logger.warning("compiling the numeric kernels that are new here (some seconds, each once)")
 
         def on_end(self, event_: Any) -> None:
             work.go_on()

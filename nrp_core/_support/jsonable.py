@@ -33,7 +33,7 @@ def to_jsonable(data: Any) -> Any:
 
 
 def _named(data: Any) -> Mapping[Any, Any] | None:
-    """Return the parts of something that has names for them."""
+    """Return the named fields of a dataclass or model."""
     if isinstance(data, Mapping):
         return data
     if isinstance(data, BaseModel):

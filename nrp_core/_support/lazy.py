@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-# typing and collections.abc stay out: every program that imports nrp_core pays for what this imports
+# does not import typing or collections.abc: every program that imports nrp_core would pay for them
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

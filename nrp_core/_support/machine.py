@@ -1,4 +1,4 @@
-"""What this program runs on: processor, system, Python and what is installed in it."""
+"""The machine: processor, operating system, Python and its installed packages."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from typing import TYPE_CHECKING
 from platformdirs import user_cache_path
 
 from nrp_core._support.diagnosis import Diagnosis
+from nrp_core._support.probe import run_module
 
 if TYPE_CHECKING:
     from packaging.requirements import Requirement
 
 DISTRIBUTION = "nrp-core"
 CPU_FEATURES = ("sse4_2", "avx", "avx2", "fma", "avx512f")
-"""Instruction sets that engines use, and in which their results may differ in the last bit."""
+"""Instruction sets that engines use; results may differ in the last bit between them."""
 
 
 def describe() -> dict[str, object]:
-    """Return what a result may depend on besides the versions of what is installed."""
+    """Return the properties of the machine that results may depend on, package versions aside."""
     flags = cpu_flags() or frozenset()
     return {
         "platform": platform.platform(),
@@ -44,10 +45,10 @@ def cores() -> int:
 
 
 def distributions() -> dict[str, str]:
-    """Return name and version of everything installed.
+    """Return name and version of each installed package.
 
-    They are read off the names of the ``dist-info`` folders, which is a hundred times quicker than
-    reading all metadata; of two that share a name the one counts that is imported.
+    They are taken from the names of the ``dist-info`` folders, which is a hundred times faster than reading
+    all metadata; if two have the same name, the one that is imported counts.
     """
     found: dict[str, str] = {}
     for info in (info for entry in sys.path for info in Path(entry).glob("*.dist-info")):
@@ -57,14 +58,14 @@ def distributions() -> dict[str, str]:
 
 
 def cpu_flags() -> frozenset[str] | None:
-    """Return the processor's instruction sets as Linux names them, or None where it does not say."""
+    """Return the processor's instruction sets by their Linux names, or None if unknown."""
     flags = _cpuinfo().get("flags")
     return None if flags is None else frozenset(flags.split())
 
 
 def diagnose() -> list[Diagnosis]:
-    """Look at this machine for what the platform itself can use; backends look for themselves."""
-    return [*_processor(), _display(), _cache(), _compiler_cache(), *_packages()]
+    """Check this machine for the platform itself; backends have their own checks."""
+    return [*_processor(), _display(), _cache(), _compiler_cache(), _confinement(), *_packages()]
 
 
 def _processor() -> Iterator[Diagnosis]:
@@ -86,16 +87,27 @@ def _display() -> Diagnosis:
 def _cache() -> Diagnosis:
     folder = user_cache_path(DISTRIBUTION)
     writable = _can_write(folder)
-    meaning = "what was found out is kept" if writable else "everything is found out anew every time"
+    meaning = "results of checks are cached" if writable else "results of checks are not cached"
     return Diagnosis(f"a cache folder ({folder})", writable, meaning)
 
 
 def _compiler_cache() -> Diagnosis:
-    """Look whether compiled kernels can be kept: beside the code, or where Numba keeps them else."""
+    """Check whether compiled kernels can be kept: beside the code, or in Numba's other cache folder."""
     beside = _can_write(Path(__file__).parent / "__pycache__")
     elsewhere = _can_write(Path(os.environ.get("NUMBA_CACHE_DIR") or user_cache_path("numba")))
     meaning = "kernels are compiled once" if beside or elsewhere else "kernels are compiled in each process"
     return Diagnosis("a place for compiled code", beside or elsewhere, meaning)
+
+
+def _confinement() -> Diagnosis:
+    """Look whether the process that executes brain scripts for checks can be confined."""
+    given_up = run_module("nrp_core._support.confinement", timeout_s=30.0)
+    if given_up.exit_code == 0:
+        meaning = "nrp validate and nrp map execute them without network; they write only temporary files"
+        return Diagnosis("confined brain scripts", True, meaning)
+    kept = given_up.output.strip() or "everything"
+    meaning = f"nrp validate and nrp map execute brain scripts with your rights; not confined: {kept}"
+    return Diagnosis("confined brain scripts", False, meaning)
 
 
 def _can_write(folder: Path) -> bool:
@@ -104,8 +116,8 @@ def _can_write(folder: Path) -> bool:
 
 
 def _packages() -> Iterator[Diagnosis]:
-    """Look at what the platform requires on this Python and system."""
-    from packaging.requirements import Requirement  # of no use to anything else here, and slow
+    """Check the requirements of the platform on this Python and system."""
+    from packaging.requirements import Requirement  # slow to import, and used only here
 
     for line in importlib.metadata.requires(DISTRIBUTION) or ():
         requirement = Requirement(line)

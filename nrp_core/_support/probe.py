@@ -1,7 +1,7 @@
-"""Questions about this machine that are asked in a child process, because asking may kill it.
+"""Checks of this machine that run in a child process, because they may crash it.
 
-Some graphics libraries abort the process that tries them. An answer is kept in the user's cache under a key
-that names everything it depends on.
+Some graphics libraries abort the process that tries them. A result is kept in the user's cache under a key of
+everything it depends on.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 LIBRARIES = Path("/etc/ld.so.cache")
-"""Changes whenever a system library is installed or removed."""
+"""Files that change when a system library is installed or removed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +28,9 @@ class ChildResult:
     """How a child process ended.
 
     Args:
-        exit_code: negative for the signal that killed it; None: it was still running at the time limit.
-        output: what it wrote to standard output.
-        errors: the end of what it wrote to standard error.
+        exit_code: the exit code; negative for the signal that killed it, None if it hit the time limit.
+        output: its standard output.
+        errors: the end of its standard error.
     """
 
     exit_code: int | None
@@ -38,12 +38,17 @@ class ChildResult:
     errors: str = ""
 
 
-def ask(module: str, *arguments: str, depends_on: str = "", timeout_s: float = 30.0) -> bool:
-    """Tell whether ``python -m module arguments...`` ends well; as :func:`inquire`."""
-    return inquire(module, *arguments, depends_on=depends_on, timeout_s=timeout_s).exit_code == 0
+def probe_succeeds(module: str, *arguments: str, depends_on: str = "", timeout_s: float = 30.0) -> bool:
+    """Return whether ``python -m module arguments...`` ends well; as :func:`run_probe`."""
+    return run_probe(module, *arguments, depends_on=depends_on, timeout_s=timeout_s).exit_code == 0
 
 
-def inquire(
+def run_module(module: str, *arguments: str, timeout_s: float) -> ChildResult:
+    """Run ``python -m module arguments...`` in a child process; the answer is not kept."""
+    return _run([sys.executable, "-m", module, *arguments], timeout_s)
+
+
+def run_probe(
     module: str,
     *arguments: str,
     depends_on: str = "",
@@ -54,19 +59,19 @@ def inquire(
     """Run ``python -m module arguments...`` in a child process and return how it ended.
 
     Args:
-        module: the module that tries the thing.
+        module: the module that makes the check.
         arguments: passed to it.
-        depends_on: names what the answer depends on, such as versions; with another text it is asked anew.
+        depends_on: the dependencies of the result, such as versions; another text repeats the check.
             The interpreter, the module and the installed system libraries are always part of it.
         timeout_s: after this time the child, and whatever it started, is ended.
-        anew: do not look for a kept answer.
-        keep_failures: whether to keep the answer of a child that did not end well.
+        anew: ignore a kept result.
+        keep_failures: whether to keep the result of a child that failed.
     """
     question = [sys.executable, "-m", module, *arguments]
     answers = user_cache_path("nrp-core") / "probes"
     kept = answers / f"{_digest([*question, sys.version, _written(module), _libraries(), depends_on])}.json"
     if not anew:
-        # nobody may have asked yet, or an older version
+        # not checked yet, or by an older version
         with suppress(OSError, ValueError, KeyError, TypeError):
             return ChildResult(**json.loads(kept.read_text())["answer"])
     answer = _run(question, timeout_s)
@@ -91,7 +96,7 @@ def _run(command: list[str], timeout_s: float) -> ChildResult:
 
 
 def _keep(path: Path, answer: dict[str, object]) -> None:
-    """Write the answer in one piece; without a writable cache it is asked again next time."""
+    """Write the result atomically; without a writable cache the check is repeated next time."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         draft = path.with_suffix(f".{os.getpid()}")
@@ -102,7 +107,7 @@ def _keep(path: Path, answer: dict[str, object]) -> None:
 
 
 def _written(module: str) -> str:
-    """Return when the file of a module was written."""
+    """Return the modification time of a module's file."""
     spec = find_spec(module)
     if spec is None or spec.origin is None:
         return ""

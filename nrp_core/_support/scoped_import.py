@@ -1,8 +1,7 @@
-"""Run a user's file as a module of its own, with imports that mean what we decide.
+"""Run a user's file as a separate module, with imports that we control.
 
-Such a file sees substitutes for some modules and may import its neighbours; nothing of it stays in
-``sys.modules``, so two files, or one file twice, never meet, and the rest of the program sees the
-real modules.
+Such a file sees substitutes for some modules and may import its neighbours. Nothing of it stays in
+``sys.modules``, so two runs never share modules, and the rest of the program sees the real ones.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, TypeAlias
 
+from nrp_core._support.exits import noticed_exits
 from nrp_core.errors import ExperimentError, NrpError
 
 Missing: TypeAlias = Callable[[str, Mapping[str, Any]], ModuleType | None]
@@ -28,12 +28,12 @@ class Scope:
 
     Args:
         roots: top-level packages below which there are substitutes.
-        substitute: returns the module that a dotted name stands for, or None for the real one; what it
-            returns for ``builtins`` need not be imported.
-        folders: whose files count as neighbours too; iterated with each import, as they may become more.
-        missing: returns what stands in for a module that is nowhere, given its name and the names of what
-            imports it; None for nothing.
-        compiled: returns what a file means; by default it is Python.
+        substitute: returns the module for a dotted name, or None for the real one; the substitute for
+            ``builtins`` is used without an import.
+        folders: folders whose files also count as neighbours; iterated at each import, as it may grow.
+        missing: returns a substitute for a module that does not exist, given its name and the names in the
+            importing module; None for none.
+        compiled: compiles a file; by default as Python.
     """
 
     def __init__(
@@ -59,28 +59,29 @@ class Scope:
         self._places: dict[str, ModuleType] = {}
 
     def run(self, path: Path, module: ModuleType | None = None, code: CodeType | None = None) -> ModuleType:
-        """Execute a file and return the module of its names; whatever the file raises comes through.
+        """Execute a file and return its module; exceptions of the file propagate, ``os._exit`` as SystemExit.
 
         Args:
             path: the file.
-            module: where its names go and what it finds there already; by default a fresh one.
-            code: what the file means, where it is not Python itself.
+            module: the module to execute it in; by default a new one.
+            code: the compiled file, if it is not plain Python.
         """
         module = ModuleType(path.stem, None) if module is None else module
         module.__dict__.update(__file__=str(path), __builtins__=self._builtins)
         self._files.add(str(path))
         self._homes[path.parent] = None
-        # Dataclasses look their module up by its name while the file is executed.
+        # Dataclasses look up their module by name while the file is executed.
         module.__name__ = f"{path.stem}@{id(module):x}"
         sys.modules[module.__name__] = module
         try:
-            exec(code or self._compiled(path), module.__dict__)
+            with noticed_exits():
+                exec(code or self._compiled(path), module.__dict__)
         finally:
             del sys.modules[module.__name__]
         return module
 
     def place_of(self, error: BaseException) -> tuple[Path, int | None] | None:
-        """Return file and line, in this scope, that an error came from; None if from elsewhere."""
+        """Return the file and line in this scope that an error came from; None if from elsewhere."""
         if isinstance(error, SyntaxError) and error.filename in self._files:
             return Path(error.filename), error.lineno
         for frame in reversed(traceback.extract_tb(error.__traceback__)):
@@ -89,12 +90,12 @@ class Scope:
         return None
 
     def located(self, error: BaseException, kind: type[ExperimentError], file: Path) -> NrpError:
-        """Return an error that a file of this scope raised as one of ours, with its file and line.
+        """Convert an error that a file of this scope raised to one of ours, with file and line.
 
         Args:
-            error: what was raised; ours keep their class.
-            kind: the class for everything else.
-            file: the file that was run, for an error that comes from none of its lines.
+            error: the exception; one of ours keeps its class.
+            kind: the class for all others.
+            file: the file that was run, for an error that has no line in it.
         """
         path, line = self.place_of(error) or (file, None)
         if isinstance(error, ExperimentError):
@@ -110,10 +111,10 @@ class Scope:
         return kind(f"{type(error).__name__}{': ' if text else ''}{text}", path=path, line=line)
 
     def substitute(self, name: str) -> ModuleType | None:
-        """Return what the import of a dotted name gives in this scope, None where it is the real module."""
+        """Return the module that a dotted name imports in this scope, None for the real module."""
         return self._ours(name)
 
-    # -- what files of this scope get as `__import__` and `importlib.import_module`
+    # -- `__import__` and `importlib.import_module` as files of this scope see them
 
     def _import(
         self,
@@ -142,13 +143,13 @@ class Scope:
         return real if fromlist else self._stands_for(root) or real
 
     def _root(self, name: str) -> ModuleType | None:
-        """Return what `import name.child` binds where a part of it is a substitute."""
+        """Return the module that `import name.child` binds if a part of it is a substitute."""
         return self._packages.get(name) or self._stands_for(name)
 
     def _stand_in(
         self, name: str, importer: Mapping[str, Any], error: ModuleNotFoundError
     ) -> ModuleType | None:
-        """Return what stands in for a module, if it is the one that is missing, not one that it imports."""
+        """Return the substitute for a missing module; None if a module that it imports is missing instead."""
         if self._missing is None or error.name is None or not f"{name}.".startswith(f"{error.name}."):
             return None
         return self._missing(name, importer)
@@ -207,7 +208,7 @@ class Scope:
     def _neighbour_with(
         self, children: Iterable[str], name: str, importer: Mapping[str, Any] | None
     ) -> ModuleType | None:
-        """Return the module in a file, when those of its children have been executed that are files too."""
+        """Return the module in a file after executing those of its children that are files."""
         module = self._neighbour(name, importer)
         for child in children if module is not None else ():
             if child not in vars(module):
@@ -216,7 +217,7 @@ class Scope:
 
     def _executed(self, path: Path, name: str) -> ModuleType:
         if path not in self._neighbours:
-            self._neighbours[path] = ModuleType(name)  # known at once, for modules that import each other
+            self._neighbours[path] = ModuleType(name)  # registered first, for modules that import each other
             try:
                 self.run(path, self._neighbours[path])
             except BaseException:

@@ -1,7 +1,7 @@
-"""Wall time that is spent working: a clock that stands still while code is compiled for this machine.
+"""A clock of the wall time spent working: it pauses while code is compiled for this machine.
 
-Compiling happens once on a machine and takes longer than many a run: counted, it would hide how fast a
-simulation is.
+Code is compiled once on a machine, which may take longer than the run and would hide the speed of the
+simulation.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from time import perf_counter_ns
 
 
 class Stopwatch:
-    """A clock that can be stopped; several may stop it, and it goes on when all of them are done."""
+    """A clock that can be paused; pauses may nest, and it resumes when all of them have ended."""
 
     def __init__(self) -> None:
         self._stops = 0
@@ -22,17 +22,17 @@ class Stopwatch:
         return (self._stopped_at_ns if self._stops else perf_counter_ns()) - self._still_ns
 
     def stop(self) -> None:
-        """Stand still."""
+        """Pause the clock."""
         if not self._stops:
             self._stopped_at_ns = perf_counter_ns()
         self._stops += 1
 
     def go_on(self) -> None:
-        """Go on, unless something else has stopped it too."""
+        """Resume the clock when all pauses have ended."""
         self._stops -= 1
         if not self._stops:
             self._still_ns += perf_counter_ns() - self._stopped_at_ns
 
 
 work = Stopwatch()
-"""Of this process."""
+"""The clock of this process."""

@@ -1,9 +1,8 @@
-"""Write files and report a disk that refuses them."""
+"""Write files and report failures of the disk."""
 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,10 +12,10 @@ from nrp_core.errors import ExperimentError
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Let a block write a file or a folder.
+    """Run a block that writes a file or a folder.
 
     Raises:
-        ExperimentError: the disk does not take it; it names the path and why.
+        ExperimentError: the disk refused a write; the message names the path and the reason.
     """
     try:
         yield
@@ -25,6 +24,5 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def _reason(error: OSError) -> str:
-    """Return why, in the words of the system; HDF5 has its number in the middle of a paragraph."""
-    number = re.search(r"\berrno = (\d+)", str(error))
-    return os.strerror(int(number[1])) if number else error.strerror or str(error)
+    """Return the system's message for the number of an error; HDF5 buries it in a paragraph of text."""
+    return str(error) if error.errno is None else os.strerror(error.errno)

@@ -19,7 +19,7 @@ from nrp_core._support.xml_text import VERBATIM, XmlError, strict_xml
 from nrp_core.errors import ExperimentError, did_you_mean
 
 _MAX_DEPTH = 100
-_LARGEST = 1e30  # in any unit it is a slip, and its powers are not finite any more
+_LARGEST = 1e30  # surely a mistake in any unit, and its powers overflow
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
 _XML_NAMESPACE = "http://www.w3.org/XML/1998/namespace"
 _QUOTED = r"""(?:"[^"]*"|'[^']*')"""
@@ -37,11 +37,11 @@ class Element:
     Args:
         tag: its name, prefix included.
         attributes: its attributes.
-        path, line: where it begins.
+        path, line: the place where it begins.
         children: its elements, in order.
         text: its own characters, stripped.
-        raw_text: the same as they stand in the file.
-        end_line: where it ends.
+        raw_text: the same, unstripped.
+        end_line: the line where it ends.
         kind: the class of errors about it.
     """
 
@@ -85,11 +85,11 @@ class Element:
         return found
 
     def section(self, tag: str) -> Element:
-        """Return the first child with a tag; where there is none, an empty one in its place."""
+        """Return the first child with a tag, or an empty element."""
         return self.find(tag) or Element(tag, {}, self.path, self.line, kind=self.kind)
 
     def attribute(self, name: str) -> str:
-        """Return an attribute that must be there and not empty."""
+        """Return a required attribute, which must not be empty."""
         value = self.attributes.get(name, "").strip()
         if not value:
             raise self.error(f'<{self.tag}> needs an attribute {name}="..."')
@@ -120,7 +120,7 @@ class Element:
         return default if child is None else child.numbers(1, finite=finite)[0]
 
     def positive(self, tag: str, default: float | None = None) -> float:
-        """Return the number in a child, more than 0; where there is no default, the child must be there."""
+        """Return the number in a child, more than 0; without a default, the child is required."""
         child = self.find(tag)
         if child is None and default is not None:
             return default
@@ -143,7 +143,7 @@ class Element:
         return values
 
     def word(self, tag: str, default: str = "") -> str:
-        """Return the text of a child, or the default where there is none or it is empty."""
+        """Return the text of a child, or the default if it is missing or empty."""
         child = self.find(tag)
         return (child.text if child is not None else "") or default
 
@@ -153,7 +153,7 @@ class Element:
         return default if child is None else child._truth(child.text, f"<{tag}>")
 
     def is_set(self, attribute: str) -> bool:
-        """Return the truth value in an attribute, false where there is none."""
+        """Return the truth value in an attribute, false if it is missing."""
         return self._truth(self.attributes.get(attribute, "false"), f"{attribute} of <{self.tag}>")
 
     def _truth(self, text: str, what: str) -> bool:
@@ -236,7 +236,7 @@ def _tags(text: str) -> Iterator[re.Match[str]]:
 
 
 def _elements(nodes: Iterator[Any], text: str, document: Element) -> Element:
-    """Return the root of what lxml parsed, in the order of the start tags, with the lines of its tags."""
+    """Return the parsed document as our tree, with the lines of its tags, which come in document order."""
     above = [document]
     line, counted = 1, 0
     for tag in _tags(text):
@@ -271,7 +271,7 @@ def _element(node: Any, path: Path, line: int, kind: type[ExperimentError]) -> E
 
 
 def _as_written(attribute: str, node: Any) -> str:
-    """Return the name of an attribute with its prefix in place of its name space."""
+    """Return the name of an attribute with its prefix instead of its namespace."""
     if attribute[0] != "{":
         return attribute
     space, _, name = attribute[1:].partition("}")

@@ -1,8 +1,7 @@
-"""Documents as people have them, turned into XML that strict parsers accept; every line keeps its number.
+"""Documents with common faults, turned into XML that strict parsers accept; line numbers do not change.
 
-Gazebo accepts more than XML allows: blanks before the declaration, any version in it, Latin-1 that is not
-declared, and ``--`` in comments. A parser that recovers is not an answer: libxml2 then drops what follows
-``<!-- x --->``.
+Gazebo accepts more than XML allows: blanks before the declaration, any version in it, undeclared Latin-1, and
+    ``--`` in comments. A recovering parser does not help: libxml2 then drops the text after ``<!-- x --->``.
 
 Safe for files from anywhere: document types, and with them all entities, are refused before a parser runs.
 """
@@ -22,7 +21,7 @@ _SPECIAL = re.compile(rf"<(?:{VERBATIM}|!--(?P<comment>.*?)(?P<end>-->|\Z)|(?P<d
 
 
 class XmlError(ValueError):
-    """A document is refused; ``line`` says where."""
+    """A document is refused at ``line``."""
 
     def __init__(self, message: str, line: int) -> None:
         super().__init__(message)
@@ -30,7 +29,7 @@ class XmlError(ValueError):
 
 
 def strict_xml(data: bytes) -> str:
-    """Return the text of a document, without what its declaration says.
+    """Return the text of a document without its XML declaration.
 
     Each comment ends at the first ``-->`` and keeps only its line ends.
 
@@ -44,7 +43,7 @@ def strict_xml(data: bytes) -> str:
         if special["doctype"]:
             line = text.count("\n", 0, special.start()) + 1
             raise XmlError("documents with a <!DOCTYPE> are refused: they can read other files", line)
-        if not special["end"]:  # verbatim, or a comment that does not end, which the parser refuses
+        if not special["end"]:  # verbatim, or an unterminated comment, which the parser refuses
             return special[0]
         return "<!--" + "\n" * special["comment"].count("\n") + "-->"
 
@@ -57,9 +56,9 @@ def _decoded(data: bytes) -> str:
     if data[:2] in _UTF_16:
         codec, declared = "utf-16", None
     try:
-        # Python also has codecs that are not for documents, some very slow; they change the declaration.
+        # Python also has codecs that are not text encodings, some very slow; they change the declaration.
         if declared and declared[1].decode(codec) != declared[1].decode("latin-1"):
-            raise LookupError(f"{codec} is not that of its declaration")
+            raise LookupError(f"{codec} differs from its declaration")
         return data.decode("utf-8-sig" if codec == "utf-8" else codec)
     except UnicodeDecodeError as error:
         if codec == "utf-8":

@@ -1,0 +1,130 @@
+"""Confine this process before it executes other people's code: no network, only temporary files, limits.
+
+Linux can do it without privileges (namespaces since 3.8, Landlock since 5.13), unless an administrator has
+switched that off. Elsewhere only the limits hold. ``python -m nrp_core._support.confinement`` confines its
+own process and fails if that is incomplete.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+_NEW_USER, _NEW_NETWORK = 0x10000000, 0x40000000
+_NO_NEW_PRIVILEGES = 38
+_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # the same on every architecture
+_VERSION = 1
+_BENEATH = 1
+_WRITE = 1 << 1
+_REMOVE_AND_MAKE = sum(1 << bit for bit in range(4, 13))
+_REFER, _TRUNCATE = 1 << 13, 1 << 14  # since versions 2 and 3
+_SHARE_OF_MEMORY = 0.8
+
+
+def confine(*, cpu_s: float, writable: Iterable[Path] = ()) -> list[str]:
+    """Restrict this process and its children to the rights that a check of a script needs.
+
+    Call it while the process has a single thread.
+
+    Args:
+        cpu_s: processor time after which the process is ended, s.
+        writable: folders in which it may write, besides that for temporary files.
+
+    Returns:
+        The rights that the system does not let it give up: ``network``, ``files``, ``limits``.
+    """
+    kept = {
+        "network": _leave_network(),
+        "files": _write_only_in([Path(tempfile.gettempdir()), Path("/dev"), *writable]),
+        "limits": _limit(cpu_s),
+    }
+    return [name for name, is_done in kept.items() if not is_done]
+
+
+def _limit(cpu_s: float) -> bool:
+    """Limit the processor time, and the memory to most of that of the machine."""
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return False
+    memory = int(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") * _SHARE_OF_MEMORY)
+    wanted = {resource.RLIMIT_CPU: max(1, int(cpu_s)), resource.RLIMIT_DATA: memory, resource.RLIMIT_CORE: 0}
+    try:
+        for kind, limit in wanted.items():
+            _, hard = resource.getrlimit(kind)
+            lowest = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+            resource.setrlimit(kind, (lowest, lowest))
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def _leave_network() -> bool:
+    """Move into a network without devices."""
+    if not sys.platform.startswith("linux"):
+        return False
+    libc = ctypes.CDLL(None, use_errno=True)
+    user, group = os.getuid(), os.getgid()
+    if libc.unshare(_NEW_NETWORK) == 0:
+        return True
+    if libc.unshare(_NEW_USER | _NEW_NETWORK) != 0:
+        return False
+    with suppress(OSError):  # without them the process runs as nobody, which does not matter
+        Path("/proc/self/setgroups").write_text("deny")
+        Path("/proc/self/uid_map").write_text(f"{user} {user} 1")
+        Path("/proc/self/gid_map").write_text(f"{group} {group} 1")
+    return True
+
+
+class _Ruleset(ctypes.Structure):
+    _fields_ = (("handled_access_fs", ctypes.c_uint64),)
+
+
+class _Beneath(ctypes.Structure):
+    _pack_ = 1
+    _fields_ = (("allowed_access", ctypes.c_uint64), ("parent_fd", ctypes.c_int32))
+
+
+def _write_only_in(folders: Iterable[Path]) -> bool:
+    """Forbid by Landlock to write, make and remove files, except in some folders."""
+    if not sys.platform.startswith("linux"):
+        return False
+    libc = ctypes.CDLL(None, use_errno=True)
+    libc.syscall.restype = ctypes.c_long
+    version = libc.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(_VERSION))
+    if version < 1:
+        return False
+    access = _WRITE | _REMOVE_AND_MAKE | (_REFER if version > 1 else 0) | (_TRUNCATE if version > 2 else 0)
+    rules = _Ruleset(access)
+    ruleset = libc.syscall(_CREATE_RULESET, ctypes.byref(rules), ctypes.c_size_t(8), ctypes.c_uint32(0))
+    if ruleset < 0:
+        return False
+    try:
+        for handle in _opened(folders):
+            rule = _Beneath(access, handle)
+            libc.syscall(_ADD_RULE, ruleset, _BENEATH, ctypes.byref(rule), ctypes.c_uint32(0))
+        libc.prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+        return bool(libc.syscall(_RESTRICT_SELF, ruleset, ctypes.c_uint32(0)) == 0)
+    finally:
+        os.close(ruleset)
+
+
+def _opened(folders: Iterable[Path]) -> Iterator[int]:
+    for folder in folders:
+        with suppress(OSError):
+            handle = os.open(folder, os.O_PATH | os.O_CLOEXEC)
+            try:
+                yield handle
+            finally:
+                os.close(handle)
+
+
+if __name__ == "__main__":
+    left = confine(cpu_s=60.0)
+    print(", ".join(left))
+    sys.exit(len(left))
