@@ -1,0 +1,156 @@
+"""A parameter of a script: its type, unit and range, and the values that it accepts."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import isfinite
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from nrp_core.errors import ExperimentError
+from nrp_core.parameters.units import factor
+
+Number: TypeAlias = float | int
+Value: TypeAlias = bool | int | float | str | list[Number]
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(\S.*?)?\s*\Z")
+_KINDS: dict[type, str] = {
+    bool: "true or false", int: "a whole number", float: "a number", str: "a text", list: "a list of numbers"
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A declared parameter.
+
+    Args:
+        name: an identifier.
+        default: its value without any other; its type is that of all values: bool, int, float, str, or a list
+            of numbers.
+        unit: of its numbers, such as ``mV`` or ``Hz/mV``.
+        low, high: the range of its numbers, both included.
+        doc: one sentence on what it does.
+        path, line: the declaration.
+
+    Raises:
+        ExperimentError: the declaration contradicts itself.
+    """
+
+    name: str
+    default: Value
+    unit: str | None = None
+    low: float | None = None
+    high: float | None = None
+    doc: str = ""
+    path: Path | None = field(default=None, compare=False)
+    line: int | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        wrong = next(self._mistakes(), None)
+        if wrong is not None:
+            raise ExperimentError(f"parameter {self.name!r}: {wrong}", path=self.path, line=self.line)
+
+    def value(self, given: object) -> Value:
+        """Return a value as the script gets it, in the declared type and unit.
+
+        Args:
+            given: a value, or for a number a text with its unit, ``"1.5 mV"``.
+
+        Raises:
+            ValueError: it is of another type or unit, or out of range.
+        """
+        match self.default:
+            case list():
+                if not isinstance(given, (list, tuple)):
+                    raise ValueError(f"{self.name} is {given!r}; it must be {self.kind}")
+                whole = bool(self.default) and all(isinstance(one, int) for one in self.default)
+                return [self._number(one, int if whole else float) for one in given]
+            case bool() | str():
+                if type(given) is not type(self.default):
+                    raise ValueError(f"{self.name} is {given!r}; it must be {self.kind}")
+                return given
+        return self._number(given, type(self.default))
+
+    @property
+    def kind(self) -> str:
+        """The type of its values, for people."""
+        of = f" in {self.unit}" if self.unit else ""
+        return _KINDS[type(self.default)] + of
+
+    @property
+    def range(self) -> str:
+        """The range of its numbers with the unit, or an empty text."""
+        unit = f" {self.unit}" if self.unit else ""
+        if self.low is not None and self.high is not None:
+            return f"{self.low:g}..{self.high:g}{unit}"
+        if self.low is not None:
+            return f"{self.low:g}{unit} or more"
+        return "" if self.high is None else f"{self.high:g}{unit} or less"
+
+    @property
+    def place(self) -> str:
+        """``file:line`` of the declaration, as far as known."""
+        return ExperimentError("", path=self.path and self.path.name, line=self.line).location
+
+    def shown(self, value: Value) -> str:
+        """Return a value with its unit."""
+        text = {True: "true", False: "false"}[value] if isinstance(value, bool) else repr(value)
+        return f"{text} {self.unit}" if self.unit else text
+
+    def _number(self, given: object, kind: type) -> Number:
+        exact = self._exact(given)
+        number: Number = int(exact) if kind is int else float(exact)
+        if number != exact and kind is int:
+            raise ValueError(f"{self.name} is {given!r}; it must be a whole number{_of(self.unit)}")
+        if not (self.low is None or number >= self.low) or not (self.high is None or number <= self.high):
+            raise ValueError(f"{self.name} is {given!r}; it must be {self.range}")
+        return number
+
+    def _exact(self, given: object) -> Fraction:
+        """Return a number in the declared unit."""
+        text = repr(given) if isinstance(given, (int, float)) and not isinstance(given, bool) else given
+        read = _QUANTITY.match(text) if isinstance(text, str) else None
+        if read is None:
+            raise ValueError(f"{self.name} is {given!r}; it must be {self.kind}")
+        number, unit = read.groups()
+        if unit and not self.unit:
+            raise ValueError(f"{self.name} is {given!r}; it has no unit")
+        try:
+            exact = Fraction(number) * (factor(unit, self.unit) if unit and self.unit else 1)
+            float(exact)
+        except (ValueError, OverflowError) as error:
+            raise ValueError(f"{self.name} is {given!r}; it must be {self.kind}: {error}") from None
+        return exact
+
+    def _mistakes(self) -> Any:
+        if not self.name.isidentifier():
+            yield "its name must be an identifier"
+        if type(self.default) not in _KINDS:
+            yield f"its default is {self.default!r}; it must be {', '.join(_KINDS.values())}"
+            return
+        has_numbers = not isinstance(self.default, (bool, str))
+        bounds = [bound for bound in (self.low, self.high) if bound is not None]
+        if not has_numbers and (self.unit or bounds):
+            yield f"unit, low and high are for numbers; its default is {self.default!r}"
+        if not all(_is_number(bound) for bound in bounds):
+            yield f"low and high must be finite numbers{_of(self.unit)}, not {bounds}"
+        elif len(bounds) == 2 and bounds[0] > bounds[1]:
+            yield f"low, {bounds[0]:g}, is above high, {bounds[1]:g}"
+        numbers = self.default if isinstance(self.default, list) else [self.default] if has_numbers else []
+        if not all(_is_number(one) for one in numbers):
+            yield f"its default is {self.default!r}; numbers must be finite"
+            return
+        try:
+            self.value(self.default)
+        except ValueError as error:
+            yield f"its default is out of range: {error}"
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+
+
+def _of(unit: str | None) -> str:
+    return f" of {unit}" if unit else ""

@@ -1,0 +1,174 @@
+"""Read the parameters that a script declares, without executing it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from nrp_core.errors import ExperimentError
+from nrp_core.parameters.parameter import Parameter
+
+CALL = "parameter"
+_ARGUMENTS = ("name", "default")
+_OPTIONS = ("unit", "low", "high", "doc")
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How a kind of script names the object whose ``parameter`` declares one.
+
+    Args:
+        name: its usual name, also as an argument of functions.
+        packages: the packages that it is imported from.
+        makers: functions that return it first.
+    """
+
+    name: str
+    packages: frozenset[str]
+    makers: frozenset[str] = frozenset()
+
+
+BRAIN = Dialect(
+    "sim",
+    frozenset({"nrp_core", "pyNN", "hbp_nrp_cle", "python_cle", "spynnaker", "spynnaker7", "spynnaker8"}),
+    frozenset({"get_simulator"}),
+)
+FUNCTIONS = Dialect("nrp", frozenset({"nrp_core", "hbp_nrp_client", "hbp_nrp_cle"}))
+
+
+@dataclass(slots=True)
+class Declared:
+    """The parameters of a script and of the modules that it imports from beside it.
+
+    Args:
+        parameters: by name, in the order of the script.
+        mistakes: declarations that cannot be read, or contradict themselves or another.
+    """
+
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+    mistakes: list[ExperimentError] = field(default_factory=list)
+
+    def add(self, parameter: Parameter) -> None:
+        """Add a parameter; one of a known name must be the same."""
+        known = self.parameters.setdefault(parameter.name, parameter)
+        if known != parameter:
+            message = (
+                f"parameter '{parameter.name}' is declared with other arguments at {known.place}; "
+                "make the two equal, or rename one"
+            )
+            self.mistakes.append(ExperimentError(message, path=parameter.path, line=parameter.line))
+
+
+def parsed(path: Path) -> ast.Module:
+    """Return a file of Python as a tree.
+
+    Raises:
+        SyntaxError, ValueError, OSError: it is not Python, or cannot be read.
+    """
+    return ast.parse(path.read_bytes())
+
+
+def read_parameters(
+    path: Path, dialect: Dialect, tree_of: Callable[[Path], ast.Module] = parsed, into: Declared | None = None
+) -> Declared:
+    """Return the parameters that a script declares; a file that is not Python has none.
+
+    Args:
+        path: the script.
+        dialect: which kind of script it is.
+        tree_of: reads a file.
+        into: what other scripts declared.
+    """
+    declared = into or Declared()
+    waiting, seen = [path], set[Path]()
+    while waiting:
+        file = waiting.pop(0)
+        if file in seen or file.suffix != ".py" or not file.is_file():
+            continue
+        seen.add(file)
+        try:
+            tree = tree_of(file)
+        except (SyntaxError, ValueError, OSError):  # reported where the script is executed or checked
+            continue
+        for call in _calls(tree, dialect):
+            _declare(call, file, declared)
+        waiting += _neighbours(tree, file.parent)
+    return declared
+
+
+def _declare(call: ast.Call, path: Path, declared: Declared) -> None:
+    try:
+        declared.add(_parameter(call, path))
+    except ExperimentError as error:
+        declared.mistakes.append(error)
+
+
+def _parameter(call: ast.Call, path: Path) -> Parameter:
+    def wrong(node: ast.AST, message: str) -> ExperimentError:
+        return ExperimentError(message, path=path, line=getattr(node, "lineno", call.lineno))
+
+    known = (*_ARGUMENTS, *_OPTIONS)
+    if len(call.args) > len(_ARGUMENTS) or any(isinstance(one, ast.Starred) for one in call.args):
+        raise wrong(call, f"{CALL}() takes {', '.join(_ARGUMENTS)}, and by name {', '.join(_OPTIONS)}")
+    given = dict(zip(_ARGUMENTS, call.args, strict=False))
+    for keyword in call.keywords:
+        if keyword.arg is None or keyword.arg not in known or keyword.arg in given:
+            raise wrong(keyword, f"{CALL}() takes {', '.join(known)}, each once, not '{keyword.arg or '**'}'")
+        given[keyword.arg] = keyword.value
+    if missing := [name for name in _ARGUMENTS if name not in given]:
+        raise wrong(call, f"{CALL}() needs {' and '.join(missing)}")
+    values = {}
+    for name, node in given.items():
+        try:
+            values[name] = ast.literal_eval(node)
+        except (ValueError, TypeError, MemoryError, RecursionError):
+            message = (
+                f"the {name} of a parameter must be a literal, not '{ast.unparse(node)}': parameters are "
+                "checked without executing the file"
+            )
+            raise wrong(node, message) from None
+    for name, kind in (("name", str), ("unit", (str, type(None))), ("doc", str)):
+        if name in values and not isinstance(values[name], kind):
+            raise wrong(given[name], f"the {name} of a parameter must be a text, not {values[name]!r}")
+    return Parameter(**values, path=path, line=call.lineno)
+
+
+def _calls(tree: ast.Module, dialect: Dialect) -> Iterator[ast.Call]:
+    """Yield the calls that declare parameters."""
+    objects, functions = {dialect.name}, set[str]()
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names):
+                objects |= {
+                    one.asname or one.name for one in names if one.name.split(".")[0] in dialect.packages
+                }
+            case ast.ImportFrom(module=str(module), names=names) if module.split(".")[0] in dialect.packages:
+                functions |= {one.asname or one.name for one in names if one.name == CALL}
+                objects |= {one.asname or one.name for one in names if one.name != CALL}
+            case ast.Assign(targets=[target], value=ast.Call(func=func)) if _last(func) in dialect.makers:
+                first = target.elts[0] if isinstance(target, ast.Tuple) else target
+                objects.add(ast.unparse(first))
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(func=ast.Attribute(value=of, attr="parameter")) if ast.unparse(of) in objects:
+                yield node
+            case ast.Call(func=ast.Name(id=name)) if name in functions:
+                yield node
+
+
+def _last(node: ast.expr) -> str:
+    return ast.unparse(node).rpartition(".")[2]
+
+
+def _neighbours(tree: ast.Module, folder: Path) -> Iterator[Path]:
+    for node in ast.walk(tree):
+        names: list[str] = []
+        match node:
+            case ast.Import(aliases):
+                names = [one.name for one in aliases]
+            case ast.ImportFrom(module=str(module), names=aliases):
+                names = [module, *(f"{module}.{one.name}" for one in aliases)]
+        for name in names:
+            yield folder / f"{name.replace('.', '/')}.py"
