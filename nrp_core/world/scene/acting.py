@@ -1,6 +1,6 @@
-"""Drives and controllers of joints as a scene carries them: the data that files and engines need.
+"""Drives and controllers of joints in a scene: the data for files and engines.
 
-Each drive is a class of its own in :mod:`nrp_core.world.drives`, or in a package of somebody else.
+Each drive is a class in :mod:`nrp_core.world.drives` or in another package.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ Rename = Callable[[str], str]
 
 @dataclass(frozen=True, slots=True)
 class MountedDrive(ABC):
-    """A drive of a model: it moves the whole body as it is commanded.
+    """A drive of a model: it moves the whole body as commanded.
 
     Args:
-        name: of the plugin.
-        command_topic: absolute.
+        name: the name of the plugin.
+        command_topic: the absolute topic of commands.
     """
 
     name: str
@@ -28,12 +28,12 @@ class MountedDrive(ABC):
 
     @property
     def odometry_topic(self) -> str | None:
-        """The absolute topic of its odometry; None for a drive without."""
+        """The absolute topic of its odometry; None for a drive without odometry."""
         return None
 
     @property
     def wheel_speeds_topic(self) -> str | None:
-        """The absolute topic of the speeds of its wheels; None for a drive without."""
+        """The absolute topic of the speeds of its wheels; None for a drive without wheels."""
         return None
 
     @property
@@ -43,7 +43,7 @@ class MountedDrive(ABC):
 
     @abstractmethod
     def renamed(self, named: Rename) -> Self:
-        """Return the drive of a model whose parts have other names."""
+        """Return the same drive for a model whose parts are renamed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +65,11 @@ class JointController:
 
     Args:
         joint: its name.
-        kind: what is commanded: a position (rad, m), a velocity or an effort (N m, N).
-        topic: absolute.
-        gains: of the error in position or in velocity, not used for efforts; None: such that the joint
-            follows within some hundredths of a second, whatever it has to move.
-        initial: what it aims at before the first command; None: nothing, the joint is free.
+        kind: the commanded quantity: a position (rad, m), a velocity or an effort (N m, N).
+        topic: the absolute topic of commands.
+        gains: gains of the error in position or in velocity, not used for efforts; None: computed such that
+            the joint follows within some hundredths of a second with any load.
+        initial: the target before the first command; None: the joint is free.
     """
 
     joint: str
@@ -79,8 +79,49 @@ class JointController:
     initial: float | None = None
 
     def renamed(self, named: Rename) -> JointController:
-        """Return the controller of a model whose parts have other names."""
+        """Return the same controller for a model whose parts are renamed."""
         return replace(self, joint=named(self.joint))
+
+
+@dataclass(frozen=True, slots=True)
+class PairController:
+    """Lets the mean or the difference of two joints follow commands, as of two eyes that look together.
+
+    A command for one of both leaves the other as it is.
+
+    Args:
+        name: name of the commanded quantity, such as ``eye_version``, also in joint states.
+        of: the mean of both joints, or the first less the second.
+        joints: their names.
+        kind: the commanded quantity, positions (rad, m) or velocities.
+        topic: absolute (``std_msgs/Float64``).
+        gains: of each joint, as those of :class:`JointController`.
+    """
+
+    name: str
+    of: Literal["mean", "difference"]
+    joints: tuple[str, str]
+    kind: Literal["position", "velocity"]
+    topic: str
+    gains: Pid | None = None
+
+    def of_joint(self, joint: str) -> JointController:
+        """Return what leads one of its joints."""
+        return JointController(joint, self.kind, self.topic, self.gains)
+
+    def value(self, first: float, second: float) -> float:
+        """Return the mean or the difference of two numbers."""
+        return (first + second) / 2 if self.of == "mean" else first - second
+
+    def apart(self, value: float, first: float, second: float) -> tuple[float, float]:
+        """Return two numbers with another mean or difference and the other of both kept."""
+        if self.of == "mean":
+            return value + (first - second) / 2, value - (first - second) / 2
+        return (first + second + value) / 2, (first + second - value) / 2
+
+    def renamed(self, named: Rename) -> PairController:
+        """Return the controller of a model whose parts have other names."""
+        return replace(self, name=named(self.name), joints=(named(self.joints[0]), named(self.joints[1])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +129,13 @@ class TrajectoryController:
     """Lets joints follow trajectories (``trajectory_msgs/JointTrajectory``).
 
     Args:
-        name: of the controller or its plugin.
-        command_topic: absolute.
+        name: the name of the controller or its plugin.
+        command_topic: the absolute topic of commands.
         joints: their names.
-        gains: by joint, as those of :class:`JointController`; None for all that are not told.
-        initial: by joint, where it is held before the first trajectory; the others are free.
-        state_topic: where it tells what it does (``control_msgs/JointTrajectoryControllerState``); None for
-            nowhere.
-        rate_hz: of that.
+        gains: gains by joint, as those of :class:`JointController`; None for joints without gains.
+        initial: positions by joint in which it is held before the first trajectory; the others are free.
+        state_topic: topic of its state (``control_msgs/JointTrajectoryControllerState``); None for none.
+        rate_hz: rate of the state, Hz.
     """
 
     name: str
@@ -107,12 +147,12 @@ class TrajectoryController:
     rate_hz: float = 50.0
 
     def of_joint(self, joint: str) -> JointController:
-        """Return what leads one of its joints."""
+        """Return the controller of one of its joints."""
         gains, initial = dict(self.gains).get(joint), dict(self.initial).get(joint)
         return JointController(joint, "position", self.command_topic, gains, initial)
 
     def renamed(self, named: Rename) -> TrajectoryController:
-        """Return the controller of a model whose parts have other names."""
+        """Return the same controller for a model whose parts are renamed."""
         return replace(
             self,
             joints=tuple(map(named, self.joints)),

@@ -1,8 +1,8 @@
-"""Links put together from what a file gives, also where its meshes cannot be had.
+"""Build links from the data of a file, also if its meshes are missing.
 
 Real files arrive without their meshes. A visual then takes the shape of one of the link's collisions, a
-simple one if there is one, or of the box that has the link's inertia; collisions take that box where there
-is none.
+simple one if there is one; where there is none, both take a shape whose size :mod:`.stand_in` finds once the
+whole model is known.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from itertools import chain, count
 
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.inertia import equivalent_box
 from nrp_core.world.scene.model import (
     DEFAULT_RGBA,
     Collision,
@@ -25,11 +24,12 @@ from nrp_core.world.scene.model import (
     Visual,
 )
 from nrp_core.world.scene.sensing import MountedSensor
+from nrp_core.world.scene.stand_in import Missing
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A geometry, where it is in the frame of its link, and the colour that its own file gives it."""
+    """A geometry, its pose in the frame of its link, and its colour in the mesh file."""
 
     geometry: Geometry
     pose: Pose
@@ -38,13 +38,13 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What a file says of the look of a visual.
+    """The look of a visual in a file.
 
     Args:
-        rgba: its colour, None where it does not say: then that of the shape's own file.
+        rgba: its colour; None: the colour in the mesh file.
         opacity: 0 for invisible to 1.
         glows: whether the colour is the same in any light.
-        finish: how it shines, None where it is matt.
+        finish: its finish, None if it is matt.
     """
 
     rgba: Rgba | None = None
@@ -60,7 +60,7 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """A visual as its file gives it; a mesh may have several shapes, and none where it cannot be had."""
+    """A visual in a file; a mesh may have several shapes, and none if it is missing."""
 
     name: str
     shapes: Sequence[Shape]
@@ -69,14 +69,14 @@ class Shown:
 
 @dataclass(frozen=True, slots=True)
 class Touched:
-    """A collision as its file gives it; a mesh may have several shapes, and none where it cannot be had."""
+    """A collision in a file; a mesh may have several shapes, and none if it is missing."""
 
     name: str
     shapes: Sequence[Shape]
     friction: float
 
     def collisions(self) -> Iterator[Collision]:
-        """Yield a collision for each shape, all of one name."""
+        """Yield a collision for each shape, all with the same name."""
         return (Collision(self.name, shape.geometry, shape.pose, self.friction) for shape in self.shapes)
 
 
@@ -88,9 +88,8 @@ def build_link(
     touched: Sequence[Touched],
     sensors: Iterable[MountedSensor],
 ) -> Link:
-    """Return a link whose missing shapes are filled in, or left out where nothing can stand in for them."""
-    substitute = _substitute(touched, inertial)
-    spare = [substitute] if substitute else []
+    """Return a link whose missing shapes are filled in, or marked as missing where no other is known."""
+    spare = [_substitute(touched)]
     if not any(part.shapes for part in touched):
         touched = [replace(part, shapes=spare) for part in touched[:1]]
     seen, felt = {part.name for part in shown}, {part.name for part in touched}
@@ -108,22 +107,20 @@ def build_link(
 
 
 def free_name(name: str, taken: Collection[str]) -> str:
-    """Return a name, or where it is taken, the name with the first number from 2 that makes it free."""
+    """Return a name; if it is taken, with the first free number from 2 appended."""
     others = (f"{name}_{number}" for number in count(2))
     return next(free for free in chain([name], others) if free not in taken)
 
 
 def _numbered(name: str, shapes: Sequence[Shape], taken: set[str]) -> Iterator[tuple[str, Shape]]:
-    """Yield the shapes of one part: the first under its name, the others numbered."""
+    """Yield the shapes of one part: the first with its name, the others numbered."""
     for number, shape in enumerate(shapes):
         unique = free_name(name, taken) if number else name
         taken.add(unique)
         yield unique, shape
 
 
-def _substitute(touched: Iterable[Touched], inertial: Inertial | None) -> Shape | None:
+def _substitute(touched: Iterable[Touched]) -> Shape:
     shapes = [shape for part in touched for shape in part.shapes]
     simple = [shape for shape in shapes if not isinstance(shape.geometry, Mesh)]
-    if simple or shapes:
-        return (simple or shapes)[0]
-    return Shape(*equivalent_box(inertial)) if inertial else None
+    return [*simple, *shapes, Shape(Missing(), Pose())][0]

@@ -1,4 +1,4 @@
-"""What must hold in every model, however it was made: names are unique, and joints form trees."""
+"""Checks of every model, however it was made: names are unique, and joints form trees."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections.abc import Iterable
 from nrp_core.errors import SceneError, did_you_mean
 
 WORLD = "world"
-"""The parent that a joint names to hold a link to the world."""
+"""The name of the parent of a joint that fixes a link to the world."""
 MODEL = "__model__"
-"""The frame of a model, by SDF's name."""
+"""SDF's name of the frame of a model."""
 SECOND_AXIS = "_axis2"
-"""What the name of a joint ends in that is the second axis of another one."""
+"""The suffix of a joint's name that is the second axis of another one."""
 
 
 def check_unique(names: Iterable[str], kind: str, owner: str) -> None:
-    """Refuse a name that comes twice."""
+    """Refuse duplicate names."""
     seen: set[str] = set()
     for name in names:
         if name in seen:
@@ -24,12 +24,12 @@ def check_unique(names: Iterable[str], kind: str, owner: str) -> None:
 
 
 def require(name: str, valid: Iterable[str], owner: str) -> None:
-    """Refuse a name of something that is not there.
+    """Refuse a name that does not exist.
 
     Args:
         name: the name.
-        valid: the names of what is there.
-        owner: what refers to it, with a verb, for the message.
+        valid: the existing names.
+        owner: the referring element, with a verb, for the message.
     """
     if name not in valid:
         raise SceneError(f"{owner} '{name}', which does not exist{did_you_mean(name, valid)}")

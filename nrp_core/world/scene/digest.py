@@ -1,4 +1,4 @@
-"""Digests of scenes, made of declared tags and values: renamed classes and moved files change none."""
+"""Digests of scenes from declared tags and values: renamed classes and moved files do not change them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 
 
 def digest_of(value: object) -> str:
-    """Return the digest of data; fields that take no part in comparisons take none here."""
+    """Return the digest of data; fields that are excluded from comparisons are excluded here."""
     return hashlib.blake2b(_text(value).encode(), digest_size=16).hexdigest()
 
 
 def _text(value: object) -> str:
-    """Return data as text: fields by their names, behind the ``tag`` of their class if it has one."""
+    """Return data as text: fields by name, after the ``tag`` of their class if it has one."""
     if is_dataclass(value) and not isinstance(value, type):
         entries = {field.name: getattr(value, field.name) for field in fields(value) if field.compare}
         return getattr(value, "tag", "") + _text(entries)
@@ -23,7 +23,7 @@ def _text(value: object) -> str:
     if isinstance(value, tuple | list):
         return "[" + ",".join(map(_text, value)) + "]"
     if isinstance(value, Path):
-        return repr(value.name)  # meshes are named after a digest of their contents
+        return repr(value.name)  # meshes are named by a digest of their contents
     if value is None or isinstance(value, bool | int | float | str):
         return repr(value)
     raise TypeError(f"a scene holds a {type(value).__name__}, which has no digest: {value!r:.60}")

@@ -1,6 +1,6 @@
-"""Mass properties of shapes, of what stands in for shapes, and repaired where no body can have them.
+"""Mass properties of shapes and of their replacements, and the repair of impossible ones.
 
-Moments of the homogeneous solids are those of any handbook; a capsule is its cylinder and two half spheres.
+Moments of homogeneous solids are the textbook formulas; a capsule is its cylinder and two half spheres.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from nrp_core.world.scene.meshes.stl import read_stl
 from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Mesh, Sphere
 
 WATER = 1000.0
-"""Density (kg/m^3) of shapes whose density is not given: the default of the SDF specification."""
+"""Default density of shapes, kg/m^3: that of the SDF specification."""
 
 LEAST_MOMENT = 1e-14
-"""Of inertia, kg m^2: that of a milligram 0.1 mm across; MuJoCo refuses moments below 1e-15."""
-_MARGIN = 1e-3  # how far a repair stays from the limit, so that rounding in an engine does not cross it
+"""Minimum moment of inertia, kg m^2: a milligram 0.1 mm across; MuJoCo refuses moments below 1e-15."""
+_MARGIN = 1e-3  # margin of a repair from the limit, for rounding in engines
 
 
 def of_shape(geometry: Geometry, density: float = WATER) -> Inertial | None:
@@ -62,7 +62,7 @@ def of_collisions(collisions: Iterable[tuple[Collision, float]]) -> Inertial | N
 
 
 def like_shape(solid: Inertial, given: Inertial) -> Inertial:
-    """Return the inertia of a solid's form with the mass and the centre of mass that are given."""
+    """Return the inertia of a solid's shape, scaled to a mass and moved to a centre of mass."""
     xx, yy, zz, xy, xz, yz = (moment * given.mass / solid.mass for moment in solid.inertia)
     return Inertial(given.mass, replace(solid.pose, position=given.pose.position), (xx, yy, zz, xy, xz, yz))
 
@@ -78,10 +78,10 @@ def equivalent_box(inertial: Inertial) -> tuple[Box, Pose]:
 
 
 def repaired(inertial: Inertial) -> tuple[Inertial, str]:
-    """Make an inertia one that a body can have: positive, and no moment above the sum of the other two.
+    """Make an inertia physically possible: positive, and each moment at most the sum of the other two.
 
     Returns:
-        The inertia, unchanged where there is nothing to repair; and what was wrong, empty for nothing.
+        The inertia, unchanged if it is valid; and the error, empty if there is none.
     """
     principal = _principal(inertial)
     moments = principal.inertia[:3]
@@ -107,5 +107,5 @@ def _balanced(moments: tuple[float, ...]) -> Vector:
 
 def _principal(inertial: Inertial) -> Inertial:
     principal = combined([inertial])
-    assert principal is not None, "only what has mass has an inertia"
+    assert principal is not None, "only bodies with mass have an inertia"
     return principal

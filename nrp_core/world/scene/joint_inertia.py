@@ -1,4 +1,4 @@
-"""What joints have to move, and the gains with which they follow at once."""
+"""The inertia that joints have to move, and gains with which they follow quickly."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_core.world.scene.model import Inertial
 
 STIFF_TIME_CONSTANT_S = 0.04
-"""In which joints follow their command whose files give no gains."""
+"""Time constant of joints without gains in their files, s."""
 
 
 def joint_inertias(bodies: Sequence[Body]) -> Mapping[str, float]:
-    """Return what each movable joint has to turn (kg m^2) or push (kg), with all joints at 0."""
+    """Return the inertia (kg m^2) or mass (kg) that each movable joint has to move, with all joints at 0."""
     return {
         body.joint.name: _inertia(index, bodies)
         for index, body in enumerate(bodies)
@@ -34,7 +34,7 @@ def _inertia(index: int, bodies: Sequence[Body]) -> float:
         if part.inertial is not None
     ]
     whole = combined(masses)
-    assert whole is not None  # what can move has mass
+    assert whole is not None  # movable bodies have mass
     if body.joint.kind == "prismatic":
         return whole.mass
     axis = np.array(body.joint.axis)
@@ -43,6 +43,6 @@ def _inertia(index: int, bodies: Sequence[Body]) -> float:
 
 
 def stiff_gains(inertia: float, *, velocity: bool = False) -> Pid:
-    """Return gains with which a joint follows at once, whatever it has to move: critically damped."""
+    """Return gains with which a joint follows quickly with any load: critically damped."""
     rate = inertia / STIFF_TIME_CONSTANT_S
     return Pid(p=rate) if velocity else Pid(p=rate / STIFF_TIME_CONSTANT_S, d=2 * rate)

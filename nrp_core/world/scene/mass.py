@@ -1,4 +1,4 @@
-"""Masses put together: parallel axes and principal axes."""
+"""Combined masses: parallel axes and principal axes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Matrix = npt.NDArray[np.float64]
 
 
 def combined(inertials: Iterable[Inertial]) -> Inertial | None:
-    """Return the one inertial of masses that are rigidly joined, all given in one frame.
+    """Return the inertial of rigidly joined masses, all given in one frame.
 
     Returns:
-        Mass, centre of mass and inertia about the principal axes (the products of inertia are 0), or None
-        where nothing has mass.
+        Mass, centre of mass and inertia about the principal axes (the products of inertia are 0), or None if
+        nothing has mass.
     """
     parts = [part for part in inertials if part.mass > 0]
     if not parts:
@@ -51,7 +51,7 @@ def _point_inertia(offset: Matrix) -> Matrix:
 def _principal(tensor: Matrix) -> tuple[tuple[float, float, float], Quaternion]:
     """Return the principal moments and the orientation of their axes."""
     off_diagonal = np.abs(tensor - np.diag(np.diag(tensor))).max()
-    if off_diagonal <= 1e-12 * np.abs(tensor).max():  # keep the axes of the file where they are principal
+    if off_diagonal <= 1e-12 * np.abs(tensor).max():  # keep the axes of the file if they are principal
         moments, axes = np.diag(tensor), np.eye(3)
     else:
         moments, axes = np.linalg.eigh(tensor)

@@ -1,8 +1,7 @@
 """Gazebo's named materials and plain colour names as colours.
 
 The values are those of Gazebo's own ``gazebo.material`` (github.com/gazebosim/gazebo-classic): the diffuse
-colour, for a glowing material the emissive one. Materials that are pictures there have a colour near the
-picture's mean.
+colour, for a glowing material the emissive one. Materials with a texture have a colour near its mean.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ _OPAQUE: dict[str, tuple[float, float, float]] = {
     "Pioneer2Body": (0.681193, 0.000923, 0.000923),
     "PioneerBody": (1, 0, 0),
     "JointAnchor": (1, 1, 1),
-    # pictures
+    # textures
     "Wood": (0.55, 0.40, 0.25),
     "WoodFloor": (0.60, 0.45, 0.28),
     "WoodPallet": (0.60, 0.48, 0.32),
@@ -92,7 +91,7 @@ _BY_SHORT_NAME["torquoise"] = _BY_SHORT_NAME["turquoise"]  # as early versions o
 
 
 def glows(name: str) -> bool:
-    """Tell whether a material of Gazebo's has its colour in any light."""
+    """Return whether a material of Gazebo has its colour in any light."""
     return "glow" in name.lower()
 
 
@@ -103,7 +102,7 @@ def color_of(name: str) -> Rgba:
         name: ``Gazebo/RedGlow``, ``RedGlow`` or ``red``; upper and lower case are the same.
 
     Raises:
-        SceneError: it is none of Gazebo's.
+        SceneError: Gazebo does not have it.
     """
     short = name.strip().lower().removeprefix("gazebo/")
     if short not in _BY_SHORT_NAME:

@@ -1,7 +1,7 @@
 """A model as rigid bodies: links that cannot move against each other are one body.
 
-Engines pay for every body and every joint; what a file splits into links for its own reasons costs nothing
-once it is merged here, in the same way for all engines.
+Every body and joint costs time in an engine; links that are fixed to each other are merged here, in the same
+way for all engines.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from nrp_core.world.scene.mass import combined
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
 
 WORLD_FRAME = 0
-"""The frame of what does not move."""
+"""The name of the fixed body."""
 
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """One or more links that move as one.
+    """One or more links that move as one body.
 
     Args:
-        name: of its first link, or ``world`` for what does not move.
+        name: the name of its first link, or ``world`` for a fixed body.
         parent: index of the parent among the model's bodies, None for a root.
-        joint: the joint to the parent, movable or of a force-torque sensor; its frame is the body's frame.
-        fixed: a root that does not move; other roots float freely.
+        joint: the joint to the parent, movable or with a force-torque sensor; its frame is the body's frame.
+        fixed: whether it is a root that does not move; other roots float freely.
         pose: the body's frame in the parent's with the joint at 0; a root's in the world.
         in_model: the body's frame in the model's frame with all joints at 0; a root's is the same.
-        inertial: mass in the body's frame, along principal axes; None where it does not move.
+        inertial: mass in the body's frame, along principal axes; None if it is fixed.
         links: the links, with their poses in the body's frame.
     """
 
@@ -45,7 +45,7 @@ class Body:
 
     @property
     def floats(self) -> bool:
-        """Whether it is a root that can go anywhere."""
+        """Whether it is a root that floats freely."""
         return self.parent is None and not self.fixed
 
 
@@ -64,7 +64,7 @@ def body_of(bodies: Sequence[Body], link: str) -> int:
 
 
 def lever_of(body: Body, link: str) -> tuple[Link, Vector]:
-    """Return a link of a body that has mass, and the way from the body's centre of mass to the link's."""
+    """Return a link of a body with mass, and the offset from the body's centre of mass to the link's."""
     assert body.inertial is not None
     part = next(each for each in body.links if each.name == link)
     centre = (part.pose @ part.inertial.pose if part.inertial else part.pose).position
@@ -73,7 +73,7 @@ def lever_of(body: Body, link: str) -> tuple[Link, Vector]:
 
 
 def tree_of(root: int, bodies: Sequence[Body]) -> list[int]:
-    """Return the index of a root and those of all bodies that hang on it, parents before children."""
+    """Return the indices of a root and of all its descendants, parents before children."""
     tree = [root]
     for index, body in enumerate(bodies):
         if body.parent in tree:
@@ -82,12 +82,12 @@ def tree_of(root: int, bodies: Sequence[Body]) -> list[int]:
 
 
 def place_in_frame(body: Body) -> Pose:
-    """Return where a body is in the frame that it moves with: its own, or the world's if it does not move."""
+    """Return the pose of a body in the frame that it moves with: its own, or the world's if it is fixed."""
     return body.pose if body.fixed else Pose()
 
 
 class _Merger:
-    """Groups links by the first link of the body they belong to, ``world`` for what is fixed."""
+    """Groups links by the first link of their body, ``world`` for fixed links."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -112,7 +112,7 @@ class _Merger:
         return link if joint is None or self._parts(joint) else self._top(joint.parent)
 
     def _parts(self, joint: Joint) -> bool:
-        """Whether a joint parts two bodies: it moves, or what it carries is measured."""
+        """Return whether a joint separates two bodies: it is movable, or its force is measured."""
         return joint.kind != "fixed" or joint.name in self._kept
 
     def _roots(self) -> Iterator[str]:
@@ -123,7 +123,7 @@ class _Merger:
                 yield first
 
     def _add(self, first: str, parent: int | None, bodies: list[Body]) -> None:
-        """Append a body and then those that hang on it."""
+        """Append a body and then its descendants."""
         joint = self._joints.get(first)
         in_model = Pose() if joint is None else joint.pose
         pose = self._model.pose if parent is None else bodies[parent].in_model.inverse() @ in_model

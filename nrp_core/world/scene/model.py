@@ -1,7 +1,7 @@
 """A scene as data: robots and rooms, the same for every world backend.
 
-SI units, x forward, y left, z up. Names are those of SDF; what a robot senses and how it drives comes from
-the standard tags of its file.
+SI units, x forward, y left, z up. Names are those of SDF; sensors and drives come from the standard tags of a
+file.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import ClassVar
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.findings import Finding
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
+from nrp_core.world.scene.acting import JointController, MountedDrive, PairController, TrajectoryController
 from nrp_core.world.scene.checks import WORLD, check_tree, check_unique, require
 from nrp_core.world.scene.digest import digest_of
 from nrp_core.world.scene.finish import Finish as Finish
@@ -64,7 +65,7 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True)
 class Plane:
-    """An infinite plane through the origin, its normal along z; ``size`` (m) is what is drawn."""
+    """An infinite plane through the origin, its normal along z; ``size`` (m) is the part that is drawn."""
 
     tag: ClassVar[str] = "plane"
     size: tuple[float, float] = (100.0, 100.0)
@@ -87,10 +88,10 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class Heightmap(Mesh):
-    """Ground that is one height at each place, which need not be convex; only of what never moves.
+    """Terrain with one height at each place, which need not be convex; only for static models.
 
     Args:
-        rows, columns: of the grid of corners that the mesh consists of, along y and x.
+        rows, columns: size of the grid of corners of the mesh, along y and x.
     """
 
     tag: ClassVar[str] = "heightmap"
@@ -103,11 +104,11 @@ Geometry = Box | Cylinder | Capsule | Sphere | Plane | Mesh
 
 @dataclass(frozen=True, slots=True)
 class Visual:
-    """What a camera sees of a link.
+    """The visible shape of a link.
 
     Args:
         glows: whether it has its colour in any light.
-        finish: how it shines; None: not at all, it is matt.
+        finish: how it shines; None: it is matt.
     """
 
     name: str
@@ -120,7 +121,7 @@ class Visual:
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """What a link touches with; ``friction`` is Coulomb's coefficient."""
+    """A collision shape of a link; ``friction`` is Coulomb's coefficient."""
 
     name: str
     geometry: Geometry
@@ -142,7 +143,7 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A rigid body; its pose is given in the model's frame. ``inertial`` None: of no mass of its own."""
+    """A rigid body; its pose is given in the model's frame. ``inertial`` None: without mass."""
 
     name: str
     pose: Pose = Pose()
@@ -167,19 +168,19 @@ class Joint:
 
     Args:
         name: unique in the model.
-        kind: ``fixed``, ``revolute``, ``continuous``, ``prismatic`` or ``ball``. What turns or slides about
-            more axes is several joints in a row.
+        kind: ``fixed``, ``revolute``, ``continuous``, ``prismatic`` or ``ball``. A joint with several axes is
+            several joints in series.
         parent, child: links; ``world`` as parent fixes the child to the world.
-        pose: of the joint, in the model's frame.
-        axis: unit vector in the joint's frame; of a ball joint without meaning.
-        lower, upper: rad or m.
+        pose: pose of the joint in the model's frame.
+        axis: unit vector in the joint's frame; unused for a ball joint.
+        lower, upper: limits of the position, rad or m.
         effort: limit of force or torque, N or N m.
-        velocity: limit, rad/s or m/s.
-        damping: N m s/rad or N s/m.
-        friction: what holds the joint up to that effort, N or N m.
-        stiffness: of a spring, N m/rad or N/m.
-        rest: where the spring does not pull, rad or m.
-        mimic: the joint it follows, if it does.
+        velocity: limit of the velocity, rad/s or m/s.
+        damping: damping, N m s/rad or N s/m.
+        friction: static friction of the joint, N or N m.
+        stiffness: stiffness of the spring, N m/rad or N/m.
+        rest: rest position of the spring, rad or m.
+        mimic: the joint that it follows, if any.
     """
 
     name: str
@@ -200,7 +201,7 @@ class Joint:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """What is told of how it stands, by name: of a ball joint its rotation vector (rad), of others one.
+        """Names of its coordinates: three of the rotation vector (rad) for a ball joint, else one.
 
         A rotation vector points along the axis of the child's rotation against the parent and is as long as
         its angle; it is given along the axes of the joint's frame.
@@ -211,23 +212,24 @@ class Joint:
 
     @property
     def takes_commands(self) -> bool:
-        """Whether it moves in one way, so that it can be led, or lead."""
+        """Whether it has one degree of freedom, so that it can be controlled or be followed."""
         return len(self.coordinates) == 1
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A robot or a thing in the room; its pose is that of the model's frame in the world.
+    """A robot or an object in the room; its pose is that of the model's frame in the world.
 
     Args:
         name: unique in the scene; a robot's is its id.
         links: the first one is the base (SDF's canonical link).
-        joint_states_topic: where its joint states are served, None for none.
-        controllers: what lets single joints follow commands.
-        trajectory_controllers: what lets joints follow trajectories.
-        native: elements of its file that are meant for one engine, which a scene cannot say.
-        warnings: what its file was repaired or read differently for.
-        source: where it was read; None: it was made in Python.
+        joint_states_topic: the topic of its joint states, None for none.
+        controllers: controllers of single joints.
+        trajectory_controllers: controllers that make joints follow trajectories.
+        pair_controllers: what lets the mean or difference of two joints follow commands.
+        native: elements of its file for a specific engine, which a scene cannot express.
+        warnings: warnings about repairs and unsupported elements of its file.
+        source: the file that it was read from; None: it was created in Python.
     """
 
     name: str
@@ -239,9 +241,15 @@ class Model:
     joint_states_topic: str | None = None
     controllers: tuple[JointController, ...] = ()
     trajectory_controllers: tuple[TrajectoryController, ...] = ()
+    pair_controllers: tuple[PairController, ...] = ()
     native: tuple[Native, ...] = ()
-    warnings: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    warnings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def leaders(self) -> tuple[TrajectoryController | PairController, ...]:
+        """The controllers that lead several joints each."""
+        return (*self.trajectory_controllers, *self.pair_controllers)
 
     def link(self, name: str) -> Link:
         """Return a link by name."""
@@ -252,11 +260,11 @@ class Model:
         raise SceneError(f"model '{self.name}' has no link '{name}'{hint}")
 
     def check(self) -> None:
-        """Refuse a model that contradicts itself.
+        """Refuse an inconsistent model.
 
         Raises:
-            SceneError: it has no link, two parts share a name, a joint or drive names what is not there, a
-                link is held by two joints, or joints form a loop.
+            SceneError: it has no link, two parts have the same name, a joint or drive names a part that does
+                not exist, a link is held by two joints, or joints form a loop.
         """
         owner = f"the model '{self.name}'"
         links = [link.name for link in self.links]
@@ -283,12 +291,12 @@ class Model:
                 self._require_led(joint_name, f"the drive '{drive.name}' of {owner} names the joint")
         for controller in self.controllers:
             self._require_led(controller.joint, f"a controller of {owner} names the joint")
-        for follower in self.trajectory_controllers:
-            for joint_name in follower.joints:
-                self._require_led(joint_name, f"the controller '{follower.name}' of {owner} names the joint")
+        for leader in self.leaders:
+            for joint_name in leader.joints:
+                self._require_led(joint_name, f"the controller '{leader.name}' of {owner} names the joint")
 
     def _require_led(self, name: str, owner: str) -> None:
-        """Refuse a joint that is not there, or that a number cannot lead."""
+        """Refuse a joint that does not exist or that has more than one degree of freedom."""
         kinds = {joint.name: joint.kind for joint in self.joints}
         require(name, kinds, owner)
         if kinds[name] == "ball":
@@ -302,13 +310,13 @@ class Light:
     Args:
         name: its name.
         kind: ``directional`` (from far away), ``point`` (to all sides) or ``spot``.
-        pose: where it is; of a directional one without meaning.
-        direction: in which it shines, in the world; of a point light without meaning.
+        pose: its pose; unused for a directional light.
+        direction: its direction in the world; unused for a point light.
         diffuse: its colour; black is off.
-        casts_shadows: whether what it shines on throws a shadow.
+        casts_shadows: whether objects in its light cast shadows.
         attenuation: range (m), constant, linear (1/m) and quadratic (1/m^2) factor: at a distance ``d``
-            within its range it shines ``1 / (constant + linear * d + quadratic * d^2)`` times as bright.
-        cone: of a spot, the angles (rad) within which it shines fully and at all, from side to side.
+            within its range the light is multiplied by ``1 / (constant + linear * d + quadratic * d^2)``.
+        cone: for a spot, the full angles (rad) of full light and of any light.
     """
 
     name: str
@@ -326,13 +334,13 @@ class Scene:
     """Everything that a world backend loads.
 
     Raises:
-        SceneError: two models share a name, or one of them contradicts itself.
+        SceneError: two models have the same name, or one of them is inconsistent.
     """
 
     models: tuple[Model, ...]
     lights: tuple[Light, ...] = ()
     gravity: Vector = (0.0, 0.0, -9.8)
-    warnings: tuple[str, ...] = field(default=(), compare=False)
+    warnings: tuple[Finding, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         check_unique((model.name for model in self.models), "models", "the scene")
@@ -348,7 +356,7 @@ class Scene:
         return replace(self, models=tuple(model for model in self.models if model.name != name))
 
     def with_pose(self, name: str, pose: Pose) -> Scene:
-        """Return this scene with a model somewhere else."""
+        """Return this scene with a model at another pose."""
         models = (replace(model, pose=pose) if model.name == name else model for model in self.models)
         return replace(self, models=tuple(models))
 
@@ -375,5 +383,5 @@ class Scene:
 
     @cached_property
     def digest(self) -> str:
-        """Hash of everything in the scene but its sources; equal digests, equal scenes."""
+        """Hash of everything in the scene except its sources; scenes with equal digests are equal."""
         return digest_of(self)

@@ -1,23 +1,26 @@
-"""Where models come from, for engines that read files themselves or know more than a scene says."""
+"""The sources of models, for engines that read files themselves or need more than a scene contains."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from nrp_core.errors import SceneError
 
 
 @dataclass(frozen=True, slots=True)
 class Native:
     """An element with a namespace, such as ``<mujoco:option cone="pyramidal"/>``, as it stands in a file.
 
-    SDF leaves elements with a namespace to those who know it; the core hands them to the engine.
+    In SDF, elements with a namespace are for the program that knows it; the core passes them to the engine.
 
     Args:
         namespace: ``mujoco``.
         tag: ``option``.
         attributes: names and values, in the order of the file.
-        text: its own characters, stripped.
-        children: the elements in it, of any namespace; that of an element without one is empty.
+        text: its text, stripped.
+        children: the elements in it, with any namespace or an empty one.
+        path, line: where it begins; None and 0 if it was made in Python.
     """
 
     namespace: str
@@ -25,6 +28,21 @@ class Native:
     attributes: tuple[tuple[str, str], ...] = ()
     text: str = ""
     children: tuple[Native, ...] = ()
+    path: Path | None = field(default=None, compare=False, repr=False)
+    line: int = field(default=0, compare=False, repr=False)
+
+    @property
+    def full_tag(self) -> str:
+        """Its tag as files have it: ``mujoco:option``."""
+        return f"{self.namespace}:{self.tag}" if self.namespace else self.tag
+
+    def attribute(self, name: str) -> str | None:
+        """Return an attribute; None if it is not there."""
+        return dict(self.attributes).get(name)
+
+    def error(self, message: str) -> SceneError:
+        """Return an error that points here."""
+        return SceneError(f"<{self.full_tag}>: {message}", path=self.path, line=self.line or None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +50,10 @@ class Source:
     """The element of a file that a model was read from.
 
     Args:
-        file: the file, unpacked if it came in an archive.
+        file: the file, unpacked if it was in an archive.
         element: the name of its ``<model>`` or ``<robot>``.
-        line: of that element.
-        without: lines of elements that were left out, since they are wrong and the experiment allows it.
+        line: line of that element.
+        without: lines of invalid elements that were left out because the experiment is lenient.
     """
 
     file: Path

@@ -1,4 +1,4 @@
-"""A scene told in a few words: its tree of links and joints, what it senses and how it is moved."""
+"""An outline of a scene: its tree of links and joints, sensors, drives and controllers."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from nrp_core.world.scene.model import (
 )
 
 _TOLD = 3
-"""Kinds of shapes that are told of one thing; the others are counted."""
+"""Maximum number of different shapes listed for a link; the others are counted."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A line of an outline and the lines below it."""
+    """A line of an outline with the lines below it."""
 
     text: str
     entries: tuple[Entry, ...] = ()
@@ -50,8 +50,8 @@ class SceneTopic:
 
     Args:
         name: absolute.
-        commands: whether the model listens to it; it serves the others.
-        of: the sensor, drive or joint.
+        commands: whether the model subscribes to it; it publishes on the others.
+        of: the sensor, drive or joint that it belongs to.
     """
 
     name: str
@@ -60,12 +60,13 @@ class SceneTopic:
 
 
 def topics_of(model: Model) -> list[SceneTopic]:
-    """Return the topics that a model serves and listens to, in the order of its file."""
+    """Return the topics that a model publishes on and subscribes to, in the order of its file."""
     topics = [
         topic for link in model.links for sensor in link.sensors for topic in _topics(sensor, sensor.name)
     ]
     topics += [topic for drive in model.drives for topic in _topics(drive, drive.name)]
     topics += [SceneTopic(each.topic, True, each.joint) for each in model.controllers]
+    topics += [SceneTopic(each.topic, True, each.name) for each in model.pair_controllers]
     topics += [topic for each in model.trajectory_controllers for topic in _topics(each, each.name)]
     if model.joint_states_topic is not None:
         topics.append(SceneTopic(model.joint_states_topic, False, "joint states"))
@@ -136,7 +137,7 @@ def _joint(joint: Joint, held: dict[str, list[Joint]], links: dict[str, Link]) -
 
 
 def _topics(owner: object, name: str) -> Iterator[SceneTopic]:
-    """Yield what the fields of a sensor, drive or controller name."""
+    """Yield the names in the fields of a sensor, drive or controller."""
     for field in fields(owner):  # type: ignore[arg-type]
         value = getattr(owner, field.name)
         if field.name.endswith("topic") and value:
@@ -159,12 +160,12 @@ def _pose(pose: Pose) -> str:
 
 
 def _shapes(geometries: Iterable[Geometry]) -> str:
-    """Return shapes in words, equal ones counted."""
+    """Return a text that lists shapes and counts equal ones."""
     words = sorted(map(_shape, geometries))
     counted = [(word, len(list(alike))) for word, alike in groupby(words)]
-    told = [word if count == 1 else f"{count} x {word}" for word, count in counted[:_TOLD]]
+    listed = [word if count == 1 else f"{count} x {word}" for word, count in counted[:_TOLD]]
     rest = sum(count for _, count in counted[_TOLD:])
-    return ", ".join([*told, f"{rest} more"] if rest else told)
+    return ", ".join([*listed, f"{rest} more"] if rest else listed)
 
 
 def _shape(geometry: Geometry) -> str:

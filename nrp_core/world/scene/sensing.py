@@ -1,6 +1,6 @@
-"""Sensors as a scene carries them: the data that files, engines and renderers need of any sensor.
+"""Sensors in a scene: the data that files, engines and renderers need of any sensor.
 
-Each sensor is a class of its own in :mod:`nrp_core.world.sensors`, or in a package of somebody else.
+Each sensor is a class in :mod:`nrp_core.world.sensors` or in another package.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from nrp_core.world.rigid.pose import Pose
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Gaussian noise on every number that a sensor gives.
+    """Gaussian noise on every number of a sensor.
 
     Args:
-        mean: of the noise, in the unit of the measurement (for images, 1 is full brightness).
-        stddev: likewise.
+        mean: mean of the noise, in the unit of the measurement (for images, 1 is full brightness).
+        stddev: standard deviation, in the same unit.
     """
 
     mean: float = 0.0
@@ -34,8 +34,8 @@ class View:
 
     Args:
         pose: in the frame of the sensor's link.
-        horizontal_fov: radians.
-        width, height: pixels.
+        horizontal_fov: horizontal field of view, rad.
+        width, height: size, pixels.
         near, far: clip distances in m.
     """
 
@@ -54,15 +54,15 @@ class MountedSensor:
     Args:
         name: unique on its link.
         topic: absolute topic of its messages. Further fields whose names end in ``topic`` are topics as well.
-        rate_hz: messages a second.
-        noise: on every number that it gives.
+        rate_hz: messages per second.
+        noise: noise on every number.
         delay: from the measurement, which is the time in the stamp, to the arrival of its message, s.
-        drop_out: share of the messages that get lost.
+        drop_out: share of lost messages.
 
     Attributes:
-        needs: what it needs of an engine, by fields of
+        needs: the capabilities that it needs, fields of
             :class:`~nrp_core.world.capabilities.WorldCapabilities`.
-        tag: names the kind of sensor in digests of scenes.
+        tag: name of the kind of sensor in digests of scenes.
     """
 
     noise: Noise = field(default=Noise(), kw_only=True)
@@ -77,12 +77,12 @@ class MountedSensor:
 
     @property
     def view(self) -> View | None:
-        """The images that it is made of; None for a sensor that does not see."""
+        """The images that it consists of; None for a sensor without images."""
         return None
 
     @property
     def measured_joints(self) -> tuple[str, ...]:
-        """The joints of its model whose forces it measures."""
+        """The joints of its model in which it measures forces."""
         return ()
 
     @property
@@ -91,6 +91,6 @@ class MountedSensor:
         return False
 
     def renamed(self, named: Callable[[str], str]) -> Self:
-        """Return the sensor of a model whose links and joints have other names."""
+        """Return the same sensor for a model whose links and joints are renamed."""
         del named  # only sensors that name joints differ
         return self

@@ -1,8 +1,8 @@
 """Meshes of robots and rooms: Collada, STL and OBJ, converted once and kept in the user's cache.
 
-What a scene refers to afterwards is one simple kind of file, binary STL in metres, the same for every engine
-and for the rasteriser. It is named by a digest of everything that it was made from, so that an edited mesh is
-converted anew and equal meshes are equal wherever they lie.
+Scenes then refer to one simple format, binary STL in metres, for every engine and for the rasteriser. The
+file is named by a digest of all its sources, so that an edited mesh is converted again and equal meshes are
+equal in any folder.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from nrp_core.world.scene.model import Rgba
 
 MAX_BYTES = 200_000_000
 MAX_BYTES_BESIDE = 50_000_000
-"""Of a material file or a texture."""
+"""Maximum size of a material file or a texture, bytes."""
 
-_VERSION = 2  # of what is kept; a change of any conversion counts it up
+_VERSION = 2  # of the cache; increased with each change of a conversion
 _LISTING = "pieces.json"
 _LFS = b"version https://git-lfs"
 
@@ -44,10 +44,10 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
 
     Args:
         path: a Collada, STL or OBJ file.
-        wanted: what of it, and how.
+        wanted: the part of it and the form.
 
     Raises:
-        SceneError: it is of another kind, too large, or cannot be used; the message says why.
+        SceneError: it has another format, is too large, or cannot be used.
     """
     data, suffix = _contents(path), path.suffix.lower()
     key = digest(data, suffix, *astuple(wanted), _VERSION)
@@ -67,7 +67,7 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
 
 
 def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder: Path) -> None:
-    """Write the pieces of a mesh and a listing of them, with the files that had a say in it."""
+    """Write the pieces of a mesh and a list of them with all source files."""
     surfaces, beside = _parsed(data, suffix, home)
     pieces = []
     for number, (triangles, rgba) in enumerate(pieces_of(surfaces, wanted)):
@@ -84,7 +84,7 @@ def _is_whole(folder: Path) -> bool:
         return False
 
 
-@lru_cache(maxsize=1)  # what is seen and what is touched is often the same file
+@lru_cache(maxsize=1)  # visuals and collisions often use the same file
 def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], dict[str, str]]:
     """Return the surfaces of a mesh, and a digest of each file that it refers to."""
     beside: dict[str, str] = {}
@@ -113,7 +113,7 @@ def _contents(path: Path) -> bytes:
 
 
 def _beside(home: Path, name: str) -> bytes | None:
-    """Return the contents of a file that a mesh in the folder ``home`` refers to, None where it has none."""
+    """Return the contents of a file that a mesh in the folder ``home`` refers to, None if it is missing."""
     with suppress(OSError, ValueError):
         path = home / unquote(name.removeprefix("file://")).replace("\\", "/")
         if path.is_file() and path.stat().st_size <= MAX_BYTES_BESIDE:
@@ -122,7 +122,7 @@ def _beside(home: Path, name: str) -> bytes | None:
 
 
 def digest(*parts: object) -> str:
-    """Return a hash of what something is made from, as the name of a file."""
+    """Return a hash of the sources of a mesh, as the name of a file."""
     total = hashlib.blake2b(digest_size=16)
     for part in parts:
         data = part if isinstance(part, bytes) else repr(part).encode()

@@ -1,6 +1,6 @@
 """Collada, with pycollada.
 
-As in Gazebo and RViz the unit of the file counts and its up axis does not.
+As in Gazebo and RViz, the unit of the file is used and its up axis is ignored.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nrp_core._support.xml_text import strict_xml
-from nrp_core.world.scene.meshes.pictures import mean_color
+from nrp_core.world.scene.meshes.images import mean_color
 from nrp_core.world.scene.meshes.triangles import Surface
 
 if TYPE_CHECKING:
@@ -41,14 +41,14 @@ def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
             matrix = np.diag([meter, meter, meter, 1.0])
             roots = document.scene.nodes if document.scene else []
             return [part for root in roots for part in _surfaces(root, matrix, frozenset(), beside)]
-    except Exception as error:  # pycollada raises whatever its XML and NumPy do
+    except Exception as error:  # pycollada does not wrap errors of its XML library and NumPy
         raise ValueError(f"{type(error).__name__}: {error}") from error
 
 
 def _surfaces(
     node: Any, matrix: Any, names: frozenset[str], beside: ReadBeside, depth: int = 0
 ) -> Iterator[Surface]:
-    """Yield the surfaces below a node, which is placed by ``matrix``; transforms of files may be any."""
+    """Yield the surfaces below a node with the transform ``matrix``, which may be any affine one."""
     if depth > _MAX_DEPTH:
         raise ValueError(f"nodes are nested more than {_MAX_DEPTH} deep")
     if hasattr(node, "children"):
@@ -75,7 +75,7 @@ def _triangles(primitive: Any) -> Any:
 
 
 def _color(material: Any, beside: ReadBeside) -> Rgba | None:
-    """Return the colour of a material: what glows, else what is lit."""
+    """Return the colour of a material: the emissive one, else the diffuse one."""
     effect = getattr(material, "effect", None)
     if effect is None:
         return None
@@ -97,7 +97,7 @@ def _shade(shade: Any, beside: ReadBeside) -> tuple[float, float, float] | None:
 
 
 def _opacity(effect: Any) -> float:
-    """Return the opacity; what exporters mean as they write "wholly transparent" is "opaque"."""
+    """Return the opacity; exporters that write "fully transparent" mean "opaque"."""
     share, color = effect.transparency, effect.transparent
     if color is None or not isinstance(share, (int, float)) or not isinstance(color, (tuple, list)):
         return 1.0

@@ -1,4 +1,4 @@
-"""Mesh files of any kind that robots come with, as what is drawn and what is touched."""
+"""Convert mesh files of robots to visuals and collisions."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from nrp_core.world.scene.meshes.triangles import Surface, Triangles, joined
 from nrp_core.world.scene.model import Rgba
 
 MAX_COLORS = 16
-"""A mesh of more is shown in as many, the rest in the last one."""
+"""Maximum number of colours of a mesh; the last one is used for all others."""
 
 Form = Literal["whole", "colored", "convex"]
-"""In one piece, in a piece for each colour, or in convex pieces."""
+"""One piece, one piece for each colour, or convex pieces."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What of a mesh is wanted, and how.
+    """The part of a mesh to convert, and the form.
 
     Args:
         form: the pieces.
         submesh: the part of the file to take, empty for all.
-        centered: whether the middle of its box is put into the origin.
+        centered: whether the middle of its bounding box is moved to the origin.
     """
 
     form: Form
@@ -42,11 +42,11 @@ def parse(data: bytes, suffix: str, beside: ReadBeside) -> list[Surface]:
 
     Args:
         data: its contents.
-        suffix: of its name, in lower case: one of :data:`KINDS`.
+        suffix: suffix of its name in lower case: one of :data:`KINDS`.
         beside: reads the files that it refers to.
 
     Raises:
-        ValueError: it cannot be read, or holds no triangle.
+        ValueError: it cannot be read, or has no triangles.
     """
     surfaces = [_whole(surface) for surface in KINDS[suffix](data, beside)]
     surfaces = [surface for surface in surfaces if len(surface.triangles)]
@@ -81,11 +81,11 @@ KINDS: dict[str, Callable[[bytes, ReadBeside], list[Surface]]] = {
     ".obj": parse_obj,
     ".dae": parse_collada,
 }
-"""What reads each kind of file."""
+"""Readers of the file formats."""
 
 
 def _whole(surface: Surface) -> Surface:
-    """Leave out triangles with a corner that is no number, and those too far away to mean anything."""
+    """Leave out triangles with a corner that is not a number or too far away."""
     usable = (np.abs(surface.triangles) < 1e9).all(axis=(1, 2))
     return surface if usable.all() else replace(surface, triangles=surface.triangles[usable])
 

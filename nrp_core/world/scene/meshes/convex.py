@@ -1,4 +1,4 @@
-"""Meshes as convex pieces: what engines collide, fast and alike.
+"""Meshes as convex pieces, which all engines collide quickly and in the same way.
 
 Each connected piece of a mesh becomes its convex hull, so that the walls of a house leave its rooms free.
 """
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
 MAX_PIECES = 32
-"""The largest are kept; what is smaller are screws and letters."""
+"""Maximum number of pieces; the largest are kept, the others are details such as screws and letters."""
 MAX_CORNERS = 128
-"""A hull of more is replaced by its outermost corners in as many directions."""
+"""Maximum number of corners; a larger hull is replaced by its outermost corners in this many directions."""
 
-_FLAT = 1e-3  # of the largest extent: what is thinner is made so thick
+_FLAT = 1e-3  # minimum thickness, as a share of the largest extent
 _INSIDE = 1e-6
 
 
@@ -43,7 +43,7 @@ def convex_pieces(triangles: Triangles) -> list[Triangles]:
 
 
 def _connected(triangles: Triangles) -> Iterator[Points]:
-    """Yield the corners of each set of triangles that hang together by common corners."""
+    """Yield the corners of each set of triangles that are connected by common corners."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -75,7 +75,7 @@ def _thick(points: Points) -> Points:
     centre = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
     axes = np.vstack([axes, np.eye(3)])[:3] if len(axes) < 3 else axes
-    axes = np.linalg.qr(axes.T)[0].T  # orthonormal also where points were fewer than axes
+    axes = np.linalg.qr(axes.T)[0].T  # orthonormal also for fewer points than axes
     extents = np.ptp(points @ axes.T, axis=0)
     least = _FLAT * max(float(extents.max()), 1e-6)
     for axis, extent in zip(axes, extents, strict=True):
@@ -98,8 +98,8 @@ def _outermost(corners: Points) -> Points:
 
 
 def _along(directions: Points, points: Points) -> npt.NDArray[np.float64]:
-    """Return how far each point is along each direction, shape ``(directions, points)``."""
-    # not by BLAS: for three columns it wakes threads that cost more than they do
+    """Return the position of each point along each direction, shape ``(directions, points)``."""
+    # without BLAS, whose threads cost more than they gain for three columns
     far: npt.NDArray[np.float64] = np.einsum("ij,jk->ik", directions, np.ascontiguousarray(points.T))
     return far
 

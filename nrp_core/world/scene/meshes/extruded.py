@@ -17,12 +17,12 @@ _CLOSE = 1e-4  # m; as Gazebo, corners nearer than this are one
 
 
 def extruded(rings: Sequence[Ring], height: float, *, convex: bool) -> list[Triangles]:
-    """Return what lies within closed lines, from z = 0 upwards; a line within another is a hole.
+    """Return the solid within closed lines, from z = 0 upwards; a line within another is a hole.
 
     Args:
         rings: lines that do not cross.
-        height: in m.
-        convex: as convex prisms, else in one piece.
+        height: height, m.
+        convex: whether to return convex prisms instead of one piece.
 
     Raises:
         ValueError: they enclose nothing.
@@ -41,7 +41,7 @@ def extruded(rings: Sequence[Ring], height: float, *, convex: bool) -> list[Tria
 
 
 def _open(ring: Ring) -> Ring:
-    """Return a line without corners that come twice in a row."""
+    """Return a line without consecutive equal corners."""
     apart = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1) > _CLOSE
     opened: Ring = ring[apart]
     return opened
@@ -71,7 +71,7 @@ def _turning(ring: Ring, sense: int) -> Ring:
 
 
 def _holds(ring: Ring, point: Ring) -> bool:
-    """Tell whether a point lies within a line: whether a ray from it crosses it an odd number of times."""
+    """Return whether a point lies within a line: a ray from it crosses the line an odd number of times."""
     (x, y), (next_x, next_y) = (ring - point).T, (np.roll(ring, -1, axis=0) - point).T
     passes = (y > 0) != (next_y > 0)
     crossing = x[passes] - y[passes] * (next_x - x)[passes] / (next_y - y)[passes]

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.scene.meshes.pictures import mean_color
+from nrp_core.world.scene.meshes.images import mean_color
 from nrp_core.world.scene.meshes.triangles import Surface
 from nrp_core.world.scene.model import Rgba
 
 ReadBeside = Callable[[str], bytes | None]
-"""Returns the contents of a file that a mesh refers to, None where it is not there."""
+"""Returns the contents of a file that a mesh refers to, None if it is missing."""
 
 Kind = tuple[frozenset[str], str]
 """Names of the object and group, and the material."""
@@ -24,7 +24,7 @@ def parse_obj(data: bytes, beside: ReadBeside) -> list[Surface]:
     """Return the surfaces of an OBJ file.
 
     Raises:
-        ValueError: it is not well-formed, or a face names a vertex that is not there.
+        ValueError: it is not well-formed, or a face names a vertex that does not exist.
     """
     vertices, parts, libraries = _sorted(_lines(data))
     points = np.loadtxt(vertices, usecols=(1, 2, 3), ndmin=2) if vertices else np.empty((0, 3))
@@ -46,7 +46,7 @@ def _lines(data: bytes) -> list[str]:
 
 @dataclass
 class _Polygons:
-    """Faces of one name and material.
+    """Faces with the same name and material.
 
     Args:
         lines: ``f`` and corners as ``vertex/texture/normal``, counted from 1 or, negative, from the end.
@@ -114,7 +114,7 @@ def _materials(libraries: Iterable[str], beside: ReadBeside) -> dict[str, Rgba]:
 
 
 def _library(data: bytes) -> dict[str, dict[str, list[str]]]:
-    """Return what a material file says of each material, by its name."""
+    """Return the properties of each material in a material file, by name."""
     materials: dict[str, dict[str, list[str]]] = {}
     properties: dict[str, list[str]] = {}
     for row in filter(None, map(str.split, _lines(data))):
@@ -125,8 +125,8 @@ def _library(data: bytes) -> dict[str, dict[str, list[str]]]:
 
 
 def _color(properties: dict[str, list[str]], beside: ReadBeside) -> Rgba:
-    picture = properties.get("map_Kd")
-    r, g, b = (mean_color(beside(picture[-1])) if picture else None) or _numbers(properties, "Kd", 3, 0.8)
+    image = properties.get("map_Kd")
+    r, g, b = (mean_color(beside(image[-1])) if image else None) or _numbers(properties, "Kd", 3, 0.8)
     (opacity,) = _numbers(properties, "d", 1, 1.0)
     return r, g, b, opacity
 

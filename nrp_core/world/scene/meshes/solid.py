@@ -14,7 +14,7 @@ from nrp_core.world.scene.model import Inertial
 
 
 def solid_of(triangles: Triangles, density: float) -> Inertial | None:
-    """Return the mass properties; None where the surface bounds nothing."""
+    """Return the mass properties; None if the surface does not enclose a volume."""
     a, b, c = triangles.swapaxes(0, 1)
     sixfold = np.einsum("ij,ij->i", a, np.cross(b, c))
     volume = float(sixfold.sum()) / 6

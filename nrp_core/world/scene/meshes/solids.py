@@ -1,4 +1,4 @@
-"""Solids that engines do not all have, as meshes that are made once."""
+"""Solids that not all engines have, as cached meshes."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _VERSION = 1
 
 
 def kept_meshes(key: str, make: Callable[[], Sequence[Triangles]]) -> list[Path]:
-    """Return the files of meshes that are made when they are first asked for.
+    """Return the files of meshes, which are created at the first request.
 
     Args:
-        key: names them, and everything that they depend on.
-        make: makes them.
+        key: names them and everything that they depend on.
+        make: creates them.
     """
 
     def fill(folder: Path) -> None:

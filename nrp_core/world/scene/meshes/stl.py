@@ -1,4 +1,4 @@
-"""STL, binary or text; the binary form is what converted meshes are kept in."""
+"""STL, binary or text; converted meshes are kept in the binary form."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def parse_stl(data: bytes) -> Triangles:
     """
     start = _HEADER + _COUNT
     count = int.from_bytes(data[_HEADER:start], "little")
-    if len(data) == start + count * _TRIANGLE.itemsize:  # text may begin like binary, but not end like it
+    if len(data) == start + count * _TRIANGLE.itemsize:  # the size tells binary files from text
         corners = np.frombuffer(data, _TRIANGLE, count, start)["corners"]
         return corners.astype(np.float64)
     try:
@@ -35,7 +35,7 @@ def read_stl(path: Path) -> Triangles:
     """Return the triangles of a file.
 
     Raises:
-        SceneError: it cannot be read, or holds none.
+        SceneError: it cannot be read, or has none.
     """
     try:
         triangles = parse_stl(path.read_bytes())
@@ -47,7 +47,7 @@ def read_stl(path: Path) -> Triangles:
 
 
 def write_stl(path: Path, triangles: Triangles) -> None:
-    """Write a binary file, with the normals that some programs shade by."""
+    """Write a binary file, with normals for programs that use them."""
     records = np.zeros(len(triangles), _TRIANGLE)
     a, b, c = triangles.swapaxes(0, 1)
     normals = np.cross(b - a, c - a)

@@ -1,4 +1,4 @@
-"""Ground with hills: SDF's ``<heightmap>``, a picture whose brightness is a height."""
+"""Terrain: SDF's ``<heightmap>``, an image whose brightness is the height."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Heightmap
 
 Heights = npt.NDArray[np.float64]
-"""Rows from the lowest y to the highest, in each from the lowest x to the highest."""
+"""Heights, shape ``(rows, columns)``, by increasing y and x."""
 
 MAX_SAMPLES = 129
-"""Of a side; finer pictures are averaged."""
+"""Maximum number of heights of a side; finer images are averaged."""
 
 
-def heights_in(picture: bytes) -> Heights:
-    """Return the heights that a picture tells, 0 for black and 1 for its brightest pixel.
+def heights_in(image: bytes) -> Heights:
+    """Return the heights in an image, 0 for black and 1 for its brightest pixel.
 
-    As in Gazebo the corners of the picture are those of the ground, and its top row is at the highest y.
+    As in Gazebo, the corners of the image are those of the ground, and its top row is at the highest y.
 
     Raises:
         ValueError: it is not an image of at least 2 by 2 pixels.
     """
     import cv2
 
-    pixels = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE)
+    pixels = cv2.imdecode(np.frombuffer(image, np.uint8), cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE)
     if pixels is None or min(pixels.shape) < 2:
         raise ValueError("is not an image of at least 2 by 2 pixels")
     rows, columns = (min(side, MAX_SAMPLES) for side in pixels.shape)

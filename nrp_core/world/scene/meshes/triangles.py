@@ -1,4 +1,4 @@
-"""Triangles as mesh files hold them, before they have a place in a scene."""
+"""Triangles of mesh files, before they are placed in a scene."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _MIXERS = np.array(
 
 @dataclass(frozen=True)
 class Surface:
-    """Some triangles of a file that look alike.
+    """Triangles of a file with the same look.
 
     Args:
-        names: what the file calls the thing that they are part of; a ``<submesh>`` names one of them.
+        names: names in the file of the objects that contain them; a ``<submesh>`` names one of these.
         triangles: at least one.
-        rgba: their colour, None where the file has none.
+        rgba: their colour, None if the file has none.
     """
 
     names: frozenset[str]
@@ -43,8 +43,8 @@ def joined(surfaces: Sequence[Surface]) -> Triangles:
 
 
 def welded(triangles: Triangles) -> tuple[Points, Faces]:
-    """Return the corners of triangles, those that several of them share once, and the triangles' indices."""
-    points = triangles.reshape(-1, 3) + 0.0  # so that -0 is 0
+    """Return the distinct corners of triangles, and the indices of the triangles' corners."""
+    points = triangles.reshape(-1, 3) + 0.0  # turns -0 into 0
     # numbers sort many times faster than rows; in the rare case that two rows are one number, rows are sorted
     bits = points.astype(np.float32).view(np.uint32).astype(np.uint64)
     numbers = (bits * _MIXERS).sum(axis=1, dtype=np.uint64)

@@ -1,4 +1,4 @@
-"""Surfaces of revolution: what a profile sweeps that turns about z."""
+"""Surfaces of revolution: a profile rotated about z."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from nrp_core.world.scene.meshes.triangles import Faces, Points
 
 SLICES = 32
-"""Around an axis; a polygon of so many corners misses its circle by up to 0.5 % of the radius."""
+"""Number of corners around the axis; the polygon deviates from its circle by up to 0.5 % of the radius."""
 STACKS = 8
-"""From the equator of a sphere to a pole."""
+"""Number of steps from the equator of a sphere to a pole."""
 
 Profile = Sequence[tuple[float, float]]
-"""Distances from the axis and heights, from below."""
+"""A profile: distances from the axis and heights, from below."""
 
 
 def arc(radius: float, start: float, end: float) -> list[tuple[float, float]]:
@@ -26,7 +26,7 @@ def arc(radius: float, start: float, end: float) -> list[tuple[float, float]]:
 
 
 def turned(profile: Profile) -> tuple[Points, Faces]:
-    """Return the surface of a profile that turns about z, counter-clockwise as seen from outside."""
+    """Return the surface of a profile rotated about z, counter-clockwise as seen from outside."""
     around = np.arange(SLICES) * 2 * pi / SLICES
     rings = [
         np.stack([r * np.cos(around), r * np.sin(around), np.full(SLICES, z)], axis=1) for r, z in profile

@@ -1,1 +1,1 @@
-"""What all readers of robot and room files share."""
+"""The shared part of all readers of robot and room files."""

@@ -1,12 +1,19 @@
-"""Find the drives and controllers of a file: each is read by what is registered for its plugin."""
+"""Find the drives and controllers of a file: each is read by the reader registered for its plugin."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 from nrp_core.registry import Registry
-from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
+from nrp_core.world.scene.acting import (
+    JointController,
+    MountedDrive,
+    PairController,
+    Rename,
+    TrajectoryController,
+)
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name
 from nrp_core.world.scene.reading.registered import ModelParts, registered
@@ -19,17 +26,46 @@ class Actuators(NamedTuple):
     drives: tuple[MountedDrive, ...] = ()
     controllers: tuple[JointController, ...] = ()
     trajectory_controllers: tuple[TrajectoryController, ...] = ()
+    pair_controllers: tuple[PairController, ...] = ()
+
+    def with_others(self, others: Actuators) -> Actuators:
+        """Return these and others; of controllers with one topic, the first, which holds what any holds."""
+        return Actuators(
+            (*self.drives, *others.drives),
+            _once((*self.controllers, *others.controllers)),
+            (*self.trajectory_controllers, *others.trajectory_controllers),
+            (*self.pair_controllers, *others.pair_controllers),
+        )
+
+    def renamed(self, named: Rename) -> Actuators:
+        """Return those of a model whose parts have other names."""
+        return Actuators(
+            tuple(drive.renamed(named) for drive in self.drives),
+            tuple(controller.renamed(named) for controller in self.controllers),
+            tuple(follower.renamed(named) for follower in self.trajectory_controllers),
+            tuple(pair.renamed(named) for pair in self.pair_controllers),
+        )
+
+
+def _once(controllers: Sequence[JointController]) -> tuple[JointController, ...]:
+    """Return controllers of which no two have joint, kind and topic in common."""
+    found: dict[tuple[str, str, str], JointController] = {}
+    for each in controllers:
+        first = found.setdefault((each.joint, each.kind, each.topic), each)
+        if first.initial is None and each.initial is not None:
+            found[each.joint, each.kind, each.topic] = replace(first, initial=each.initial)
+    return tuple(found.values())
 
 
 class DriveReader(Protocol):
-    """The class of a drive as readers use it, a :class:`nrp_core.world.drives.drive.Drive`."""
+    """The class of a drive for readers, a :class:`nrp_core.world.drives.drive.Drive`."""
 
     def read_plugin(self, plugin: Element, model: ModelParts, reading: Reading) -> MountedDrive:
         """Read a ``<plugin>`` of a model."""
 
 
 ControllerReader = Callable[[Element, ModelParts, Reading], Actuators | None]
-"""Reads a ``<plugin>`` of a model; None where the plugin does nothing."""
+"""Reads a ``<plugin>`` of a model; None if the plugin does nothing."""
 
 DRIVES: Registry[DriveReader] = Registry("nrp_core.drives", "drive")
 """Drives by the names of the plugins that they read."""

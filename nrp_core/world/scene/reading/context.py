@@ -1,31 +1,30 @@
-"""What one reading of a file carries along: where to look for other files, and what there is to warn of."""
+"""The context of reading a file: where to look for other files, and the warnings."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from nrp_core.findings import Code, Finding, Level, merged
 from nrp_core.world.scene.reading.left_out import Places
 from nrp_core.world.scene.reading.resources import Resources
 from nrp_core.world.scene.reading.xml import Element
 
 
 class Notes:
-    """The warnings of one reading; what is said of many elements is said once, with the first place."""
+    """The warnings of one reading; a warning about many elements is given once, with the first place."""
 
     def __init__(self) -> None:
-        self._places: dict[str, list[str]] = {}
+        self._findings: list[Finding] = []
 
-    def warn(self, element: Element, message: str) -> None:
+    def warn(self, element: Element, code: Code, message: str, *, subject: str | None = None) -> None:
         """Warn of an element."""
-        self._places.setdefault(message, []).append(element.where)
+        where = element.path, element.line
+        self._findings.append(Finding(code, message, Level.WARNING, *where, subject=subject))
 
     @property
-    def texts(self) -> tuple[str, ...]:
-        """Every warning as ``file:line: message``."""
-        return tuple(
-            f"{places[0]}: {message}" + (f" (and {len(places) - 1} more)" if places[1:] else "")
-            for message, places in self._places.items()
-        )
+    def findings(self) -> tuple[Finding, ...]:
+        """All warnings; one that holds for many elements is there once, with the first place."""
+        return merged(self._findings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +35,9 @@ class Reading:
         resources: finds meshes and included files.
         notes: takes warnings.
         robot: name of the whole model; relative topics in its file resolve below it.
-        scope: what comes before the names of parts of a model nested in it, ``arm::``.
-        without: what is left out of files.
-        lenient: whether an included file that is not there is left out, with a warning, instead of refused.
+        scope: the prefix of the names of parts of a nested model, ``arm::``.
+        without: the elements to leave out of files.
+        lenient: whether a missing included file is left out with a warning instead of an error.
     """
 
     resources: Resources
@@ -53,5 +52,5 @@ class Reading:
         return replace(self, scope=self.scope + prefix)
 
     def topic_of(self, part: str, name: str) -> str:
-        """Return the topic that a part of the model (a link, a joint) has by default."""
+        """Return the default topic of a part of the model (a link, a joint)."""
         return f"{self.scope}{part}/{name}".replace("::", "/")

@@ -1,20 +1,21 @@
 """Formats that packages add, by entry points in ``nrp_core.scene_readers``.
 
-An entry point is named as the root element of the files, and is a function that is given a path and returns
-the SDF that the file means and a list of warnings.
+An entry point has the name of the root element of the files. It is a function that takes a path and returns
+the equivalent SDF and a list of warnings: findings, or texts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from nrp_core.errors import BackendError
+from nrp_core.findings import Finding, Findings
 from nrp_core.registry import Registry
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element, parse_xml, without_lines
 
-Reader = Callable[[Path], tuple[str, list[str]]]
+Reader = Callable[[Path], tuple[str, Sequence[Finding | str]]]
 
 READERS: Registry[Reader] = Registry("nrp_core.scene_readers", "scene reader")
 
@@ -25,10 +26,10 @@ def added_formats() -> set[str]:
 
 
 def read_added(root: Element, notes: Notes) -> Element | None:
-    """Return the ``<sdf>`` that a file of another format means, None where nothing reads its root element.
+    """Return the equivalent ``<sdf>`` of a file in another format, None without a reader of its root element.
 
     Raises:
-        SceneError: the file cannot be used, or its reader does not import or is there twice.
+        SceneError: the file cannot be used, or its reader does not import or exists twice.
     """
     if root.tag not in READERS.names():
         return None
@@ -37,6 +38,6 @@ def read_added(root: Element, notes: Notes) -> Element | None:
     except BackendError as error:
         raise root.error(str(error)) from error
     text, warnings = read(root.path)
-    for warning in warnings:
-        notes.warn(root, warning)
+    for warning in Findings(warnings):
+        notes.warn(root, warning.code, warning.message, subject=warning.subject)
     return without_lines(parse_xml(text.encode(), root.path))

@@ -1,4 +1,4 @@
-"""Shapes as SDF writes them, and what stands in for a mesh that cannot be had."""
+"""Shapes in SDF, and the replacement of a missing mesh."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.bodies import Shape
 from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE, Piece, digest, mesh_pieces
@@ -29,17 +30,17 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
     """Read a ``<geometry>``.
 
     Args:
-        element: what to read.
-        form: how a mesh is wanted.
-        reading: what is carried along.
-        static: whether it is of what never moves.
+        element: the element.
+        form: the form of meshes.
+        reading: the context of the reading.
+        static: whether it belongs to a static model.
 
     Returns:
-        The shapes in the element's frame (a plane's normal need not be z): several where a mesh has several
-        colours or convex pieces; none, with a warning, where they cannot be had.
+        The shapes in the element's frame (a plane's normal need not be z): several if a mesh has several
+        colours or convex pieces; none, with a warning, if they cannot be read.
 
     Raises:
-        SceneError: a size is missing or not positive, or there is no such shape.
+        SceneError: a size is missing or not positive, or the shape is unknown.
     """
     shape = _shape(element)
     if shape.tag == "plane":
@@ -52,14 +53,17 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
         return _heightmap(shape, form, reading, static)
     if shape.tag in _NOT_READ:
         reading.notes.warn(
-            shape, f"shapes of kind <{shape.tag}> are not supported: replaced by a simple shape"
+            shape,
+            Code.NRP258,
+            f"shapes of kind <{shape.tag}> are not supported: replaced by a simple shape",
+            subject=shape.tag,
         )
         return []
     return [Shape(_solid(shape), Pose())]
 
 
 def is_empty(element: Element) -> bool:
-    """Tell whether a ``<geometry>`` is without a shape on purpose."""
+    """Return whether a ``<geometry>`` is without a shape on purpose."""
     return _shape(element).tag == "empty"
 
 
@@ -107,13 +111,18 @@ def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
     try:
         pieces = _pieces(uri, _wanted(shape, form), reading)
     except SceneError as error:
-        reading.notes.warn(uri, f"the mesh '{uri.text}' {error.message}: replaced by a simple shape")
+        reading.notes.warn(
+            uri,
+            Code.NRP258,
+            f"the mesh '{uri.text}' {error.message}: replaced by a simple shape",
+            subject=uri.text,
+        )
         return []
     return [Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba) for piece in pieces]
 
 
 def _polyline(lines: Sequence[Element], form: Form, reading: Reading) -> list[Shape]:
-    """Return what lies within lines, extruded as high as the first one says, or none with a warning."""
+    """Return the area within lines, extruded to the height of the first one, or none with a warning."""
     height = lines[0].positive("height", 1.0)
     rings = [np.array([point.numbers(2) for point in line.all("point")]).reshape(-1, 2) for line in lines]
     convex = form == "convex"
@@ -121,13 +130,15 @@ def _polyline(lines: Sequence[Element], form: Form, reading: Reading) -> list[Sh
     try:
         paths = kept_meshes(key, lambda: extruded(rings, height, convex=convex))
     except ValueError as error:
-        reading.notes.warn(lines[0], f"the polyline is not usable, {error}: replaced by a simple shape")
+        reading.notes.warn(
+            lines[0], Code.NRP258, f"the polyline is not usable, {error}: replaced by a simple shape"
+        )
         return []
     return [Shape(Mesh(path), Pose()) for path in paths]
 
 
 def _heightmap(shape: Element, form: Form, reading: Reading, static: bool) -> list[Shape]:
-    """Return the ground of a height map, or none with a warning."""
+    """Return the terrain of a height map, or none with a warning."""
     uri = shape.require("uri")
     size, pos = shape.find("size"), shape.find("pos")
     x, y, z = size.all_positive(3) if size else (1.0, 1.0, 1.0)
@@ -136,7 +147,12 @@ def _heightmap(shape: Element, form: Form, reading: Reading, static: bool) -> li
         heights = _heights(uri, reading, static)
     except (SceneError, ValueError) as error:
         reason = error.message if isinstance(error, SceneError) else error
-        reading.notes.warn(uri, f"the height map '{uri.text}' {reason}: replaced by a simple shape")
+        reading.notes.warn(
+            uri,
+            Code.NRP258,
+            f"the height map '{uri.text}' {reason}: replaced by a simple shape",
+            subject=uri.text,
+        )
         return []
     (path,) = kept_meshes(digest("heightmap", heights.shape, heights.tobytes()), lambda: [terrain(heights)])
     ground = Heightmap(path, (x, y, z), *heights.shape) if form == "convex" else Mesh(path, (x, y, z))

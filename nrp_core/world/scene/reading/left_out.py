@@ -1,6 +1,6 @@
-"""Read files of which not everything can be used: the least that holds what is wrong is left out, and named.
+"""Read files with invalid parts: the smallest element around an error is left out and reported.
 
-For files that people have and run as they are; an error is the better answer for those that they write.
+This is for existing files that run as they are; for files under development an error is better.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import TypeAlias, TypeVar
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.scene.reading.xml import Element
 
 Places: TypeAlias = Mapping[tuple[Path, int], int]
-"""By file and line, how many elements there are left out, the innermost first."""
+"""Number of elements to leave out by file and line, the innermost first."""
 Read = TypeVar("Read")
 
 _PARTS = frozenset(
@@ -25,17 +26,17 @@ _PARTS = frozenset(
 _MOST = 300
 
 
-def read_without(read: Callable[[Places], Read]) -> tuple[Read, list[str]]:
-    """Return what a file holds, and what was left out of it for what reason, ``file:line: reason``.
+def read_without(read: Callable[[Places], Read]) -> tuple[Read, list[Finding]]:
+    """Return the contents of a file, and a finding for each element that is left out.
 
     Args:
-        read: reads the file without what stands at some places.
+        read: reads the file without the elements at some places.
 
     Raises:
-        SceneError: what is wrong is no part that can be left out.
+        SceneError: the error is not in an element that can be left out.
     """
     without: Counter[tuple[Path, int]] = Counter()
-    reasons: list[str] = []
+    reasons: list[Finding] = []
     last: SceneError | None = None
     while True:
         try:
@@ -45,11 +46,13 @@ def read_without(read: Callable[[Places], Read]) -> tuple[Read, list[str]]:
                 raise last or error from None
             last = error
             without[error.path, error.line] += 1
-            reasons.append(f"{error}: left out")
+            reasons.append(
+                Finding(Code.NRP260, f"{error.message}: left out", Level.WARNING, error.path, error.line)
+            )
 
 
 def leave_out(root: Element, without: Places) -> None:
-    """Take out of a file what stands at some places."""
+    """Remove the elements at some places from a file."""
     for (path, line), count in without.items():
         if path != root.path:
             continue
@@ -61,7 +64,7 @@ def leave_out(root: Element, without: Places) -> None:
 
 
 def _innermost(holder: Element, line: int) -> tuple[Element | None, Element | None]:
-    """Return the innermost part around a line, with the element that it stands in."""
+    """Return the innermost element around a line that can be left out, with its parent."""
     around = [child for child in reversed(holder.children) if child.line <= line <= child.end_line]
     for within in sorted(around, key=lambda child: child.line != line):
         found = _innermost(within, line)

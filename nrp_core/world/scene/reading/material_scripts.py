@@ -1,7 +1,7 @@
-"""Materials that models bring along: OGRE material scripts, as Gazebo's models have them.
+"""Materials in OGRE material scripts, as Gazebo's models have them.
 
-Of a material its colour is read: what glows, else the mean of its texture, else what is lit. See
-https://ogrecave.github.io/ogre/api/latest/_material-_scripts.html.
+Only the colour of a material is read: the emissive one, else the mean of its texture, else the diffuse one.
+See https://ogrecave.github.io/ogre/api/latest/_material-_scripts.html.
 """
 
 from __future__ import annotations
@@ -11,33 +11,46 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from nrp_core.world.scene.meshes.pictures import mean_color
+from nrp_core.world.scene.meshes.images import mean_color
 from nrp_core.world.scene.model import Rgba
 
 MAX_BYTES = 10_000_000
-"""Of a script; of a picture five times as much."""
+"""Maximum size of a script, bytes; five times as much for an image."""
 
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _HEAD = re.compile(r"^\s*material\s+(\S+)", re.MULTILINE)
 _PROPERTY = re.compile(r"^\s*(ambient|diffuse|emissive|texture)\s+(.+?)\s*$", re.MULTILINE)
 
 
-def script_color(name: str, places: Iterable[Path]) -> tuple[Rgba, bool] | None:
-    """Return the colour of a material and whether it glows, None where no script has it or it has no colour.
+def script_color(
+    name: str, places: Iterable[Path], textures: Iterable[Path] = ()
+) -> tuple[Rgba, bool] | None:
+    """Return the colour of a material and whether it glows, None if no script has it or it has no colour.
 
     Args:
-        name: as the script has it.
-        places: scripts, or folders of scripts and pictures.
+        name: its name in the script.
+        places: scripts, or folders of scripts and images.
+        textures: folders in which images are looked for last.
     """
+    places = list(places)
     folders = [place if place.is_dir() else place.parent for place in places]
     for script in _scripts(places):
         text = _COMMENT.sub("", _contents(script, MAX_BYTES).decode(errors="replace"))
         heads = list(_HEAD.finditer(text))
         ends = [*(head.start() for head in heads), len(text)][1:]
-        for head, end in zip(heads, ends, strict=False):  # where there are none, there is one end
+        for head, end in zip(heads, ends, strict=False):  # a missing brace counts as the end
             if head[1] == name:
-                return _color(text[head.end() : end], [*folders, script.parent.parent / "textures"])
+                return _color(
+                    text[head.end() : end], [*folders, script.parent.parent / "textures", *textures]
+                )
     return None
+
+
+def image_color(name: str, folders: Iterable[Path]) -> Rgba | None:
+    """Return the mean colour of the image of a name; None where no folder has one."""
+    image = next((path for folder in folders if (path := folder / name).is_file()), None)
+    mean = mean_color(_contents(image, 5 * MAX_BYTES)) if image else None
+    return (*mean, 1.0) if mean else None
 
 
 def _scripts(places: Iterable[Path]) -> Iterator[Path]:
@@ -56,11 +69,9 @@ def _color(body: str, folders: Iterable[Path]) -> tuple[Rgba, bool] | None:
     if emissive and any(emissive[:3]):
         return emissive, True
     if "texture" in found:
-        pictures = (folder / found["texture"].split()[0] for folder in folders)
-        picture = next((path for path in pictures if path.is_file()), None)
-        mean = mean_color(_contents(picture, 5 * MAX_BYTES)) if picture else None
+        mean = image_color(found["texture"].split()[0], folders)
         if mean:
-            return (*mean, 1.0), False
+            return mean, False
     lit = _numbers(found.get("diffuse", "")) or _numbers(found.get("ambient", ""))
     return (lit, False) if lit else None
 

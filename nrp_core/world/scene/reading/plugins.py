@@ -1,16 +1,17 @@
-"""Gazebo's plugins as files name them."""
+"""The names of Gazebo's plugins in files."""
 
 from __future__ import annotations
 
 import re
 from posixpath import join
 
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
-# what Gazebo needs to run at all, and every backend does by itself
+# plugins that Gazebo needs and every backend replaces
 _INFRASTRUCTURE = (
     "Physics",
     "UserCommands",
@@ -37,13 +38,8 @@ _SYSTEM_FILE = re.compile(r"(?:gz-sim|ignition-gazebo)\d*-(.+)-system")
 _SYSTEM_NAMES = {"Forcetorque": "ForceTorque", "MulticopterControl": "MulticopterVelocityControl"}
 
 
-def unknown_plugin(name: str) -> str:
-    """Return the warning about a plugin that no reader knows."""
-    return f"the plugin '{name}' is unknown and has no effect"
-
-
 def plugin_name(plugin: Element) -> str:
-    """Return what a ``<plugin>`` is known by.
+    """Return the name by which a ``<plugin>`` is registered.
 
     The class for a system of gz-sim (``DiffDrive`` for ``gz::sim::systems::DiffDrive``, and for the files
     ``gz-sim-diff-drive-system`` and ``libignition-gazebo-diff-drive-system.so``), else the file without its
@@ -61,13 +57,13 @@ def plugin_name(plugin: Element) -> str:
 
 
 def ros_namespace(plugin: Element) -> str:
-    """Return the namespace that a plugin for ROS (1 or 2) puts its topics below; empty for none."""
+    """Return the namespace of the topics of a plugin for ROS (1 or 2); empty for none."""
     namespace = plugin.find("ros", "namespace")
     return namespace.text if namespace else plugin.word("robotNamespace")
 
 
 def ros_topic(plugin: Element, name: str, reading: Reading) -> str:
-    """Return the topic that a plugin for ROS means, after the ``<remapping>`` rules of ROS 2."""
+    """Return the topic of a plugin for ROS after the ``<remapping>`` rules of ROS 2."""
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
     there = next((to for this, _, to in rules if this == name), name)
@@ -75,14 +71,15 @@ def ros_topic(plugin: Element, name: str, reading: Reading) -> str:
 
 
 def vector_in(plugin: Element, tag: str) -> Vector:
-    """Return the three numbers of a parameter, 0 where it is not there."""
+    """Return the three numbers of a parameter, 0 if it is missing."""
     found = plugin.find(tag)
     x, y, z = found.numbers(3) if found else (0.0, 0.0, 0.0)
     return x, y, z
 
 
 def warn_of_plugin(plugin: Element, reading: Reading) -> None:
-    """Warn that a plugin does nothing here, unless there is nothing for it to do."""
+    """Warn that a plugin has no effect here, unless it is not needed."""
     name = plugin_name(plugin)
     if name not in _INFRASTRUCTURE:
-        reading.notes.warn(plugin, unknown_plugin(name))
+        message = f"the plugin '{name}' is unknown and has no effect"
+        reading.notes.warn(plugin, Code.NRP261, message, subject=name)

@@ -18,7 +18,7 @@ Part = TypeVar("Part", Link, Joint)
 
 @dataclass(frozen=True, slots=True)
 class ModelParts:
-    """The links and joints of the model that has a ``<plugin>``."""
+    """The links and joints of the model with a ``<plugin>``."""
 
     links: Sequence[Link]
     joints: Sequence[Joint]
@@ -33,7 +33,7 @@ class ModelParts:
 
 
 def registered(registry: Registry[Plugin], name: str, element: Element) -> Plugin | None:
-    """Return the plugin of a name, imported when a file first has it; None where there is none.
+    """Return the plugin with a name, imported at its first use; None if there is none.
 
     Raises:
         SceneError: it does not import, or two distributions provide it.

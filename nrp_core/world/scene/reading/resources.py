@@ -1,9 +1,9 @@
 """Files that a robot or a room refers to: ``model://``, ``package://``, ``file://`` and plain paths.
 
-Looked for, in this order: beside the file that refers to them, in the folder above it, in the folders given
-by the user, in those of the environment variables that users of Gazebo and ROS have set, among the few
-standard models that ship here (``ground_plane``, ``sun``), and last in the folders above the file that have
-the name of the model or package.
+They are searched in this order: beside the file that refers to them, in its parent folder, in the folders
+given by the user, in those of the environment variables of Gazebo and ROS, among the standard models that
+ship here (``ground_plane``, ``sun``), and last in the folders above the file that have the name of the model
+or package.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ENVIRONMENT = (
     "ROS_PACKAGE_PATH",
 )
 INSTALLED = "AMENT_PREFIX_PATH"
-"""Of ROS 2: folders below whose ``share`` packages are installed."""
+"""Variable of ROS 2: folders with installed packages in ``share``."""
 SHIPPED = Path(__file__).parents[1] / "models"
 
 _SCHEMES = ("model", "package", "file")
@@ -31,30 +31,36 @@ _MAIN_FILES = (".sdf", ".world", ".urdf", ".xacro")
 
 
 class Resources:
-    """Where files are looked for.
+    """The places where files are searched.
 
     Args:
-        search_path: folders of the user, first come first.
+        search_path: folders given by the user, in order.
     """
 
     def __init__(self, search_path: Iterable[Path | str] = ()) -> None:
         variables = [folder for name in ENVIRONMENT for folder in _folders_in(name)]
         installed = [folder / "share" for folder in _folders_in(INSTALLED)]
-        self._folders = [*map(Path, search_path), *variables, *installed, SHIPPED]
+        self._of_user = list(map(Path, search_path))
+        self._folders = [*self._of_user, *variables, *installed, SHIPPED]
 
     def find(self, uri: Element) -> Path | None:
-        """Return the file that a ``<uri>`` refers to, None where there is none."""
+        """Return the file that a ``<uri>`` refers to, None if it does not exist."""
         return next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
 
+    def media(self) -> list[Path]:
+        """Return the folders of the user in which scripts of materials and their textures are looked for."""
+        inner = ("", "materials/scripts", "materials/textures")
+        return [place for folder in self._of_user for each in inner if (place := folder / each).is_dir()]
+
     def locate(self, uri: Element) -> Path | None:
-        """Return the file or folder that a ``<uri>`` refers to, None where there is none."""
+        """Return the file or folder that a ``<uri>`` refers to, None if it does not exist."""
         return next((path for path in self._candidates(uri.text, uri.path) if path.exists()), None)
 
     def model_file(self, uri: Element) -> Path:
-        """Return the file of a model that a ``<uri>`` refers to, itself or by the folder of the model.
+        """Return the model file that a ``<uri>`` refers to, directly or by the folder of the model.
 
         Raises:
-            SceneError: there is none.
+            SceneError: it does not exist.
         """
         if not uri.text:
             raise uri.error(f"the <{uri.tag}> is empty")
@@ -75,7 +81,7 @@ class Resources:
         """Return the folder of a ROS package that a file refers to.
 
         Raises:
-            SceneError: there is none.
+            SceneError: it does not exist.
         """
         for folder in self._candidates(f"package://{name}", user):
             if folder.is_dir():
@@ -95,7 +101,7 @@ class Resources:
         if scheme in ("model", "package") and separator:
             name, _, inner = rest.partition("/")
             yield from (folder / inner for folder in (beside, *beside.parents) if folder.name == name)
-            yield from (folder / inner for folder in (beside, beside.parent) if inner)  # under another name
+            yield from (folder / inner for folder in (beside, beside.parent) if inner)  # another name
 
 
 def main_file(folder: Path) -> Path | None:
@@ -108,7 +114,7 @@ def main_file(folder: Path) -> Path | None:
 
 
 def listed_file(folder: Path) -> Path | None:
-    """Return the newest SDF file of a model's folder, None where it has none."""
+    """Return the SDF file with the newest version in a model's folder, None if it has none."""
     config = folder / "model.config"
     if config.exists():
         files = [(_version(sdf), folder / sdf.text) for sdf in read_xml(config).all("sdf")]

@@ -1,4 +1,4 @@
-"""Elements that all sensors of SDF have in common: their rate, their noise and their topic."""
+"""The common elements of all sensors of SDF: rate, noise and topic."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from posixpath import join
 from typing import NamedTuple
 
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, vector_in, warn_of_plugin
@@ -17,29 +18,39 @@ DEFAULT_RATE_HZ = 30.0
 
 
 def rate_of(sensor: Element, reading: Reading) -> float:
-    """Return the samples a second that a ``<sensor>`` asks for."""
+    """Return the update rate of a ``<sensor>``, Hz."""
     rate_hz = sensor.number("update_rate", 0.0)
     if rate_hz < 0:
         raise sensor.error(f"an <update_rate> must be 0 or more, not {rate_hz:g}")
     if rate_hz:
         return rate_hz
     name = sensor.attribute("name")
-    reading.notes.warn(sensor, f"the sensor '{name}' has no <update_rate>: {DEFAULT_RATE_HZ:g} Hz is used")
+    reading.notes.warn(
+        sensor,
+        Code.NRP264,
+        f"the sensor '{name}' has no <update_rate>: {DEFAULT_RATE_HZ:g} Hz is used",
+        subject=name,
+    )
     return DEFAULT_RATE_HZ
 
 
 def noise_of(section: Element, reading: Reading) -> Noise:
-    """Return the ``<noise>`` of a part of a sensor, none where it has none."""
+    """Return the ``<noise>`` of a part of a sensor; zero noise if it has none."""
     noise = section.find("noise")
     if noise is None:
         return Noise()
     kind = noise.attributes.get("type") or noise.word("type", "none")
     if kind not in ("none", "gaussian", "gaussian_quantized"):
-        reading.notes.warn(noise, f"noise of type '{kind}' is not simulated")
+        reading.notes.warn(noise, Code.NRP262, f"noise of type '{kind}' is not simulated", subject=kind)
         return Noise()
     if kind == "gaussian_quantized":
-        reading.notes.warn(noise, "the quantization of noise is not simulated")
-    return Noise(noise.number("mean", 0.0), noise.number("stddev", 0.0)) if kind != "none" else Noise()
+        reading.notes.warn(noise, Code.NRP262, "the quantization of noise is not simulated")
+    if kind == "none":
+        return Noise()
+    deviation = noise.number("stddev", 0.0)
+    if deviation < 0:
+        raise noise.error(f"the <stddev> of a <noise> must be 0 or more, not {deviation:g}")
+    return Noise(noise.number("mean", 0.0), deviation)
 
 
 def topic_of(sensor: Element, default: str, tags: Mapping[str, str], reading: Reading) -> str:
@@ -47,9 +58,9 @@ def topic_of(sensor: Element, default: str, tags: Mapping[str, str], reading: Re
 
     Args:
         sensor: the ``<sensor>``.
-        default: a topic.
-        tags: of each plugin that is known, by its name, the parameter that names the topic.
-        reading: what is carried along.
+        default: the default topic.
+        tags: for each known plugin, by its name, the parameter with the topic.
+        reading: the context of the reading.
     """
     topic = sensor.word("topic", default)
     for plugin in sensor.all("plugin"):
@@ -62,19 +73,19 @@ def topic_of(sensor: Element, default: str, tags: Mapping[str, str], reading: Re
 
 
 def plugin_topic(plugin: Element, tag: str, default: str) -> str:
-    """Return the topic that a ROS plugin names by a parameter or a remapping, else a default."""
+    """Return the topic in a parameter or remapping of a ROS plugin, else a default."""
     return join(ros_namespace(plugin), plugin.word(tag) or output_of(plugin) or default)
 
 
 def output_of(plugin: Element) -> str:
-    """Return what a plugin of ROS 2 remaps its output ``~/out`` to; empty for nothing."""
+    """Return the target of a ROS 2 plugin's remapping of ``~/out``; empty for none."""
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
     return next((to for name, _, to in rules if name == "~/out"), "")
 
 
 class PluginSensor(NamedTuple):
-    """The parameters that all sensors have which are plugins of a model."""
+    """The common parameters of all sensors that are plugins of a model."""
 
     name: str
     topic: str
@@ -83,7 +94,7 @@ class PluginSensor(NamedTuple):
 
 
 def plugin_sensor(plugin: Element, reading: Reading) -> PluginSensor:
-    """Return what a ROS plugin of a model says as all of them do."""
+    """Return the common parameters of a ROS plugin of a model."""
     topic = plugin.require("topicName").text
     if not topic.startswith("/"):
         topic = resolve_name(f"{ros_namespace(plugin)}/{topic}".lstrip("/"), reading.robot)

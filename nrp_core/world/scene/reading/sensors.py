@@ -1,4 +1,4 @@
-"""Find the sensors of a file: each is read by the class that is registered for its type or its plugin."""
+"""Find the sensors of a file: each is read by the class registered for its type or plugin."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from nrp_core.findings import Code
 from nrp_core.registry import Registry
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Link
@@ -16,7 +17,7 @@ from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import MountedSensor
 
 PLUGIN = "plugin."
-"""Before the name of a model's ``<plugin>`` in the names of the entry points."""
+"""Prefix of the names of entry points for a model's ``<plugin>``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +25,7 @@ class Mount:
     """The link or joint that holds a ``<sensor>``.
 
     Args:
-        name: of the link or joint.
+        name: the name of the link or joint.
         place: returns the pose of an element in the frame of the link or joint.
     """
 
@@ -33,7 +34,7 @@ class Mount:
 
 
 class SensorReader(Protocol):
-    """The class of a sensor as readers use it, a :class:`nrp_core.world.sensors.sensor.Sensor`."""
+    """The class of a sensor for readers, a :class:`nrp_core.world.sensors.sensor.Sensor`."""
 
     @property
     def on_joint(self) -> bool:
@@ -47,11 +48,11 @@ class SensorReader(Protocol):
 
 
 SENSORS: Registry[SensorReader] = Registry("nrp_core.sensors", "sensor")
-"""Sensors by the types of ``<sensor>``, and by :data:`PLUGIN` with the names of plugins of models."""
+"""Sensors by the types of ``<sensor>``, and by :data:`PLUGIN` and the names of plugins of models."""
 
 
 def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:
-    """Read the sensors of a link; those that cannot be simulated are warned of and left out."""
+    """Read the sensors of a link; those that cannot be simulated are left out with a warning."""
     seen: set[str] = set()
     for sensor in sensors:
         name = sensor.attribute("name")
@@ -66,7 +67,7 @@ def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> 
 
 
 def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:
-    """Read the sensors of a joint likewise."""
+    """Read the sensors of a joint in the same way."""
     for sensor in sensors:
         found = registered(SENSORS, sensor.attribute("type"), sensor)
         if found is not None and found.on_joint:
@@ -76,7 +77,7 @@ def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) ->
 
 
 def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> list[Link] | None:
-    """Return the links with the sensor that a ``<plugin>`` of a model stands for; None if it is none."""
+    """Return the links with the sensor of a ``<plugin>`` of a model; None if the plugin is not a sensor."""
     found = registered(SENSORS, PLUGIN + plugin_name(plugin), plugin)
     if found is None:
         return None
@@ -84,9 +85,14 @@ def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> 
 
 
 def with_sensors(links: Sequence[Link], name: str, *sensors: MountedSensor) -> list[Link]:
-    """Return links of which one has further sensors."""
+    """Return links with further sensors on one of them."""
     return [replace(each, sensors=(*each.sensors, *sensors)) if each.name == name else each for each in links]
 
 
 def _warn_of_type(sensor: Element, reading: Reading) -> None:
-    reading.notes.warn(sensor, f"sensors of type '{sensor.attribute('type')}' are not simulated")
+    reading.notes.warn(
+        sensor,
+        Code.NRP262,
+        f"sensors of type '{sensor.attribute('type')}' are not simulated",
+        subject=sensor.attribute("type"),
+    )

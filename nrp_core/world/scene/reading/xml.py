@@ -30,7 +30,7 @@ def parse_xml(text: bytes, path: Path) -> Element:
 
 
 def without_lines(element: Element) -> Element:
-    """Return an element that a program wrote, all of it in line 1: its lines are in no file of the user."""
+    """Return a generated element, with all lines 1 because it is not in a file of the user."""
     element.line = 1
     for child in element.children:
         without_lines(child)

@@ -1,14 +1,15 @@
 """Robots and rooms in SDF 1.4 to 1.12, the format of Gazebo, and robots in URDF, which is read as SDF.
 
-Defaults are those of the specification (http://sdformat.org/spec), with two exceptions that real files
-need: a link without ``<inertial>`` weighs what its collision shapes would of water (SDF says 1 kg),
-and a revolute joint without limits is continuous.
+Defaults are those of the specification (http://sdformat.org/spec), with two exceptions that real files need:
+a link without ``<inertial>`` has the mass of its collision shapes at the density of water (SDF: 1 kg), and a
+revolute joint without limits is continuous.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -22,6 +23,7 @@ from nrp_core.world.scene.sdf.model import build_model, read_parts
 from nrp_core.world.scene.sdf.placed import read_placed
 from nrp_core.world.scene.sdf.source import Source
 from nrp_core.world.scene.sdf.world import read_world
+from nrp_core.world.scene.stand_in import with_static_shapes
 
 __all__ = ["read_model", "read_scene"]
 
@@ -38,14 +40,14 @@ def read_model(
 
     Args:
         path: the file.
-        name: of the model in the scene, a robot's id; by default the file's. Relative topics of the
-            file resolve below it.
-        pose: where it stands in the world; by default where the file says.
-        search_path: folders that ``model://`` and relative paths are looked for in.
-        without: what is left out; see :mod:`nrp_core.world.scene.reading.left_out`.
+        name: the name of the model in the scene, a robot's id; by default the name in the file. Relative
+            topics of the file resolve below it.
+        pose: its pose in the world; by default the pose in the file.
+        search_path: folders in which ``model://`` and relative paths are searched.
+        without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.left_out`.
 
     Raises:
-        SceneError: the file cannot be used; file and line are named.
+        SceneError: the file cannot be used; the message names file and line.
     """
     reading = Reading(Resources(search_path), Notes(), without=without)
     source = Source.open(Path(path), reading)
@@ -58,8 +60,10 @@ def read_model(
     own = replace(reading, robot=name or placed.name)
     parts = read_parts(placed, own, static=placed.static)
     stands = pose or placed.pose(WORLD, parts.frames)[0]
-    model = build_model(placed, parts, own.robot, stands, own)
-    return replace(model, warnings=reading.notes.texts)
+    (model,) = with_static_shapes(
+        [build_model(placed, parts, own.robot, stands, own)], partial(reading.notes.warn, placed.element)
+    )
+    return replace(model, warnings=reading.notes.findings)
 
 
 def read_scene(
@@ -73,12 +77,12 @@ def read_scene(
 
     Args:
         path: the file.
-        search_path: folders that ``model://`` and relative paths are looked for in.
-        without: what is left out; see :mod:`nrp_core.world.scene.reading.left_out`.
-        lenient: whether an included model that is not there is left out, with a warning, instead of refused.
+        search_path: folders in which ``model://`` and relative paths are searched.
+        without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.left_out`.
+        lenient: whether a missing included model is left out with a warning instead of an error.
 
     Raises:
-        SceneError: the file cannot be used; file and line are named.
+        SceneError: the file cannot be used; the message names file and line.
     """
     reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient)
     source = Source.open(Path(path), reading)

@@ -1,19 +1,20 @@
-"""What SDF's visuals look like: their colours, and how they shine."""
+"""The look of SDF's visuals: colours and finishes."""
 
 from __future__ import annotations
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code
 from nrp_core.world.scene.bodies import Look
 from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.material_scripts import script_color
+from nrp_core.world.scene.reading.material_scripts import image_color, script_color
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.finish import albedo_map, read_finish
 
 
 def read_look(visual: Element, reading: Reading) -> Look:
-    """Return the look of a ``<visual>``: the colour that glows, else the one that is lit."""
+    """Return the look of a ``<visual>``: the emissive colour, else the diffuse one."""
     material = visual.find("material")
     transparency = visual.number("transparency", 0.0)
     opacity = 1 - min(max(transparency, 0.0), 1.0)
@@ -31,15 +32,15 @@ def _surface(material: Element, reading: Reading) -> tuple[Rgba | None, bool]:
     )
     if emissive and any(emissive[:3]):
         return emissive, True
-    picture = albedo_map(material, reading)
-    if picture:
-        (red, green, blue), (r, g, b, alpha) = picture, diffuse or (1.0, 1.0, 1.0, 1.0)
+    image = albedo_map(material, reading)
+    if image:
+        (red, green, blue), (r, g, b, alpha) = image, diffuse or (1.0, 1.0, 1.0, 1.0)
         return (r * red, g * green, b * blue, alpha), False
     return (diffuse, False) if diffuse else _script(material, reading) or (ambient, False)
 
 
 def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
-    """Return the colour in a child: three or four numbers 0..1; None where there is none.
+    """Return the colour in a child: three or four numbers 0..1; None if it is missing.
 
     As in Gazebo, numbers above 1 are taken as 255ths.
     """
@@ -48,7 +49,9 @@ def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
         return None
     parts = color.numbers(3 if len(color.text.split()) == 3 else 4)
     if not all(0 <= part <= 1 for part in parts):
-        reading.notes.warn(color, f"<{tag}> holds numbers from 0 to 1, not '{color.text}': read as 255ths")
+        reading.notes.warn(
+            color, Code.NRP264, f"<{tag}> holds numbers from 0 to 1, not '{color.text}': read as 255ths"
+        )
         parts = tuple(min(max(part / 255 if part > 1 else part, 0.0), 1.0) for part in parts)
     r, g, b, *alpha = parts
     return r, g, b, alpha[0] if alpha else 1.0
@@ -59,12 +62,18 @@ def _script(material: Element, reading: Reading) -> tuple[Rgba, bool] | None:
     name = script.find("name") or script  # as old files write it
     if not name.text:
         return None
-    places = [reading.resources.locate(uri) for uri in script.all("uri")]
-    found = script_color(name.text, [place for place in places if place])
+    places, media = [reading.resources.locate(uri) for uri in script.all("uri")], reading.resources.media()
+    found = script_color(name.text, [place for place in places if place], media)
     if found is not None:
         return found
     try:
         return color_of(name.text), glows(name.text)
     except SceneError as error:
-        reading.notes.warn(name, f"shown grey: {error}")
+        found = script_color(name.text, media)
+        if found is not None:
+            return found
+        image = image_color(name.text, media)
+        if image is not None:
+            return image, False
+        reading.notes.warn(name, Code.NRP259, f"shown grey: {error}", subject=name.text)
         return None

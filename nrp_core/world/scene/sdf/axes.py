@@ -1,4 +1,4 @@
-"""An axis of a joint of SDF: where it points, how far it goes, what slows it down, what it follows."""
+"""An axis of a joint of SDF: direction, limits, damping and mimic."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ _ROUNDING = 1e-12
 
 
 def second(name: str) -> str:
-    """Return the name of what turns about the second axis of a joint."""
+    """Return the name of the joint for the second axis of a joint."""
     return name + SECOND_AXIS
 
 
 def with_axis(joint: Joint, element: Element, tag: str, frames: Frames, version: tuple[int, int]) -> Joint:
-    """Return a joint that turns or slides as an ``<axis>`` says.
+    """Return a joint with the properties of an ``<axis>``.
 
     Args:
-        joint: what is known without it.
+        joint: the joint without them.
         element: the ``<joint>``.
         tag: ``axis`` or ``axis2``.
-        frames: of its model.
-        version: of the file; up to SDF 1.4 the axis is given in the frame of the model.
+        frames: the frames of its model.
+        version: version of the file; up to SDF 1.4 the axis is given in the frame of the model.
 
     Returns:
-        The joint; what turns without limits is continuous, what turns from 0 to 0 is fixed.
+        The joint; one that turns without limits is continuous, one that turns from 0 to 0 is fixed.
 
     Raises:
-        SceneError: a number makes no sense, or a frame is not there.
+        SceneError: a number is invalid, or a frame does not exist.
     """
     axis = element.section(tag)
     limit = axis.section("limit")
@@ -70,7 +70,7 @@ def slowed(joint: Joint, axis: Element) -> Joint:
 
 
 def direction(joint: Element, tag: str, frames: Frames, version: tuple[int, int]) -> Vector:
-    """Return where an axis of a ``<joint>`` points, in the frame of the model."""
+    """Return the direction of an axis of a ``<joint>`` in the frame of the model."""
     axis = joint.section(tag)
     in_model = axis.flag("use_parent_model_frame", version <= (1, 4))
     default = MODEL if in_model else joint.attribute("name")
@@ -80,7 +80,7 @@ def direction(joint: Element, tag: str, frames: Frames, version: tuple[int, int]
 
 
 def _mimic(axis: Element, name: str) -> Mimic | None:
-    """Return which joint this one follows; its ``<reference>`` is where the leader is at 0 of that."""
+    """Return the joint that this one follows; ``<reference>`` is the leader's position at the offset."""
     mimic = axis.find("mimic")
     if mimic is None:
         return None
@@ -94,7 +94,7 @@ def _mimic(axis: Element, name: str) -> Mimic | None:
 
 
 def _unit(axis: Vector) -> Vector:
-    """Return an axis that was turned there and back without the rounding of that; engines test its length."""
+    """Return an axis without rounding errors of rotations, because engines check its length."""
     x, y, z = (0.0 if abs(part) < _ROUNDING else part for part in axis)
     length = hypot(x, y, z)
     return x / length, y / length, z / length
@@ -108,6 +108,6 @@ def _range(limit: Element) -> tuple[float, float]:
 
 
 def _maximum(limit: Element, tag: str) -> float:
-    """Return a limit that is not enforced where it is negative."""
+    """Return a limit; a negative one is not enforced."""
     value = limit.number(tag, inf, finite=False)
     return value if 0 <= value < _UNLIMITED else inf

@@ -1,4 +1,4 @@
-"""Joints of SDF that move in more than one way, told as simple ones in a row.
+"""Joints of SDF with several degrees of freedom, read as simple joints in series.
 
 =============  ==================================================================================
 a joint ``j``  becomes
@@ -9,9 +9,9 @@ screw          ``j``, which turns, and ``j_travel``, which slides as far as the 
 planar         ``j_x`` and ``j_y``, which slide across ``<axis>``, and ``j``, which turns about it
 =============  ==================================================================================
 
-Where Gazebo's plugins and messages name such a joint, they mean its first axis, and so it is here. Between
-the joints of a row are links of next to no mass: engines compute in the coordinates of joints, where what a
-joint moves is all that hangs on it.
+Gazebo's plugins and messages that name such a joint mean its first axis; the same holds here. Between the
+joints are links with almost no mass. Engines in joint coordinates can handle these, because a joint moves
+everything that follows it.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Inertial, Joint, Link, Mimic
 from nrp_core.world.scene.reading.context import Reading
@@ -32,16 +33,16 @@ from nrp_core.world.scene.sdf.axes import second, slowed, with_axis
 from nrp_core.world.scene.sdf.frames import Frames
 
 Row: TypeAlias = tuple[Joint, ...]
-"""The joints from one link to another, each told as if it were the only one between them."""
+"""The joints from one link to another, each as if it were the only one between them."""
 
 CARRIER = Inertial(1e-9, inertia=(1e-12, 1e-12, 1e-12, 0.0, 0.0, 0.0))
-"""Of a link between two joints of a row: what engines take for a mass, and nobody notices."""
+"""Mass of a link between two joints, kg: accepted by engines and negligible."""
 _PARALLEL = 1e-6
 _RIGHT_HANDED_TURN = 1.0  # SDF's default pitch of a thread, m
 
 
 def in_a_row(row: Sequence[Joint]) -> tuple[list[Joint], list[Link]]:
-    """Return the joints of a row one after the other, and the links between them."""
+    """Return joints in series, and the links between them."""
     carriers = [Link(f"{joint.name}_carrier", joint.pose, CARRIER) for joint in row[:-1]]
     stops = [row[0].parent, *(carrier.name for carrier in carriers), row[-1].child]
     joints = [
@@ -52,23 +53,23 @@ def in_a_row(row: Sequence[Joint]) -> tuple[list[Joint], list[Link]]:
 
 
 def ball(joint: Joint, element: Element, _: Frames, __: tuple[int, int], reading: Reading) -> Row:
-    """Read a ``ball`` joint; what slows it down does so about every axis."""
+    """Read a ``ball`` joint; its damping and friction act about every axis."""
     axis = element.section("axis")
     if axis.section("dynamics").number("spring_stiffness", 0.0):
-        reading.notes.warn(axis, "a <spring_stiffness> of a ball joint is not simulated")
+        reading.notes.warn(axis, Code.NRP263, "a <spring_stiffness> of a ball joint is not simulated")
     return (slowed(replace(joint, kind="ball"), axis),)
 
 
 def two_axes(
     joint: Joint, element: Element, frames: Frames, version: tuple[int, int], reading: Reading
 ) -> Row:
-    """Read a ``universal`` or ``revolute2`` joint: its first axis is the parent's, the second the child's."""
+    """Read a ``universal`` or ``revolute2`` joint: the first axis is the parent's, the second the child's."""
     turning = replace(joint, kind="revolute")
     first = with_axis(turning, element, "axis", frames, version)
     other = with_axis(replace(turning, name=second(joint.name)), element, "axis2", frames, version)
     if hypot(*np.cross(first.axis, other.axis)) < _PARALLEL:
         what = f"both axes of the joint '{joint.name}' are the same: it turns about the first one only"
-        reading.notes.warn(element, what)
+        reading.notes.warn(element, Code.NRP263, what, subject=joint.name)
         return (first,)
     return first, other
 
@@ -86,9 +87,9 @@ def screw(joint: Joint, element: Element, frames: Frames, version: tuple[int, in
 
 
 def _pitch(screw: Element) -> float:
-    """Return how far the child comes along the axis in a turn, m; to the left where it is negative.
+    """Return the pitch of the thread, m per turn; negative for a left-handed one.
 
-    The older ``<thread_pitch>`` is in radians per metre, and of a thread that turns to the left.
+    The older ``<thread_pitch>`` is in radians per metre, of a left-handed thread.
     """
     old = screw.find("thread_pitch")
     if old is None or screw.find("screw_thread_pitch"):
@@ -124,4 +125,4 @@ COMPOUND: dict[str, Callable[[Joint, Element, Frames, tuple[int, int], Reading],
     "screw": screw,
     "universal": two_axes,
 }
-"""What reads each type of joint that is more than one axis."""
+"""Readers of the joint types with more than one axis."""

@@ -1,6 +1,7 @@
-"""How SDF's materials shine: physically based ones, and those of Phong's model.
+"""The finishes of SDF's materials: physically based ones, and those of Phong's model.
 
-A map counts as its mean, and instead of the number that it varies: shapes here have no texture coordinates.
+A map is replaced by its mean, which takes precedence over the number, because shapes have no texture
+coordinates.
 """
 
 from __future__ import annotations
@@ -8,23 +9,24 @@ from __future__ import annotations
 from contextlib import suppress
 from math import sqrt
 
+from nrp_core.findings import Code
 from nrp_core.world.scene.finish import PLASTIC, Finish
 from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE
-from nrp_core.world.scene.meshes.pictures import mean_color
+from nrp_core.world.scene.meshes.images import mean_color
 from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 
-_BURLEY = 0.08  # what the brightest specular colour reflects head-on (Burley 2012): an index of 1.8
+_BURLEY = 0.08  # reflectance of the brightest specular colour (Burley 2012): an index of 1.8
 
 
 def read_finish(material: Element, specular: Rgba | None, reading: Reading) -> Finish | None:
-    """Return the finish of a ``<material>``, None where it is matt.
+    """Return the finish of a ``<material>``, None if it is matt.
 
     Args:
         material: the element.
         specular: its ``<specular>`` colour, if it has one.
-        reading: what is carried along.
+        reading: the context of the reading.
     """
     metal, gloss = material.find("pbr", "metal"), material.find("pbr", "specular")
     bright = specular[:3] if specular and any(specular[:3]) else None
@@ -40,14 +42,14 @@ def read_finish(material: Element, specular: Rgba | None, reading: Reading) -> F
 
 
 def albedo_map(material: Element, reading: Reading) -> tuple[float, float, float] | None:
-    """Return the mean of the ``<albedo_map>`` of a material, None where it has none."""
+    """Return the mean of the ``<albedo_map>`` of a material, None if it has none."""
     pbr = material.section("pbr")
     workflow = pbr.find("metal") or pbr.section("specular")
     return map_color(workflow, "albedo_map", reading)
 
 
 def map_color(workflow: Element, tag: str, reading: Reading) -> tuple[float, float, float] | None:
-    """Return the mean colour of a map; None where there is none, with a warning where it cannot be read."""
+    """Return the mean colour of a map; None if there is none, with a warning if it cannot be read."""
     uri = workflow.find(tag)
     if uri is None or not uri.text:
         return None
@@ -58,7 +60,7 @@ def map_color(workflow: Element, tag: str, reading: Reading) -> tuple[float, flo
             mean = mean_color(path.read_bytes())
     if mean is None:
         reason = "is not there" if path is None else "cannot be read"
-        reading.notes.warn(uri, f"the <{tag}> '{uri.text}' {reason}: left out")
+        reading.notes.warn(uri, Code.NRP259, f"the <{tag}> '{uri.text}' {reason}: left out", subject=uri.text)
     return mean
 
 
@@ -71,12 +73,14 @@ def _share(workflow: Element, tag: str, default: float, reading: Reading) -> flo
     share = min(max(value, 0.0), 1.0)
     if share != value:
         where = workflow.require(tag)
-        reading.notes.warn(where, f"<{tag}> must be from 0 to 1, not {value:g}: {share:g} is used")
+        reading.notes.warn(
+            where, Code.NRP264, f"<{tag}> must be from 0 to 1, not {value:g}: {share:g} is used"
+        )
     return share
 
 
 def _roughness(shininess: float) -> float:
-    """Return the roughness whose highlight is as wide as that of an exponent of Blinn and Phong.
+    """Return the roughness whose highlight is as wide as that of a Blinn-Phong exponent.
 
     The width of the distribution of slopes is ``sqrt(2 / (exponent + 2))`` (Walter et al. 2007).
     """

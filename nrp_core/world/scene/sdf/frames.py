@@ -1,6 +1,6 @@
-"""Frames of SDF: what a pose is relative to.
+"""Frames of SDF, to which poses are relative.
 
-Every link, joint, nested model and ``<frame>`` of a model is a frame by its name; a pose is relative to its
+Every link, joint, nested model and ``<frame>`` of a model is a frame with its name; a pose is relative to its
 element's default (the model for a link, the child for a joint, ...) unless ``relative_to`` (``frame`` before
 SDF 1.7) names another one. See the specification's chapter on pose frame semantics.
 """
@@ -62,7 +62,7 @@ class Frames:
     """The frames of one model, or of the world.
 
     Args:
-        scope: the element whose frames they are.
+        scope: the element with the frames.
         root: the name of the frame that all poses are resolved to.
         base: the body that the root moves with: the canonical link.
     """
@@ -78,8 +78,8 @@ class Frames:
 
         Args:
             element: the link, joint, frame or model.
-            default: what its pose is relative to where it does not say.
-            attached_to: the frame it moves with; empty for a body of its own.
+            default: the frame that its pose is relative to by default.
+            attached_to: the frame it moves with; empty if it is a separate body.
 
         Raises:
             SceneError: the name is taken or reserved.
@@ -88,7 +88,7 @@ class Frames:
         self.put(element.attribute("name"), pose, relative_to, attached_to, element)
 
     def put(self, name: str, pose: Pose, relative_to: str, attached_to: str, element: Element) -> None:
-        """Add a frame that is known by now."""
+        """Add a resolved frame."""
         if name in self._frames:
             other = self._frames[name].element
             raise element.error(
@@ -102,13 +102,13 @@ class Frames:
     def add_model(
         self, name: str, placed: tuple[Pose, str], nested: Frames, element: Element, *, merged: bool = False
     ) -> None:
-        """Add a model in this scope and its frames, as ``name::frame`` unless it is merged.
+        """Add a nested model and its frames, as ``name::frame`` unless it is merged.
 
         Args:
-            name: of the model.
-            placed: its pose and the frame that this is relative to.
+            name: the name of the model.
+            placed: its pose and the frame that the pose is relative to.
             nested: its frames.
-            element: what places it.
+            element: the element that places it.
             merged: whether its frames become frames of this scope.
         """
         prefix, frame = model_scope(name, merged)
@@ -119,10 +119,10 @@ class Frames:
             self.put(prefix + inner, nested.pose(inner, element), frame, attached_to, element)
 
     def pose(self, name: str, user: Element) -> Pose:
-        """Return where a frame is in the root frame.
+        """Return the pose of a frame in the root frame.
 
         Args:
-            name: of the frame.
+            name: the name of the frame.
             user: the element that refers to it, for messages.
         """
         chain: dict[str, Pose] = {}
@@ -135,7 +135,7 @@ class Frames:
         return reduce(matmul, reversed(chain.values()), Pose())
 
     def place_in(self, element: Element, frame: str) -> Pose:
-        """Return where an element's own ``<pose>`` is in a frame, its default."""
+        """Return an element's ``<pose>`` in a frame, which is its default."""
         pose, relative_to = read_pose(element, frame)
         if relative_to == frame:
             return pose

@@ -1,4 +1,4 @@
-"""Gearboxes of SDF: joints that hold nothing, but let a joint that turns follow another one."""
+"""Gearboxes of SDF: joints that do not hold a link but make one joint follow another."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Joint, Mimic
@@ -22,17 +23,17 @@ _ROUNDING = 1e-6
 def with_gears(
     rows: Iterable[Row], model: Element, frames: Frames, version: tuple[int, int], reading: Reading
 ) -> list[Row]:
-    """Return the joints of a model, those that gearboxes couple following others.
+    """Return the joints of a model, with those coupled by gearboxes following others.
 
     Args:
-        rows: the joints, nested models' among them.
+        rows: the joints, including those of nested models.
         model: the element that holds the gearboxes.
-        frames: of the model.
-        version: of the file.
-        reading: what is carried along.
+        frames: the frames of the model.
+        version: the version of the file.
+        reading: the context of the reading.
 
     Raises:
-        SceneError: a gearbox names what is not there.
+        SceneError: a gearbox names a part that does not exist.
     """
     rows = list(rows)
     for gearbox in model.all("joint"):
@@ -41,7 +42,9 @@ def with_gears(
         name, body = gearbox.attribute("name"), gearbox.find("gearbox_reference_body")
         if body is None:
             what = "it has no <gearbox_reference_body>"
-            reading.notes.warn(gearbox, f"the gearbox '{name}' is left out: {what}")
+            reading.notes.warn(
+                gearbox, Code.NRP260, f"the gearbox '{name}' is left out: {what}", subject=name
+            )
             continue
         reference = _link(body, frames)
         held = {row[0].child: row for row in rows}
@@ -59,7 +62,9 @@ def with_gears(
             what = (
                 "its parent and child do not each turn by one joint of their own against the reference body"
             )
-            reading.notes.warn(gearbox, f"the gearbox '{name}' is left out: {what}")
+            reading.notes.warn(
+                gearbox, Code.NRP260, f"the gearbox '{name}' is left out: {what}", subject=name
+            )
             continue
         follows = Mimic(driving.name, -gearbox.number("gearbox_ratio", 1.0) * one * other)
         rows = [tuple(replace(j, mimic=follows) if j == driven else j for j in row) for row in rows]
@@ -69,9 +74,9 @@ def with_gears(
 def _turning(
     held: Mapping[str, Row], reference: str, link: str, axis: tuple[float, float, float]
 ) -> tuple[Joint | None, float]:
-    """Return the one joint by which a link turns against a body about an axis, and in which sense (1, -1).
+    """Return the single joint by which a link turns against a body about an axis, and its sense (1, -1).
 
-    The joint is None where there is no such one.
+    The joint is None if there is no such joint.
     """
     above, below = list(_holding(held, reference)), list(_holding(held, link))
     parting = [(1.0, row) for row in below if row not in above]

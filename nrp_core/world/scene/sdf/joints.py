@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.context import Reading
@@ -19,25 +20,35 @@ _KINDS = (*_SIMPLE, *COMPOUND, "fixed", "gearbox")
 
 
 def read_joints(model: Element, frames: Frames, version: tuple[int, int], reading: Reading) -> Iterator[Row]:
-    """Read the joints of a model that hold links; a gearbox holds none, it couples two other joints."""
+    """Read the joints of a model that hold links; gearboxes do not, they couple other joints."""
     for joint in model.all("joint"):
         if joint.attribute("type") != "gearbox":
             yield read_joint(joint, frames, version, reading)
 
 
 def without_loops(rows: Iterable[Row], model: Element, reading: Reading) -> tuple[Row, ...]:
-    """Return joints without those that connect what earlier ones connect already."""
+    """Return joints without those whose links are already connected by earlier ones.
+
+    Raises:
+        SceneError: two joints hold one link.
+    """
     connected: dict[str, set[str]] = {}
+    holders: dict[str, str] = {}
     kept = []
     for row in rows:
         joint = row[0]
         one, other = (connected.setdefault(end, {end}) for end in (joint.parent, joint.child))
         if one is other:
             message = f"the joint '{joint.name}' closes a loop of joints, which is not simulated: left out"
-            reading.notes.warn(_element(model, joint), message)
+            reading.notes.warn(_element(model, joint), Code.NRP260, message, subject=joint.name)
             continue
+        if joint.child in holders:  # refused here, so that a lenient reading leaves out this joint alone
+            both = f"'{holders[joint.child]}' and '{joint.name}'"
+            message = f"two joints, {both}, hold the link '{joint.child}'; joints form a tree"
+            raise _element(model, joint).error(message)
         one |= other
         connected.update(dict.fromkeys(other, one))
+        holders[joint.child] = joint.name
         kept.append(row)
     return tuple(kept)
 
@@ -47,12 +58,12 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
 
     Args:
         joint: the element.
-        frames: of its model.
-        version: of the file.
-        reading: what is carried along.
+        frames: the frames of its model.
+        version: the version of the file.
+        reading: the context of the reading.
 
     Raises:
-        SceneError: it has no such type, or its links or frames are not there.
+        SceneError: its type is unknown, or its links or frames do not exist.
     """
     name, kind = joint.attribute("name"), joint.attribute("type")
     if kind not in _KINDS:
@@ -64,10 +75,10 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
 
 
 def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> Iterator[Joint]:
-    """Yield joints, those free that would mimic one that does not move, or not in one way.
+    """Yield joints; those that mimic a joint without exactly one degree of freedom become free.
 
     Raises:
-        SceneError: one mimics a joint that is not there.
+        SceneError: one mimics a joint that does not exist.
     """
     joints = tuple(joints)
     kinds = {joint.name: joint.kind for joint in joints}
@@ -79,23 +90,23 @@ def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> I
                 raise element.error(f"the joint '{joint.name}' mimics '{leader}', which does not exist{hint}")
             if (what := WITHOUT_ONE_WAY.get(kinds[leader])) is not None:
                 message = f"the joint '{joint.name}' mimics '{leader}', which is {what}: it moves freely"
-                reading.notes.warn(element, message)
+                reading.notes.warn(element, Code.NRP263, message, subject=joint.name)
                 joint = replace(joint, mimic=None)
         yield joint
 
 
 WITHOUT_ONE_WAY = {"fixed": "fixed", "ball": "a ball joint"}
-"""Kinds of joints that cannot follow or lead, in words."""
+"""Names of the kinds of joints that cannot follow or lead."""
 
 
 def _element(model: Element, joint: Joint) -> Element:
-    """Return where a model has a joint, or the model if that is in another one."""
-    told = {
+    """Return the element of a joint in a model, or the model if it is in a nested one."""
+    owners = {
         name: each
         for each in model.all("joint")
         for name in (each.attribute("name"), second(each.attribute("name")))
     }
-    return told.get(joint.name, model)
+    return owners.get(joint.name, model)
 
 
 def _ends(joint: Element, frames: Frames) -> tuple[str, str]:

@@ -17,9 +17,9 @@ _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Light:
-    """Return a ``<light>`` that stands somewhere in the world.
+    """Return a ``<light>`` at a pose in the world.
 
-    Where the file does not say, directional lights cast shadows (as Gazebo's sun) and others do not.
+    By default, directional lights cast shadows (as Gazebo's sun) and others do not.
     """
     kind = element.attributes.get("type", "point")
     if kind not in _KINDS:
@@ -39,7 +39,7 @@ def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Lig
 
 
 def _attenuation(element: Element | None) -> tuple[float, float, float, float]:
-    """Return range and factors, by default those of SDF."""
+    """Return range and factors, by default SDF's."""
     if element is None:
         return inf, 1.0, 0.0, 0.0
     constant, linear, quadratic = (

@@ -1,4 +1,4 @@
-"""Links of SDF: what they weigh, show, touch with and sense."""
+"""Links of SDF: inertials, visuals, collisions and sensors."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
+from nrp_core.findings import Code
 from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link, free_name
 from nrp_core.world.scene.inertia import WATER, of_collisions
 from nrp_core.world.scene.meshes.convert import Form
@@ -24,9 +25,9 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
 
     Args:
         link: the element.
-        frames: of its model.
-        reading: what is carried along.
-        static: whether it never moves, so that its mass does not matter.
+        frames: the frames of its model.
+        reading: the context of the reading.
+        static: whether it never moves, so that its mass is not needed.
     """
     name = link.attribute("name")
     place = partial(frames.place_in, frame=name)
@@ -49,7 +50,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
 
 
 def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:
-    """Yield the visuals or collisions that have a shape, each with a name of its own."""
+    """Yield the visuals or collisions with a shape, each with a unique name."""
     seen: set[str] = set()
     for element in link.all(tag):
         name = element.attribute("name")
@@ -57,7 +58,7 @@ def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Ele
         if unique != name:
             owner = link.attribute("name")
             message = f"the link '{owner}' has two {tag}s named '{name}': this one is renamed '{unique}'"
-            reading.notes.warn(element, message)
+            reading.notes.warn(element, Code.NRP266, message, subject=name)
         seen.add(unique)
         if not is_empty(element.require("geometry")):
             yield unique, element
@@ -71,7 +72,7 @@ def _friction(collision: Element, reading: Reading) -> float:
     mu2 = usable_friction(ode.number("mu2", mu), friction, reading.notes)
     if mu != mu2:
         message = f"friction is the same in all directions: mu = {mu:g}, not mu2 = {mu2:g}"
-        reading.notes.warn(friction, message)
+        reading.notes.warn(friction, Code.NRP263, message)
     return mu
 
 

@@ -1,4 +1,4 @@
-"""Models of SDF, with the models nested in them."""
+"""Models of SDF, with nested models."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from functools import partial
 from itertools import chain
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import JointController, MountedDrive, TrajectoryController
+from nrp_core.world.scene.acting import MountedDrive
 from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.origin import Source
-from nrp_core.world.scene.reading.actuators import read_actuators
+from nrp_core.world.scene.reading.actuators import Actuators, read_actuators
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.native import native_of
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
@@ -27,6 +28,7 @@ from nrp_core.world.scene.sdf.gearboxes import with_gears
 from nrp_core.world.scene.sdf.joints import WITHOUT_ONE_WAY, read_joints, with_leaders, without_loops
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
+from nrp_core.world.scene.stand_in import with_sizes
 from nrp_core.world.topics import resolve_name
 
 _JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher")
@@ -34,17 +36,15 @@ _JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What a model holds, the parts of nested models among them; poses are in the frame of the model."""
+    """The parts of a model, including those of nested models; poses are in the frame of the model."""
 
     frames: Frames
     links: tuple[Link, ...]
     rows: tuple[Row, ...]
-    drives: tuple[MountedDrive, ...]
-    controllers: tuple[JointController, ...]
-    followers: tuple[TrajectoryController, ...]
+    actuators: Actuators
 
     def moved(self, prefix: str, pose: Pose) -> Parts:
-        """Return the parts in the frame of another model, in which this one is at ``pose``."""
+        """Return the parts in the frame of another model, in which this one has the pose ``pose``."""
 
         def named(link: str) -> str:
             return link if link == WORLD else prefix + link
@@ -72,19 +72,16 @@ class Parts:
             )
             for row in self.rows
         ]
-        drives = tuple(drive.renamed(named) for drive in self.drives)
-        controllers = tuple(controller.renamed(named) for controller in self.controllers)
-        followers = tuple(follower.renamed(named) for follower in self.followers)
-        return Parts(self.frames, tuple(links), tuple(rows), drives, controllers, followers)
+        return Parts(self.frames, tuple(links), tuple(rows), self.actuators.renamed(named))
 
 
 def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
-    """Read what a model holds.
+    """Read the parts of a model.
 
     Args:
         placed: the model.
-        reading: what is carried along.
-        static: whether it, or a model around it, never moves.
+        reading: the context of the reading.
+        static: whether it, or an enclosing model, never moves.
     """
     model, source = placed.element, placed.source
     inner_models = read_placed(model, source, reading, "model")
@@ -100,28 +97,19 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
         mount = Mount(name, partial(frames.place_in, frame=name))
         sensors = joint_sensors(joint.all("sensor"), mount, reading)
         links = with_sensors(links, joint.require("child").text, *sensors)
-    acting = _Acting()
+    acting = Actuators()
     for inner, parts in nested:
         prefix, frame = model_scope(inner.name, inner.merged)
         moved = parts.moved(prefix, frames.pose(frame, inner.user))
         links += moved.links
         rows += moved.rows
-        acting.drives += moved.drives
-        acting.controllers += moved.controllers
-        acting.followers += moved.followers
+        acting = acting.with_others(moved.actuators)
     rows = with_gears(rows, model, frames, source.version, reading)
     joints = list(chain.from_iterable(rows))
     for plugin in placed.plugins:
-        links = acting.read(plugin, links, joints, reading)
-    links = list(_odometry_once(links, acting.drives))
-    return Parts(
-        frames,
-        tuple(links),
-        tuple(rows),
-        tuple(acting.drives),
-        tuple(acting.controllers),
-        tuple(acting.followers),
-    )
+        added, links = _read_plugin(plugin, links, joints, reading)
+        acting = acting.with_others(added)
+    return Parts(frames, tuple(_odometry_once(links, acting.drives)), tuple(rows), acting)
 
 
 def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> Frames:
@@ -149,46 +137,39 @@ def _canonical_link(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> s
 
 
 def _odometry_once(links: Iterable[Link], drives: Iterable[MountedDrive]) -> Iterator[Link]:
-    """Yield links without the sensors of odometry that drives serve on the same topic, as gz-sim has it."""
-    told = {drive.odometry_topic for drive in drives}
+    """Yield links without odometry sensors on the topics of drives, as files of gz-sim have them."""
+    topics = {drive.odometry_topic for drive in drives}
     for link in links:
-        kept = (each for each in link.sensors if not (each.is_odometry and each.topic in told))
+        kept = (each for each in link.sensors if not (each.is_odometry and each.topic in topics))
         yield replace(link, sensors=tuple(kept))
 
 
-class _Acting:
-    """What plugins make of the links and joints of a model."""
-
-    def __init__(self) -> None:
-        self.drives: list[MountedDrive] = []
-        self.controllers: list[JointController] = []
-        self.followers: list[TrajectoryController] = []
-
-    def read(self, plugin: Element, links: list[Link], joints: list[Joint], reading: Reading) -> list[Link]:
-        """Read one plugin and return the links with its sensor; plugins that are not known are warned of."""
-        if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
-            return links
-        model = ModelParts(links, joints)
-        actuators = read_actuators(plugin, model, reading)
-        if actuators is None:
-            sensing = with_plugin_sensor(plugin, model, reading)
-            if sensing is None:
-                warn_of_plugin(plugin, reading)
-            return links if sensing is None else sensing
-        self.drives += actuators.drives
-        self.followers += actuators.trajectory_controllers
-        deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
-        self.controllers += [each for each in actuators.controllers if each.joint not in deaf]
-        for name in sorted({each.joint for each in actuators.controllers} & set(deaf)):
-            reading.notes.warn(plugin, f"the joint '{name}' is {deaf[name]}: it cannot be commanded")
-        return links
+def _read_plugin(
+    plugin: Element, links: list[Link], joints: list[Joint], reading: Reading
+) -> tuple[Actuators, list[Link]]:
+    """Return the actuators of a plugin, and the links with its sensor; unknown plugins cause a warning."""
+    if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
+        return Actuators(), links
+    model = ModelParts(links, joints)
+    actuators = read_actuators(plugin, model, reading)
+    if actuators is None:
+        sensing = with_plugin_sensor(plugin, model, reading)
+        if sensing is None:
+            warn_of_plugin(plugin, reading)
+        return Actuators(), links if sensing is None else sensing
+    deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
+    for name in sorted({each.joint for each in actuators.controllers} & set(deaf)):
+        message = f"the joint '{name}' is {deaf[name]}: it cannot be commanded"
+        reading.notes.warn(plugin, Code.NRP265, message, subject=name)
+    heard = tuple(each for each in actuators.controllers if each.joint not in deaf)
+    return actuators._replace(controllers=heard), links
 
 
 def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Reading) -> Model:
     """Return a model at a pose in the world; its canonical link comes first.
 
     Raises:
-        SceneError: its joints form a loop, or its canonical link is not there.
+        SceneError: its joints form a loop, or its canonical link does not exist.
     """
     element, base = placed.element, parts.frames.base
     names = [link.name for link in parts.links]
@@ -208,11 +189,12 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         name,
         links,
         joints,
-        parts.drives,
+        parts.actuators.drives,
         pose,
         joint_states_topic=topic,
-        controllers=parts.controllers,
-        trajectory_controllers=parts.followers,
+        controllers=parts.actuators.controllers,
+        trajectory_controllers=parts.actuators.trajectory_controllers,
+        pair_controllers=parts.actuators.pair_controllers,
         native=native,
         source=source,
     )
@@ -220,7 +202,8 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         model.check()
     except SceneError as error:
         raise element.error(error.message) from None
-    return replace(model, links=with_default_masses(links, joints, element, reading.notes))
+    massive = with_default_masses(links, joints, element, reading.notes)
+    return replace(model, links=with_sizes(massive, joints))
 
 
 def _joint_states_topic(placed: Placed, joints: Iterable[Joint], name: str) -> str | None:

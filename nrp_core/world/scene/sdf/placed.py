@@ -1,10 +1,11 @@
-"""Models and lights as they are used: in place, or by ``<include>``."""
+"""Models and lights in a file, written in place or by ``<include>``."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import count
 
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
@@ -14,14 +15,14 @@ from nrp_core.world.scene.sdf.source import Source
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A ``<model>`` or ``<light>`` and how it is used.
+    """A ``<model>`` or ``<light>`` and its use.
 
     Args:
         element: the model or light.
-        source: the file that it stands in.
+        source: the file that contains it.
         user: the element that places it: itself or an ``<include>``.
         merged: whether its parts become parts of the model around it.
-        other_name: what it is called because its own name is another's.
+        other_name: its new name if its own name is taken.
     """
 
     element: Element
@@ -45,15 +46,15 @@ class Placed:
 
     @property
     def plugins(self) -> list[Element]:
-        """Its plugins, those of the ``<include>`` among them."""
+        """Its plugins, including those of the ``<include>``."""
         return list(dict.fromkeys([*self.element.all("plugin"), *self.user.all("plugin")]))
 
     def pose(self, default: str, own: Frames | None = None) -> tuple[Pose, str]:
-        """Return where it is placed, and the frame that this is relative to.
+        """Return its pose, and the frame that the pose is relative to.
 
         Args:
-            default: what the pose is relative to where it does not say.
-            own: the frames of the model, one of which may be what is placed.
+            default: the frame that the pose is relative to by default.
+            own: the frames of the model, one of which may be the placement frame.
         """
         placing = self.user if self.user.find("pose") else self.element
         pose, relative_to = read_pose(placing, default)
@@ -64,12 +65,12 @@ class Placed:
 
 
 def read_placed(parent: Element, source: Source, reading: Reading, *tags: str) -> list[Placed]:
-    """Return what an element holds of some kinds, in the order of the file.
+    """Return the models and lights in an element, in the order of the file.
 
     Args:
         parent: a world, a model or a whole file.
-        source: the file that it stands in.
-        reading: what is carried along.
+        source: the file that contains it.
+        reading: the context of the reading.
         tags: the kinds, ``model`` and ``light``; other contents of included files are left out.
     """
     placed: list[Placed] = []
@@ -86,9 +87,9 @@ def read_placed(parent: Element, source: Source, reading: Reading, *tags: str) -
 
 
 def _told_apart(placed: list[Placed], reading: Reading) -> list[Placed]:
-    """Return things of which no include has the name of another, counted as Gazebo counts models of one name.
+    """Return models or lights with unique names: includes are numbered as in Gazebo.
 
-    Those that a file names itself keep their names: two of one name are its mistake.
+    Elements written in place keep their names: duplicates among them are mistakes of the file.
     """
     names = {(thing.element.tag, thing.name) for thing in placed}
     seen: set[tuple[str, str]] = set()
@@ -98,7 +99,12 @@ def _told_apart(placed: list[Placed], reading: Reading) -> list[Placed]:
         included = thing.user is not thing.element and not thing.user.word("name")
         if included and not thing.merged and (tag, name) in seen:
             free = next(f"{name}_{n}" for n in count() if (tag, f"{name}_{n}") not in names)
-            reading.notes.warn(thing.user, f"another {tag} is named '{name}': this one is renamed '{free}'")
+            reading.notes.warn(
+                thing.user,
+                Code.NRP266,
+                f"another {tag} is named '{name}': this one is renamed '{free}'",
+                subject=name,
+            )
             thing = replace(thing, other_name=free)
             names.add((tag, free))
         seen.add((tag, name))

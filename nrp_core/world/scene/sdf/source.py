@@ -1,4 +1,4 @@
-"""Files of SDF or URDF, opened and checked, and the files that they include."""
+"""Open and check files of SDF or URDF, and the files that they include."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 from nrp_core._support.archives import unpacked
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.formats import read_added
 from nrp_core.world.scene.reading.left_out import leave_out
@@ -26,9 +27,9 @@ class Source:
     """A file.
 
     Args:
-        root: its ``<sdf>``; for URDF the one that it means.
-        version: of the specification that it follows.
-        trail: the files that led here by inclusion, this one last.
+        root: its ``<sdf>``; for URDF the equivalent one.
+        version: the version of SDF.
+        trail: the chain of including files, this one last.
     """
 
     root: Element
@@ -40,7 +41,7 @@ class Source:
         """Read a file, also one in an archive or written in xacro.
 
         Raises:
-            SceneError: it is not there, not well-formed, or neither SDF nor URDF.
+            SceneError: it does not exist, is not well-formed, or is neither SDF nor URDF.
         """
         if path.suffix.lower() == ".zip":
             path = _in_archive(path)
@@ -55,20 +56,20 @@ class Source:
         if root.tag not in ("sdf", "gazebo"):
             raise root.error(f"this is neither SDF nor URDF: its root is <{root.tag}>")
         if root.tag == "gazebo":
-            root = root.find("sdf") or root  # which it may enclose, or be by its name of old
+            root = root.find("sdf") or root  # which it may contain, or be by its old name
             root.attributes.setdefault("version", "1.4")
         check_vocabulary(root, reading.notes)
         return cls(root, _version(root, reading), (*trail, path.resolve()))
 
     def include(self, include: Element, reading: Reading) -> Source | None:
-        """Open the file that an ``<include>`` refers to; None where there is none, if the reading is lenient.
+        """Open the file that an ``<include>`` refers to; None if it is missing and the reading is lenient.
 
         Raises:
-            SceneError: there is none, or it leads back to a file that is being read.
+            SceneError: it is missing, or includes form a cycle.
         """
         uri = include.require("uri")
         if reading.lenient and uri.text and reading.resources.locate(uri) is None:
-            reading.notes.warn(include, f"there is no '{uri.text}': left out")
+            reading.notes.warn(include, Code.NRP260, f"there is no '{uri.text}': left out", subject=uri.text)
             return None
         path = reading.resources.model_file(uri)
         if path.resolve() in self.trail:
@@ -92,5 +93,7 @@ def _version(root: Element, reading: Reading) -> tuple[int, int]:
         raise root.error(f"an SDF version must be written like '1.9', not '{text}'")
     version = int(match[1]), int(match[2])
     if not OLDEST <= version <= NEWEST:
-        reading.notes.warn(root, f"SDF {text} is not a supported version; supported: 1.4 to 1.12")
+        reading.notes.warn(
+            root, Code.NRP263, f"SDF {text} is not a supported version; supported: 1.4 to 1.12"
+        )
     return version

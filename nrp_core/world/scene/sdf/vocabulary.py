@@ -1,7 +1,7 @@
-"""The elements of SDF 1.4 to 1.12: which there are, and which have an effect that is not simulated.
+"""The elements of SDF 1.4 to 1.12, and those with an effect that is not simulated.
 
-An element that is neither read nor listed here is warned of, so that a slip of the pen does not pass in
-silence. Elements of other namespaces (``gz:...``) are the user's own and pass, as the specification says.
+An element that is neither read nor listed here causes a warning, so that typing errors are found. Elements of
+other namespaces (``gz:...``) are accepted, as the specification requires.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from difflib import get_close_matches
 
+from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
 
@@ -65,10 +66,10 @@ _CHILDREN = {
 }
 _KNOWN = {parent: frozenset(children.split()) for parent, children in _CHILDREN.items()}
 
-# their contents are the user's own, read elsewhere, or of no interest here
+# their contents are free, read elsewhere, or not used here
 _OPAQUE = ("actor", "gui", "physics", "plugin", "population", "scene", "state")
 
-# what the specification has and no backend does; with the values that ask for nothing special
+# elements of the specification that no backend simulates, with the values that have no effect
 _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("world", "actor"): (),
     ("world", "joint"): (),
@@ -108,9 +109,19 @@ def _check(parent: Element, child: Element, known: Collection[str], notes: Notes
     if child.tag not in known:
         near = get_close_matches(child.tag, known, n=1)
         hint = f"; did you mean <{near[0]}>?" if near else ""
-        notes.warn(child, f"<{child.tag}> is not an element of <{parent.tag}>: ignored{hint}")
+        notes.warn(
+            child,
+            Code.NRP263,
+            f"<{child.tag}> is not an element of <{parent.tag}>: ignored{hint}",
+            subject=child.tag,
+        )
         return
     nothing_special = _NOT_SIMULATED.get((parent.tag, child.tag))
     if nothing_special is not None and child.text.lower() not in nothing_special:
         value = f" {child.text}" if child.text else ""
-        notes.warn(child, f"<{child.tag}>{value} of a <{parent.tag}> is not simulated")
+        notes.warn(
+            child,
+            Code.NRP263,
+            f"<{child.tag}>{value} of a <{parent.tag}> is not simulated",
+            subject=child.tag,
+        )

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
@@ -16,13 +18,14 @@ from nrp_core.world.scene.sdf.lights import read_light
 from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.stand_in import with_static_shapes
 
 _GRAVITY: Vector = (0.0, 0.0, -9.8)
 
 
 @dataclass(slots=True)
 class _State:
-    """What the ``<state>`` of a world changes: poses by kind and name, things added and removed."""
+    """The changes in the ``<state>`` of a world: poses by kind and name, and added and removed elements."""
 
     poses: dict[tuple[str, str], Pose] = field(default_factory=dict)
     inserted: list[Element] = field(default_factory=list)
@@ -36,7 +39,9 @@ class _State:
                 result.poses[thing.tag, thing.attribute("name")] = read_pose(thing, WORLD)[0]
                 scale = thing.section("scale")
                 if scale.text and any(part != 1 for part in scale.numbers(3)):
-                    notes.warn(scale, f"the <scale> {scale.text} of a <{thing.tag}> is not supported")
+                    notes.warn(
+                        scale, Code.NRP263, f"the <scale> {scale.text} of a <{thing.tag}> is not supported"
+                    )
             result.inserted += state.all("insertions")
             result.deleted |= {
                 name.text for deletions in state.all("deletions") for name in deletions.all("name")
@@ -48,7 +53,7 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
     """Read a ``<world>``, or the models and lights of an ``<sdf>`` without one.
 
     Raises:
-        SceneError: something in it cannot be used.
+        SceneError: an element of it cannot be used.
     """
     for plugin in world.all("plugin"):
         warn_of_plugin(plugin, reading)
@@ -69,7 +74,8 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
         if light.element.tag == "light"
         for pose in [state.poses.get(("light", light.name), light.pose(WORLD)[0])]
     ]
-    return Scene(tuple(models), tuple(lights), _gravity(world), reading.notes.texts)
+    shaped = with_static_shapes(models, partial(reading.notes.warn, world))
+    return Scene(shaped, tuple(lights), _gravity(world), reading.notes.findings)
 
 
 def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Iterator[Model]:
@@ -81,7 +87,12 @@ def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Itera
     read: list[tuple[Placed, Parts, Reading]] = []
     for model in placed:
         if world.tag == "world" and not model.element.all("link", "model", "include"):
-            reading.notes.warn(model.user, f"the model '{model.name}' has no <link>: left out")
+            reading.notes.warn(
+                model.user,
+                Code.NRP260,
+                f"the model '{model.name}' has no <link>: left out",
+                subject=model.name,
+            )
             continue
         own = replace(reading, robot=model.name)
         parts = read_parts(model, own, static=model.static)
@@ -92,7 +103,7 @@ def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Itera
 
 
 def _gravity(world: Element) -> Vector:
-    """Return the gravity of a world; up to SDF 1.5 it stands in ``<physics>``."""
+    """Return the gravity of a world; up to SDF 1.5 it is in ``<physics>``."""
     gravity = world.find("gravity") or world.find("physics", "gravity")
     if gravity is None:
         return _GRAVITY

@@ -1,7 +1,7 @@
-"""Robots in URDF, read as the SDF that they mean.
+"""Robots in URDF, converted to SDF.
 
-Gazebo does the same: what a ``<robot>`` says in attributes becomes elements, and what its ``<gazebo>`` blocks
-say of a link, a joint or the whole (sensors, plugins, friction, materials) goes to where SDF has it. Every
+Gazebo does the same: attributes of a ``<robot>`` become elements, and the contents of its ``<gazebo>`` blocks
+for a link, a joint or the whole (sensors, plugins, friction, materials) move to their places in SDF. Every
 element keeps its line, so that messages point into the URDF file. See http://wiki.ros.org/urdf/XML.
 """
 
@@ -11,26 +11,29 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.urdf.elements import from_attributes, new, numbers, pose
+from nrp_core.world.scene.urdf.elements import for_engine, from_attributes, new, numbers, pose
 from nrp_core.world.scene.urdf.gazebo import apply_block
 from nrp_core.world.scene.urdf.transmissions import controlled, led, transmitted
 
 _READ = ("link", "joint", "material", "gazebo")
-_ELSEWHERE = ("sensor",)  # for drivers, not for the body
+_ELSEWHERE = ("sensor",)  # for hardware drivers
+_OF_ENGINES = ("mujoco",)
+"""Elements of a robot that hold elements for one engine, such as ``<mujoco><option .../></mujoco>``."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Robot:
-    """What the parts of a robot need to know of the whole.
+    """The context for converting the parts of a robot.
 
     Args:
         links: names of its links.
         held_by: the joint that holds each link.
-        materials: those that visuals refer to by name.
-        notes: takes warnings.
+        materials: the materials that visuals refer to by name.
+        notes: receives warnings.
     """
 
     links: Collection[str]
@@ -46,19 +49,19 @@ class _Robot:
         return cls(links, held_by, materials, notes)
 
     def joint_name(self, joint: Element) -> str:
-        """Return the name of a joint; in SDF it must not be that of a link."""
+        """Return the name of a joint in SDF, where it must differ from those of links."""
         return self.renamed(joint.attribute("name"))
 
     def renamed(self, joint: str) -> str:
-        """Return what a joint of a name is called in SDF."""
+        """Return the name in SDF of a joint with a name in URDF."""
         return f"{joint}_joint" if joint in self.links else joint
 
 
 def to_sdf(element: Element, notes: Notes) -> Element:
-    """Return the ``<sdf>`` that a ``<robot>`` means.
+    """Return the ``<sdf>`` equivalent to a ``<robot>``.
 
     Raises:
-        SceneError: something in it is missing.
+        SceneError: a required element or attribute is missing.
     """
     robot = _Robot.of(element, notes)
     _warn_of_loose(element, robot)
@@ -72,10 +75,11 @@ def to_sdf(element: Element, notes: Notes) -> Element:
             model.children += transmitted(child, notes)
         elif child.tag == "ros2_control":
             model.children += controlled(child, notes)
-        elif child.tag not in _READ:
+        elif child.tag not in (*_READ, *_OF_ENGINES) and ":" not in child.tag:
             known = child.tag in _ELSEWHERE
             reason = "is not supported" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"
-            notes.warn(child, f"the <{child.tag}> of a <robot> {reason}")
+            notes.warn(child, Code.NRP263, f"the <{child.tag}> of a <robot> {reason}", subject=child.tag)
+    model.children += _for_engines(element)
     for block in element.all("gazebo"):
         apply_block(block, model, notes)
     if not any(plugin.find("parameters") for plugin in model.all("plugin")):
@@ -85,18 +89,35 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     return new("sdf", element, model, version="1.11")
 
 
+def _for_engines(robot: Element) -> Iterator[Element]:
+    """Yield the elements that are meant for one engine, in the namespace of that engine."""
+    for child in robot.children:
+        if ":" in child.tag:
+            yield child
+        elif child.tag in _OF_ENGINES:
+            yield from (for_engine(each, child.tag) for each in child.children)
+    for link in robot.all("link"):  # PyBullet's own reader takes <contact> from links
+        name = link.attribute("name")
+        yield from (for_engine(each, "pybullet", link=name) for each in link.all("contact"))
+
+
 def _warn_of_loose(element: Element, robot: _Robot) -> None:
-    """Warn of links beside the first that no joint holds, of which ROS has none."""
+    """Warn of root links other than the first, which ROS does not allow."""
     first, *loose = [
         link for link in element.all("link") if link.attribute("name") not in {*robot.held_by, WORLD}
     ] or [element]
     for link in loose:
         other = first.attribute("name")
-        robot.notes.warn(link, f"no joint holds '{link.attribute('name')}': it moves freely, like '{other}'")
+        robot.notes.warn(
+            link,
+            Code.NRP264,
+            f"no joint holds '{link.attribute('name')}': it moves freely, like '{other}'",
+            subject=link.attribute("name"),
+        )
 
 
 def _name_joints(element: Element, robot: _Robot) -> None:
-    """Let what names a joint in a plugin name it as SDF does."""
+    """Replace the names of joints in a plugin by those in SDF."""
     if "joint" in element.tag.lower():
         element.text = robot.renamed(element.text)
     if "joint_name" in element.attributes:
@@ -124,7 +145,7 @@ def _link(link: Element, robot: _Robot) -> Element:
 
 
 def _place(joint: Element | None, robot: _Robot) -> Iterator[Element]:
-    """Yield where a link is: at the joint that holds it, or, floating, relative to its parent."""
+    """Yield the pose of a link: at its joint, or for a floating joint relative to its parent."""
     if joint is not None and joint.attribute("type") == "floating":
         yield pose(joint, relative_to=_parent_frame(joint))
     elif joint is not None:
@@ -157,7 +178,9 @@ def _material(visual: Element, robot: _Robot) -> list[Element]:
     defined = material if material.children else robot.materials.get(name)
     color = defined.find("color") if defined else None
     if color is None:
-        robot.notes.warn(material, f"the material '{name}' has no colour: shown grey")
+        robot.notes.warn(
+            material, Code.NRP259, f"the material '{name}' has no colour: shown grey", subject=name
+        )
         return []
     return [new("material", material, new("diffuse", color, text=color.attribute("rgba")))]
 
@@ -191,7 +214,7 @@ def _axis(joint: Element, robot: _Robot) -> Element:
         parts.append(new("mimic", mimic, *from_attributes(mimic, "multiplier", "offset"), joint=leader))
     for child in joint.all("limit", "dynamics"):
         values = list(from_attributes(child, "lower", "upper", "effort", "velocity", "damping", "friction"))
-        if child.tag == "limit":  # in URDF a limit that is not given is 0
+        if child.tag == "limit":  # in URDF a missing limit is 0
             values += [new(tag, child, text="0") for tag in ("lower", "upper") if tag not in child.attributes]
         parts.append(new(child.tag, child, *values))
     return new("axis", axis, *parts)

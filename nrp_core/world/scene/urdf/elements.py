@@ -1,14 +1,15 @@
-"""Elements of SDF, made from what URDF says in attributes."""
+"""Create elements of SDF from attributes of URDF."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from nrp_core.world.scene.reading.xml import Element
 
 
 def new(tag: str, at: Element, *children: Element, text: str = "", **attributes: str) -> Element:
-    """Make an element that stands where another one does."""
+    """Create an element with the line of another one."""
     return Element(tag, attributes, at.path, at.line, list(children), text, kind=at.kind)
 
 
@@ -20,7 +21,7 @@ def numbers(element: Element, attribute: str, default: str) -> str:
 
 
 def pose(element: Element, **attributes: str) -> Element:
-    """Make the ``<pose>`` that an element's ``<origin>`` means."""
+    """Create the ``<pose>`` for an element's ``<origin>``."""
     origin = element.find("origin")
     if origin is None:
         return new("pose", element, **attributes)
@@ -29,7 +30,12 @@ def pose(element: Element, **attributes: str) -> Element:
 
 
 def from_attributes(element: Element, *names: str) -> Iterator[Element]:
-    """Yield an element for each of the attributes that are there."""
+    """Yield an element for each existing attribute."""
     for name in names:
         if name in element.attributes:
             yield new(name, element, text=element.attributes[name])
+
+
+def for_engine(element: Element, engine: str, **attributes: str) -> Element:
+    """Return an element that is meant for one engine, in the namespace by which SDF marks it."""
+    return replace(element, tag=f"{engine}:{element.tag}", attributes={**element.attributes, **attributes})

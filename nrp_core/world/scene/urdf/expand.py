@@ -16,7 +16,7 @@ _SUBSTITUTION = ("$(", "${")
 
 
 def is_xacro(robot: Element) -> bool:
-    """Tell whether a ``<robot>`` is to be expanded: it has macros or substitutions."""
+    """Return whether a ``<robot>`` must be expanded: it has macros or substitutions."""
     return any(
         child.tag.startswith("xacro:")
         or any(mark in value for value in child.attributes.values() for mark in _SUBSTITUTION)
@@ -26,9 +26,9 @@ def is_xacro(robot: Element) -> bool:
 
 
 def expanded(path: Path, package: Callable[[str], Path]) -> Element:
-    """Return the ``<robot>`` that a xacro file means, with the defaults of its arguments.
+    """Return the expanded ``<robot>`` of a xacro file, with the defaults of its arguments.
 
-    Lines are not known after the expansion: all elements stand in line 1.
+    Lines are unknown after the expansion: all elements are in line 1.
 
     Args:
         path: the file.
@@ -62,9 +62,9 @@ def expanded(path: Path, package: Callable[[str], Path]) -> Element:
 
 @contextmanager
 def _checking(xacro: Any) -> Iterator[None]:
-    """Let our parser read every file first, those that are included as well.
+    """Check every file with our parser first, included files as well.
 
-    It refuses document types, and accepts comments that xacro's parser refuses.
+    Our parser refuses document types, and accepts comments that xacro's parser refuses.
     """
     own = xacro.parse
 
@@ -83,7 +83,7 @@ def _checking(xacro: Any) -> Iterator[None]:
 
 @contextmanager
 def _finding(substitution_args: Any, find: Callable[[str], str]) -> Iterator[None]:
-    """Let ``$(find ...)`` ask us; xacro asks an installation of ROS, which need not be there."""
+    """Resolve ``$(find ...)`` here, because xacro needs an installation of ROS for it."""
     own, functions = substitution_args._eval_find, substitution_args._eval_dict
     substitution_args._eval_find = functions["find"] = find
     try:

@@ -1,14 +1,15 @@
-"""The ``<gazebo>`` blocks of URDF: what it cannot say itself, in the words of SDF."""
+"""The ``<gazebo>`` blocks of URDF: elements of SDF for properties that URDF lacks."""
 
 from __future__ import annotations
 
 from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.plugins import ROS_CONTROL, plugin_name
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import new
 
-# of Gazebo's own solver, or of its conversion to SDF
+# for Gazebo's solver, or for its conversion to SDF
 _SOLVER = {
     *(
         "kp",
@@ -28,18 +29,20 @@ _SPRINGS = {"springStiffness": "spring_stiffness", "springReference": "spring_re
 
 
 def apply_block(block: Element, model: Element, notes: Notes) -> None:
-    """Put what a ``<gazebo>`` block holds to where SDF has it."""
+    """Move the contents of a ``<gazebo>`` block to their places in SDF."""
     name = block.attributes.get("reference")
     target = model
     if name is not None:
         named = {part.attributes["name"]: part for part in model.all("link", "joint")}
         if name not in named:
             hint = did_you_mean(name, named)
-            notes.warn(block, f"ignored: the robot has no link or joint '{name}'{hint}")
+            notes.warn(
+                block, Code.NRP263, f"ignored: the robot has no link or joint '{name}'{hint}", subject=name
+            )
             return
         target = named[name]
     for child in block.children:
-        # what runs controllers does nothing by itself, but where it names their file
+        # plugins that run controllers have no effect unless they name a file
         control = child.tag == "plugin" and plugin_name(child) in ROS_CONTROL and not child.find("parameters")
         if child.tag not in _SOLVER and not control:
             _give(child, target)
@@ -67,7 +70,7 @@ def _give(child: Element, target: Element) -> None:
 
 
 def _within(element: Element, at: Element, *tags: str) -> Element:
-    """Return the descendant along a path of tags, made where there is none."""
+    """Return the descendant along a path of tags, created if it is missing."""
     here = element
     for tag in tags:
         found = here.find(tag)

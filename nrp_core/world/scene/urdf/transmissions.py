@@ -1,14 +1,15 @@
-"""The tags of ros_control and ros2_control: which joints of a robot can be commanded, and how.
+"""The tags of ros_control and ros2_control: the command interfaces of joints.
 
-Which controllers a robot loads stands outside of its URDF; here each interface takes commands by itself, as
-directly as it can: ``/<robot>/<joint>/cmd_pos``, ``cmd_vel`` or ``cmd_effort``. Joints that take positions or
-efforts follow trajectories as well, on ``/<robot>/joint_trajectory_controller/command``.
+A URDF does not name the controllers that a robot loads. Here each interface has its own topic:
+``/<robot>/<joint>/cmd_pos``, ``cmd_vel`` or ``cmd_effort``. Joints with positions or efforts also follow
+trajectories, on ``/<robot>/joint_trajectory_controller/command``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import new
@@ -24,31 +25,36 @@ _KINDS = {
 def transmitted(transmission: Element, notes: Notes) -> Iterator[Element]:
     """Yield a plugin with a controller for each interface of each joint of a ``<transmission>``."""
     for joint in transmission.all("joint"):
-        # older files name the interface beside the actuator
+        # older files have the interface in the actuator
         named = joint.all("hardwareInterface") or [
             each for actuator in transmission.all("actuator") for each in actuator.all("hardwareInterface")
         ]
         for interface in named:
             kind = _KINDS.get(interface.text.rpartition("/")[2])
             if kind is None:
-                notes.warn(interface, f"joints cannot be commanded by '{interface.text}'")
+                notes.warn(
+                    interface,
+                    Code.NRP265,
+                    f"joints cannot be commanded by '{interface.text}'",
+                    subject=interface.text,
+                )
             else:
                 yield _controller(joint, interface, kind)
 
 
 def controlled(system: Element, notes: Notes) -> Iterator[Element]:
-    """Yield the same for each command interface of a ``<ros2_control>``."""
+    """Yield a plugin with a controller for each command interface of a ``<ros2_control>``."""
     for joint in system.all("joint"):
         for interface in joint.all("command_interface"):
             kind = interface.attribute("name")
             if kind in _KINDS.values():
                 yield _controller(joint, interface, kind)
             else:
-                notes.warn(interface, f"joints cannot be commanded by '{kind}'")
+                notes.warn(interface, Code.NRP265, f"joints cannot be commanded by '{kind}'", subject=kind)
 
 
 def led(model: Element) -> Iterator[Element]:
-    """Yield a plugin that leads the joints of a model which those before have made controllers for."""
+    """Yield a plugin with a trajectory controller of the joints for which controllers were created."""
     plugins = [each for each in model.all("plugin") if each.attributes.get("name") == _NAME]
     controllers = [each for plugin in plugins for each in plugin.all("controller")]
     names = dict.fromkeys(

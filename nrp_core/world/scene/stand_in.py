@@ -1,0 +1,202 @@
+"""The size of what stands in for a mesh that cannot be had.
+
+Of a link that moves it follows from what else is known of it: its other shapes, its inertia where a body of
+that density can be, else the joints that it spans and its mass. Of what never moves nothing is known but
+where it is: the first such model that is named like a ground, in a room without one, becomes a plane, and
+others become boxes that leave room for their neighbours.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import dist, sqrt
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.findings import Code
+from nrp_core.world.rigid.matrices import rotation_matrix
+from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.inertia import WATER, equivalent_box
+from nrp_core.world.scene.model import Box, Geometry, Joint, Link, Model, Plane
+from nrp_core.world.scene.tessellation import triangles_of
+
+DENSITIES = 50.0, 20_000.0
+"""Between which a body's mean density is plausible, kg/m^3: of hollow plastic and of metal."""
+LARGEST_BOX_M = 0.5
+"""Edge of the box in the place of a static thing with nothing around it."""
+MASSLESS_BOX_M = 0.05
+"""Edge of the box of a link without mass or length, such as a sensor."""
+_SMALLEST_M = 1e-3
+_NOTICEABLE_M = 0.01
+_THIN, _THICK = 0.05, 0.5  # of a link, relative to its length
+_GROUND_NAMES = re.compile(r"ground|floor|terrain|plane|world|room|arena|lab|environment|maze", re.IGNORECASE)
+_GROUND_M = 2.0
+"""How wide a shape is at least that things can stand on, as on a ground."""
+
+Measured = tuple[Geometry, Pose]
+
+
+@dataclass(frozen=True, slots=True)
+class Missing(Box):
+    """A shape of which nothing is known yet; in no scene that was read."""
+
+    size: Vector = (0.0, 0.0, 0.0)
+
+
+def lacks_shape(link: Link) -> bool:
+    """Whether a link has shapes of which nothing is known."""
+    geometries = [*(each.geometry for each in link.visuals), *(each.geometry for each in link.collisions)]
+    return any(isinstance(geometry, Missing) for geometry in geometries)
+
+
+def with_sizes(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
+    """Return the links of a model that moves, its missing shapes replaced by boxes."""
+    return tuple(_filled(link, *_box_of(link, joints)) if lacks_shape(link) else link for link in links)
+
+
+def with_static_shapes(models: Sequence[Model], warn: Callable[..., None]) -> tuple[Model, ...]:
+    """Return models, what never moves among them with shapes in the place of missing ones.
+
+    Args:
+        models: of one room.
+        warn: called with a warning about a shape that is replaced.
+    """
+    lacking = [model for model in models if any(map(lacks_shape, model.links))]
+    named = [model for model in lacking if _GROUND_NAMES.search(model.name)]
+    ground = next(iter(named), None) if not any(map(_is_ground, models)) else None
+    if ground is not None:
+        height = f"z = {ground.pose.position[2]:g} m"
+        message = f"the model '{ground.name}' is taken for the ground: a plane at {height} replaces its mesh"
+        warn(Code.NRP258, message, subject=ground.name)
+    return tuple(
+        replace(model, links=tuple(_static(model, link, models, model is ground) for link in model.links))
+        if model in lacking
+        else model
+        for model in models
+    )
+
+
+# -- links that move
+
+
+def _box_of(link: Link, joints: Sequence[Joint]) -> Measured:
+    known = _around(link)
+    if known is not None:
+        return known
+    if link.inertial is not None:
+        box, pose = equivalent_box(link.inertial)
+        if DENSITIES[0] <= link.inertial.mass / float(np.prod(box.size)) <= DENSITIES[1]:
+            return box, pose
+    return _spanning(link, _ends(link, joints), _reach(link, joints))
+
+
+def _around(link: Link) -> Measured | None:
+    """Return the box around the shapes of a link that are known, but planes; None where there is none."""
+    shapes: list[Measured] = [(each.geometry, each.pose) for each in link.collisions]
+    shapes += [(each.geometry, each.pose) for each in link.visuals]
+    points = [
+        triangles_of(geometry)[0] @ rotation_matrix(pose.orientation).T + pose.position
+        for geometry, pose in shapes
+        if not isinstance(geometry, Missing | Plane)
+    ]
+    if not points:
+        return None
+    corners = np.vstack(points)
+    return _box(corners.min(axis=0), corners.max(axis=0), _SMALLEST_M)
+
+
+def _ends(link: Link, joints: Iterable[Joint]) -> FloatArray:
+    """Return the points that a link connects, in its frame: its joints, or one and the point opposite."""
+    to_link = link.pose.inverse()
+    points = {(to_link @ joint.pose).position for joint in joints if link.name in (joint.parent, joint.child)}
+    ends = np.array(sorted(points)).reshape(-1, 3)
+    if len(ends) == 1 and link.inertial is not None:
+        ends = np.vstack([ends, 2 * np.array(link.inertial.pose.position) - ends[0]])
+    return ends
+
+
+def _reach(link: Link, joints: Iterable[Joint]) -> float:
+    """Return how far the joint of a link is from that of the link that holds it, m: a limit of its size."""
+    held = {joint.child: joint for joint in joints}
+    own = held.get(link.name)
+    above = held.get(own.parent) if own is not None else None
+    if own is None or above is None:
+        return LARGEST_BOX_M
+    reach = dist(own.pose.position, above.pose.position)
+    return reach if reach >= _NOTICEABLE_M else LARGEST_BOX_M
+
+
+def _spanning(link: Link, ends: FloatArray, reach: float) -> Measured:
+    """Return a box that spans points, as thick as the mass of the link would be of water."""
+    inertial = link.inertial
+    volume = inertial.mass / WATER if inertial is not None else None
+    length = float(np.ptp(ends, axis=0).max()) if len(ends) else 0.0
+    if length < _NOTICEABLE_M:
+        edge = min(volume ** (1 / 3) if volume is not None else MASSLESS_BOX_M, reach)
+        centre = inertial.pose.position if inertial is not None else (0.0, 0.0, 0.0)
+        return Box((edge, edge, edge)), Pose(centre)
+    thickness = sqrt(volume / length) if volume is not None else 0.0
+    thickness = min(max(thickness, _THIN * length), _THICK * length)
+    return _box(ends.min(axis=0), ends.max(axis=0), thickness)
+
+
+def _box(low: FloatArray, high: FloatArray, thickness: float) -> Measured:
+    (x, y, z), (cx, cy, cz) = np.maximum(high - low, thickness).tolist(), ((low + high) / 2).tolist()
+    return Box((x, y, z)), Pose((cx, cy, cz))
+
+
+def _filled(link: Link, geometry: Geometry, pose: Pose) -> Link:
+    """Return a link with one shape in the place of each that is missing."""
+    visuals = (
+        replace(each, geometry=geometry, pose=pose) if isinstance(each.geometry, Missing) else each
+        for each in link.visuals
+    )
+    collisions = (
+        replace(each, geometry=geometry, pose=pose) if isinstance(each.geometry, Missing) else each
+        for each in link.collisions
+    )
+    return replace(link, visuals=tuple(visuals), collisions=tuple(collisions))
+
+
+# -- what never moves
+
+
+def _is_ground(model: Model) -> bool:
+    """Whether things can stand on a model wherever they are."""
+    return model.static and any(_is_wide(each.geometry) for link in model.links for each in link.collisions)
+
+
+def _is_wide(geometry: Geometry) -> bool:
+    if isinstance(geometry, Missing):
+        return False
+    if isinstance(geometry, Plane):
+        return True
+    extent = np.ptp(triangles_of(geometry)[0], axis=0)
+    return bool((extent[:2] >= _GROUND_M).all())
+
+
+def _static(model: Model, link: Link, models: Sequence[Model], is_ground: bool) -> Link:
+    if not lacks_shape(link):
+        return link
+    known = _around(link)
+    if known is not None:
+        return _filled(link, *known)
+    place = model.pose @ link.pose
+    upright = place.inverse() @ Pose(place.position)
+    if is_ground:
+        return _filled(link, Plane(), upright)
+    edge = min([LARGEST_BOX_M, *(space / 2 for space in _spaces(model, models) if space >= _NOTICEABLE_M)])
+    lift = edge / 2 if abs(place.position[2]) < edge / 2 else 0.0  # what stands on the ground begins there
+    return _filled(link, Box((edge, edge, edge)), upright @ Pose((0.0, 0.0, lift)))
+
+
+def _spaces(model: Model, models: Iterable[Model]) -> Iterator[float]:
+    """Yield how far a model is from others, and from the origin, where robots begin, seen from above, m."""
+    x, y, _ = model.pose.position
+    yield dist((x, y), (0.0, 0.0))
+    for other in models:
+        if other is not model and not _is_ground(other):
+            yield dist((x, y), other.pose.position[:2])
