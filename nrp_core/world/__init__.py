@@ -1,17 +1,23 @@
-"""The world side: what authors of world backends need, each name imported when it is first used.
+"""The world side: the interface for authors of world backends; names are imported when first used.
 
 A backend derives from :class:`Engine` and :class:`WorldBackend`; it is given a :class:`Scene`.
 """
 
 from nrp_core._support.lazy import lazily
 
-TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
+TYPE_CHECKING = False  # known to type checkers; importing typing takes 5 ms
 if TYPE_CHECKING:
     from nrp_core._support.arrays import FloatArray as FloatArray
     from nrp_core._support.arrays import IndexArray as IndexArray
     from nrp_core._support.arrays import IntArray as IntArray
     from nrp_core._support.closing import Closing as Closing
     from nrp_core._support.diagnosis import Diagnosis as Diagnosis
+    from nrp_core.findings import Code as Code
+    from nrp_core.findings import Finding as Finding
+    from nrp_core.findings import Findings as Findings
+    from nrp_core.findings import Level as Level
+    from nrp_core.findings import Weight as Weight
+    from nrp_core.findings.capabilities import JOINT_CONTROL as JOINT_CONTROL
     from nrp_core.world.batch import WorldBatch as WorldBatch
     from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
     from nrp_core.world.drives.ackermann import Ackermann as Ackermann
@@ -44,6 +50,7 @@ if TYPE_CHECKING:
     from nrp_core.world.rigid.pose import Quaternion as Quaternion
     from nrp_core.world.rigid.pose import Vector as Vector
     from nrp_core.world.scene.acting import JointController as JointController
+    from nrp_core.world.scene.acting import PairController as PairController
     from nrp_core.world.scene.acting import Pid as Pid
     from nrp_core.world.scene.acting import TrajectoryController as TrajectoryController
     from nrp_core.world.scene.finish import Finish as Finish
@@ -99,6 +106,8 @@ else:
             "nrp_core._support.arrays": "FloatArray IndexArray IntArray",
             "nrp_core._support.closing": "Closing",
             "nrp_core._support.diagnosis": "Diagnosis",
+            "nrp_core.findings": "Code Finding Findings Level Weight",
+            "nrp_core.findings.capabilities": "JOINT_CONTROL",
             "nrp_core.world.batch": "WorldBatch",
             "nrp_core.world.capabilities": "WorldCapabilities",
             "nrp_core.world.drives.ackermann": "Ackermann",
@@ -120,7 +129,7 @@ else:
                 "BodyPath BodyVelocity JointAim JointStates ModelMotion Touch Wrench"
             ),
             "nrp_core.world.rigid.pose": "Pose Quaternion Vector",
-            "nrp_core.world.scene.acting": "JointController Pid TrajectoryController",
+            "nrp_core.world.scene.acting": "JointController PairController Pid TrajectoryController",
             "nrp_core.world.scene.finish": "Finish",
             "nrp_core.world.scene.model": (
                 "Box Capsule Collision Cylinder Geometry Heightmap Inertial Joint Light Link Mesh Mimic "

@@ -1,7 +1,7 @@
-"""Many copies of one scene in one process: the ground for sweeps, evolution and learning.
+"""Many copies of one scene in one process, for sweeps, evolution and learning.
 
-Each copy is a world like any other, with its own state, topics, seed and random streams: it does bit for bit
-what it would do alone. Where the engine lets other Python code run while it steps, copies share threads.
+Each copy is an ordinary world with its own state, topics, seed and random streams; its results are bit for
+bit those of a world that runs alone. If the engine releases the GIL while it steps, threads share the copies.
 """
 
 from __future__ import annotations
@@ -31,11 +31,12 @@ class WorldBatch(Closing):
 
     Args:
         worlds: one for each copy, at time 0.
-        threads: how many step them; 0: one for each processor that this process may use, where that works.
+        threads: number of threads that step them; 0: one for each processor of this process, if the engine
+            allows it.
 
     Attributes:
-        worlds: the copies; what is not here for all of them is there for each.
-        failures: why copies failed since the last reset, by their numbers. They stay where they are.
+        worlds: the copies, for operations that the batch does not have.
+        failures: errors of failed copies since the last reset, by number. Failed copies are not stepped.
     """
 
     def __init__(self, worlds: Sequence[World], threads: int = 0) -> None:
@@ -47,7 +48,7 @@ class WorldBatch(Closing):
 
     @classmethod
     def open(cls, worlds: Iterable[World], threads: int = 0) -> WorldBatch:
-        """Take worlds as they are opened; if one cannot be, none stays open."""
+        """Collect worlds as they are opened; if one fails to open, close all."""
         with ExitStack() as opened:
             batch = cls([opened.enter_context(world) for world in worlds], threads)
             opened.pop_all()
@@ -58,33 +59,33 @@ class WorldBatch(Closing):
 
     @property
     def now_ns(self) -> int:
-        """The time that all copies have reached, but for those that failed or were reset alone."""
+        """The time of all copies, those that failed or were reset alone excepted."""
         return self._now_ns
 
     def run_until(self, t_ns: int) -> None:
-        """Advance every copy by the time that is left to ``t_ns``; one that fails does not stop the others.
+        """Advance every copy by the time remaining to ``t_ns``; one that fails does not stop the others.
 
         All reach ``t_ns``, but those that were reset alone are behind by the time of their reset.
 
         Raises:
-            NrpError: all copies have failed; it is the error of the first.
+            NrpError: all copies have failed; the error of the first one.
         """
         lasts_ns = t_ns - self._now_ns
         self._for_each(lambda world: world.run_until(world.now_ns + lasts_ns))
         self._now_ns = t_ns
 
     def reset(self, seeds: Sequence[int] | None = None) -> None:
-        """Return to time 0, with new seeds if they are given; failed copies work again."""
+        """Reset all copies to time 0, with new seeds if given; failed copies are usable again."""
         self._now_ns = 0
         for number in range(len(self)):
             self.reset_copy(number, None if seeds is None else seeds[number])
 
     def reset_copy(self, number: int, seed: int | None = None) -> None:
-        """Return one copy to its time 0, while the others stay where they are; a failed one works again.
+        """Reset one copy to its time 0 without the others; a failed one is usable again.
 
         Args:
-            number: of the copy.
-            seed: a new one; by default the copy's own is used again.
+            number: the number of the copy.
+            seed: a new seed; by default the copy's own.
         """
         self.failures.pop(number, None)
         self.worlds[number].reset(seed=seed)
@@ -93,16 +94,16 @@ class WorldBatch(Closing):
         """Return the right to publish on a topic of every copy.
 
         Raises:
-            TopicError: there is no such topic, or it takes no messages.
+            TopicError: there is no such topic, or it cannot be published on.
         """
         return BatchPublication(self, [world.advertise(topic) for world in self.worlds])
 
     def subscribe(self, topic: str, *, depth: int = 1) -> tuple[Subscription, ...]:
-        """Listen to a topic of every copy; see :meth:`World.subscribe`."""
+        """Subscribe to a topic of every copy; see :meth:`World.subscribe`."""
         return tuple(world.subscribe(topic, depth=depth) for world in self.worlds)
 
     def motions(self, model: str) -> FloatArray:
-        """Return where a model is in every copy and how it moves, in the frame of the world.
+        """Return pose and velocity of a model in every copy, in the frame of the world.
 
         Returns:
             Shape ``(copies, 13)``: position (m), orientation (quaternion, x y z w), linear velocity (m/s) and
@@ -129,7 +130,7 @@ class WorldBatch(Closing):
             world.close()
 
     def _for_each(self, act: Callable[[World], None]) -> None:
-        """Act on every copy that has not failed, a share of them in each thread."""
+        """Call a function for every copy that has not failed, divided among the threads."""
         shares = [range(first, len(self), self._threads) for first in range(self._threads)]
 
         def work(share: range) -> None:
@@ -139,7 +140,7 @@ class WorldBatch(Closing):
                         act(self.worlds[number])
                     except NrpError as error:
                         if self.worlds[number].state is not State.FAILED:
-                            raise  # a mistake of the caller's, alike for all
+                            raise  # an error of the caller, the same for all copies
                         self.failures[number] = error
 
         list(map(work, shares) if self._pool is None else self._pool.map(work, shares))
@@ -165,11 +166,11 @@ class BatchPublication:
         return self._publications[0].topic
 
     def publish(self, messages: Sequence[Any] | FloatArray) -> None:
-        """Send each copy its message; copies that have failed get none.
+        """Publish a message in each copy; failed copies get none.
 
         Args:
-            messages: one for each copy; or of messages that are made of numbers only, these, in the order of
-                the fields: a ``Twist`` for each copy is an array of shape ``(copies, 6)``.
+            messages: one for each copy; or, for messages that consist of numbers only, an array of these in
+                the order of the fields: a ``Twist`` for each copy has shape ``(copies, 6)``.
 
         Raises:
             TopicError: there are more or fewer messages than copies, or the topic cannot carry one.
@@ -191,14 +192,14 @@ class BatchPublication:
 
 
 class _Layout(NamedTuple):
-    """How many numbers a message is made of, and what makes it of them."""
+    """The number of floats in a message, and a function that builds the message from them."""
 
     numbers: int
     made_of: Callable[[Iterator[float]], Any]
 
 
 def _layout_of(example: Any) -> _Layout | None:
-    """Return the layout of a message like this; None if it holds anything but numbers."""
+    """Return the layout of a message class; None if it holds anything but floats."""
     if isinstance(example, float):
         return _Layout(1, next)
     if not is_dataclass(example) or isinstance(example, type):
@@ -212,7 +213,7 @@ def _layout_of(example: Any) -> _Layout | None:
 
 
 def _threads_for(worlds: Sequence[World]) -> int:
-    """Return one for each processor, or a single one where the engine or its pictures are bound to it."""
+    """Return the number of processors, or 1 if the engine or its renderer is bound to one thread."""
     for world in worlds:
         has = world.capabilities
         if not has.releases_gil or not set(has.renderers[:1]) <= set(SHARED):

@@ -1,4 +1,4 @@
-"""Report every change that is made to something from Python, so that a recording can repeat it."""
+"""Report every change made to an object from Python, so that a recording can repeat it."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Watcher = Callable[[str, Sequence[object], Mapping[str, object]], None]
 
 
 class Changeable:
-    """Something whose methods marked by :func:`change` are watched.
+    """An object whose methods marked by :func:`change` are watched.
 
     Attributes:
-        watchers: called with every change; of one that makes others, with that one alone.
+        watchers: called with every change; for nested changes only with the outermost one.
     """
 
     def __init__(self) -> None:
@@ -28,7 +28,7 @@ class Changeable:
 
     @contextmanager
     def changing(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> Iterator[None]:
-        """Report what is done in a block as one change of that name."""
+        """Report the changes in a block as one change of that name."""
         if self._changing or not self.watchers:
             yield
             return
@@ -42,7 +42,7 @@ class Changeable:
 
 
 def change(method: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
-    """Report each call of a method to the watchers of its object."""
+    """Mark a method: each call is reported to the watchers of its object."""
 
     def watched(self: S, /, *arguments: P.args, **named: P.kwargs) -> R:
         with self.changing(method.__name__, arguments, named):

@@ -1,4 +1,4 @@
-"""What a backend of a world writes: a physics engine with a scene in it."""
+"""The interface that a world backend implements: a physics engine with a scene in it."""
 
 from __future__ import annotations
 
@@ -8,16 +8,18 @@ from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, final
 
-import numpy as np
-
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
+from nrp_core.findings import Findings
+from nrp_core.findings.capabilities import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.part import Part
+from nrp_core.world.pulls import Pulls
 from nrp_core.world.raycast.beams import Beams
-from nrp_core.world.render.cameras import REALISTIC, SHARED, Cameras, DepthArray, ImageArray
+from nrp_core.world.render.cameras import SHARED, Cameras, DepthArray, ImageArray
 from nrp_core.world.render.eyes import Eyes
 from nrp_core.world.render.optics import CameraPath, Optics, optics_of
+from nrp_core.world.render.shared import open_shared
 from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.motion import (
     BodyPath,
@@ -29,7 +31,7 @@ from nrp_core.world.rigid.motion import (
     Touch,
     Wrench,
 )
-from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of, lever_of
+from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 
 if TYPE_CHECKING:
@@ -39,26 +41,26 @@ if TYPE_CHECKING:
 class Engine(ABC):
     """A physics engine with a scene in it; it knows nothing of topics.
 
-    The world steps it, changes its scene and asks it; so do the parts of the world. A backend writes the
-    ``_do_*`` methods, of which four are abstract. Units are m, rad and ns, axes those of the world.
+    The world and its parts step it, query it and change its scene. A backend implements the ``_do_*``
+    methods, four of which are abstract. Units are m, rad and ns; axes are those of the world.
 
     Args:
-        scene: the first scene. Each model has its ``source``, the file and element that it was read from,
-            and ``native`` elements of that file, which are meant for one engine.
-        capabilities: of the backend, under these options.
-        seed: of the world.
-        identity: text that names engine, version and options; snapshots of others do not fit.
+        scene: the first scene. Each model has its ``source``, the file and element that it was read from, and
+            ``native`` elements of that file, each for a specific engine.
+        capabilities: the capabilities of the backend under these options.
+        seed: the seed of the world.
+        identity: text with engine, version and options; snapshots with another identity are refused.
 
     Attributes:
         scene: the scene as it is now.
-        capabilities: of the backend.
-        seed: of the world; set by the world, as is ``now_ns``.
-        now_ns: the time before the step that is being taken, else the time reached.
-        image_scale: width and height of images are those of the robot's file times this.
-        warnings: for the user; the world shows them.
+        capabilities: the capabilities of the backend.
+        seed: the seed of the world; set by the world, as is ``now_ns``.
+        now_ns: the time at the start of the current step, else the time reached, ns.
+        image_scale: factor of the width and height that the robot's file gives for images.
+        warnings: warnings for the user; the world reports them.
 
     Raises:
-        CapabilityError: something in the scene would move in a way that the engine does not have.
+        CapabilityError: the scene needs a capability that the engine does not have.
     """
 
     def __init__(self, scene: Scene, capabilities: WorldCapabilities, *, seed: int, identity: str) -> None:
@@ -68,10 +70,10 @@ class Engine(ABC):
         self.now_ns = 0
         self.identity = identity
         self.image_scale = 1.0
-        self.warnings: list[str] = list(scene.warnings)
+        self.warnings = Findings(scene.warnings)
         self._require_movable(scene)
         self._bodies: dict[str, tuple[Body, ...]] = {}
-        self._pulls: dict[BodyPath, dict[tuple[str, str], FloatArray]] = {}
+        self._pulls = Pulls()
         self._space: CollisionSpace | None = None
         self._eyes = Eyes(self._open_renderer, "".join(self.capabilities.renderers[:1]))
 
@@ -84,7 +86,7 @@ class Engine(ABC):
 
     @final
     def advance(self, steps: int, *, paused: bool = False) -> None:
-        """Take physics steps; while the world is paused time passes, but nothing moves."""
+        """Take physics steps; while the world is paused, time passes but nothing moves."""
         if paused:
             self._do_wait(steps)
         else:
@@ -93,30 +95,30 @@ class Engine(ABC):
 
     @final
     def reset(self, seed: int) -> None:
-        """Return to the state right after opening, with the scene of now."""
+        """Reset to the state right after opening, with the current scene."""
         self.seed = seed
         self._do_reset(seed)
 
     @final
     def save(self) -> object:
-        """Return the complete state as something that pickles.
+        """Return the complete state as an object that can be pickled.
 
         Raises:
             CapabilityError: the engine cannot do that.
         """
         if not self.capabilities.snapshot:
-            raise self.lacks("cannot save and restore its state")
+            raise self.lacks(SNAPSHOTS)
         return self._do_save()
 
     @final
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave, in the same scene."""
+        """Restore a state from :meth:`save`, in the same scene."""
         if not self.capabilities.snapshot:
-            raise self.lacks("cannot save and restore its state")
+            raise self.lacks(SNAPSHOTS)
         self._do_restore(saved)
 
     def check_finite(self, t_ns: int) -> None:
-        """Refuse a state that is not finite; an engine may look in a quicker way first.
+        """Refuse a state that is not finite; an engine may override this with a faster check.
 
         Raises:
             DivergedError: the position of a model is not finite.
@@ -133,16 +135,16 @@ class Engine(ABC):
         self._eyes.close()
         self._do_close()
 
-    # -- what sensors read
+    # -- for sensors
 
     @final
     def model_motion(self, model: str) -> ModelMotion:
-        """Return where a model's frame is and how it moves."""
+        """Return pose and velocity of a model's frame."""
         return self._do_model_motion(model)
 
     @final
     def link_motion(self, model: str, link: str) -> ModelMotion:
-        """Return where a link is and how it moves."""
+        """Return pose and velocity of a link."""
         return self._do_link_motion(model, link)
 
     @final
@@ -150,12 +152,22 @@ class Engine(ABC):
         """Return the state of a model's joints."""
         return self._do_joint_states(model)
 
+    @final
+    def frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
+        """Return what writes where bodies are; it fits the scene of now."""
+        return self._do_frames(paths)
+
+    @property
+    def visual_colors(self) -> Mapping[str, Rgba]:
+        """The colours of visuals that were set, by path, ``model/link/visual``."""
+        return self._eyes.colors
+
     def read_motion(self, model: str, row: FloatArray) -> None:
-        """Write where a model is and how it moves; an engine may do so without :class:`ModelMotion`.
+        """Write pose and velocity of a model; an engine may do so without :class:`ModelMotion`.
 
         Args:
             model: the model.
-            row: gets position, orientation (x, y, z, w), linear and angular velocity, shape ``(13,)``.
+            row: the result: position, orientation (x, y, z, w), linear and angular velocity, shape ``(13,)``.
         """
         motion = self._do_model_motion(model)
         row[:] = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
@@ -167,7 +179,7 @@ class Engine(ABC):
 
     @final
     def render(self, model: str, link: str, camera: str) -> ImageArray:
-        """Return what a camera sees, shape ``(height, width, 3)``, RGB, read-only."""
+        """Return the image of a camera, shape ``(height, width, 3)``, RGB, read-only."""
         image = self._do_render(model, link, camera)
         image.flags.writeable = False
         return image
@@ -175,98 +187,89 @@ class Engine(ABC):
     @final
     def image_size(self, model: str, link: str, camera: str) -> tuple[int, int]:
         """Return height and width of a camera's images."""
-        sensors = self.scene.model(model).link(link).sensors
-        view = next(sensor.view for sensor in sensors if sensor.view is not None and sensor.name == camera)
-        optics = Optics.of(view, self.image_scale)
+        optics = self._optics[model, link, camera]
         return optics.height, optics.width
 
     @final
     def depth(self, model: str, link: str, camera: str) -> DepthArray:
-        """Return the depth that a camera sees, m, ``inf`` beyond its clip distance."""
+        """Return the depth image of a camera, m, ``inf`` beyond its far clip distance."""
         image = self._do_depth(model, link, camera)
         image.flags.writeable = False
         return image
 
     @final
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
-        """Return the distance along each ray, layer by layer, m, ``inf`` where it meets nothing."""
+        """Return the distance along each ray, layer by layer, m, ``inf`` for a ray that hits nothing."""
         return self._collisions().scan(model, link, beams)
 
     @final
     def touches(self) -> Sequence[tuple[Touch, tuple[str, str]]]:
-        """Return where things touched, with the names of both collisions, ``model/link/collision``."""
+        """Return the contacts, with the names of both collisions, ``model/link/collision``."""
         if not (found := self._do_touches()):
             return ()
-        name_at = self._collisions().name_at
-        return [
-            (each, (name_at(each.bodies[0], each.position), name_at(each.bodies[1], each.position)))
-            for each in found
-        ]
+        return self._collisions().named(found)
 
     @final
     def joint_wrench(self, model: str, joint: str) -> Wrench:
-        """Return what a joint's child does to its parent, at the child link's origin."""
+        """Return the wrench of a joint's child on its parent, at the child link's origin."""
         return self._do_joint_wrench(model, joint)
 
-    # -- what drives, controllers and services command
+    # -- for drives, controllers and services
 
     @final
     def set_color(self, visual: str, rgba: Rgba) -> None:
-        """Colour a visual (``model/link/visual``)."""
+        """Set the colour of a visual (``model/link/visual``)."""
         self._eyes.colors[visual] = rgba
         self._do_set_color(visual, rgba)
 
     @final
     def set_glow(self, visual: str, glows: bool) -> None:
-        """Say whether a visual has its colour in any light."""
+        """Set whether a visual glows: it has its colour in any light."""
         self._eyes.glows[visual] = glows
         self._do_set_glow(visual, glows)
 
     @final
     def set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        """Aim a drive at a velocity of the body."""
+        """Set the target velocity of a drive."""
         self._do_set_drive(model, drive, velocity)
 
     @final
     def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Aim a joint's servo from now on; only joints with a controller have one."""
+        """Set the target of a joint's servo; only joints with a controller have one."""
         self._do_set_joint_aim(model, joint, aim)
 
     @final
     def set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        """Put an effort (N m, N) on a joint from now on, besides what its servo does."""
+        """Apply an effort (N m, N) to a joint from now on, in addition to its servo."""
         self._do_set_joint_effort(model, joint, effort)
 
     @final
     def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
-        """Set the wrench that acts at a link's centre of mass from now on, besides those of others.
+        """Set the wrench that acts at a link's centre of mass from now on, in addition to those of others.
 
         Args:
             model: the model.
             link: its link.
-            wrench: replaces the one before.
-            of: who pushes.
+            wrench: the wrench; it replaces the previous one of the same owner.
+            of: the owner of the wrench.
 
         Returns:
-            Whether its lever turns with the body, so that it is to be set again in each step.
+            Whether its lever arm turns with the body, so that it must be set again in each step.
         """
         bodies = self._bodies_of(model)
         index = body_of(bodies, link)
         if bodies[index].inertial is None:
-            return False  # what is fixed cannot be pushed
-        part, lever = lever_of(bodies[index], link)
-        turn = rotation_matrix((self.link_motion(model, link).pose @ part.pose.inverse()).orientation)
-        pulls = self._pulls.setdefault((model, index), {})
-        pulls[link, of] = np.array([wrench.force, np.cross(turn @ lever, wrench.force) + wrench.torque])
-        (fx, fy, fz), (tx, ty, tz) = np.sum([pulls[name] for name in sorted(pulls)], axis=0).tolist()
-        self._do_set_wrench((model, index), Wrench((fx, fy, fz), (tx, ty, tz)))
-        return bool(np.any(lever) and np.any(wrench.force))
+            return False  # a fixed body cannot be pushed
+        pose = self.link_motion(model, link).pose
+        total, turns = self._pulls.add((model, index), bodies[index], link, pose, wrench, of)
+        self._do_set_wrench((model, index), total)
+        return turns
 
     # -- changes of the scene
 
     @final
     def load(self, scene: Scene) -> None:
-        """Load another scene, at the state in which its files have it; where only lights differ, set them.
+        """Load another scene in its initial state; if only lights differ, set these.
 
         Raises:
             CapabilityError: something in it would move in a way that the engine does not have.
@@ -277,7 +280,7 @@ class Engine(ABC):
         self._require_movable(scene)
         self._do_load(scene)
         self.scene = scene
-        self._bodies, self._pulls = {}, {}
+        self._bodies, self._pulls = {}, Pulls()
         self._space = None
         self._eyes.close()
         self._eyes = Eyes(self._open_renderer, "".join(self.capabilities.renderers[:1]))
@@ -290,44 +293,44 @@ class Engine(ABC):
 
     @final
     def floats(self, model: str) -> bool:
-        """Whether the base of a model can go anywhere."""
+        """Return whether the base of a model floats freely."""
         bodies = self._bodies_of(model)
         return bodies[body_of(bodies, self.scene.model(model).links[0].name)].floats
 
     @final
     def place(self, model: str, motion: ModelMotion) -> None:
-        """Put a model whose base floats somewhere; its joints stay as they are."""
+        """Set pose and velocity of a model whose base floats; its joints keep their positions."""
         self._do_place(model, motion)
 
     @final
     def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        """Put joints at positions, at rest."""
+        """Set the positions of joints, at rest."""
         self._do_set_joints(model, positions)
 
     @final
     def configuration(self, model: str) -> object:
-        """Return where a model and its joints are and how they move."""
+        """Return positions and velocities of a model and its joints."""
         return self._do_configuration(model)
 
     @final
     def configure(self, model: str, configuration: object) -> None:
-        """Return a model to what :meth:`configuration` gave."""
+        """Restore a model's state from :meth:`configuration`."""
         self._do_configure(model, configuration)
 
     @final
     def lacks(self, what: str) -> CapabilityError:
-        """Return the error of an engine that cannot do something."""
-        return CapabilityError(f"{type(self).__name__} {what}")
+        """Return the error for an operation that the engine does not have."""
+        return refusal(self, what)
 
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
         """Return the parts of a model, or of the world itself (None).
 
-        An engine whose messages come from outside, as from ROS or a recording, puts parts of its own in
-        the place of those that the core would use.
+        An engine whose messages come from outside, as from ROS or a recording, replaces the core's parts by
+        its own.
 
         Args:
             usual: the parts of the core.
-            model: that they belong to.
+            model: the model that they belong to.
         """
         return usual
 
@@ -337,19 +340,21 @@ class Engine(ABC):
         if lacking := self.capabilities.lacking_for(scene):
             raise self.lacks(lacking)
 
-    # -- what follows from the scene alone
+    # -- derived from the scene alone
 
     def _bodies_of(self, model: str) -> tuple[Body, ...]:
         if model not in self._bodies:
             self._bodies[model] = bodies_of(self.scene.model(model))
         return self._bodies[model]
 
+    def _all_bodies(self) -> dict[str, tuple[Body, ...]]:
+        return {model.name: self._bodies_of(model.name) for model in self.scene.models}
+
     def _collisions(self) -> CollisionSpace:
         from nrp_core.world.raycast.collisions import CollisionSpace  # compiled code takes time to load
 
         if self._space is None:
-            bodies = {model.name: self._bodies_of(model.name) for model in self.scene.models}
-            self._space = CollisionSpace(bodies, self._do_frames)
+            self._space = CollisionSpace(self._all_bodies(), self._do_frames)
         return self._space
 
     @property
@@ -362,15 +367,9 @@ class Engine(ABC):
             raise self.lacks("has no cameras")
         if renderer not in SHARED:
             return self._do_open_cameras(renderer)
-        from nrp_core.world.render.raster import RasterCameras  # compiled code takes time to load
-        from nrp_core.world.render.realistic import RealisticCameras
+        return open_shared(renderer, self._all_bodies(), self._optics, self._do_frames, self.scene.lights)
 
-        bodies = {model.name: self._bodies_of(model.name) for model in self.scene.models}
-        if renderer == REALISTIC:
-            return RealisticCameras(bodies, self._optics, self._do_frames, self.scene.lights)
-        return RasterCameras(bodies, self._optics, self._do_frames)
-
-    # -- for backends: the fewest operations that cannot be derived
+    # -- for backends: the operations that cannot be derived
 
     @abstractmethod
     def _do_advance(self, steps: int) -> None:
@@ -378,39 +377,39 @@ class Engine(ABC):
 
     @abstractmethod
     def _do_reset(self, seed: int) -> None:
-        """Return to the state right after opening; bit for bit where determinism is declared."""
+        """Reset to the state right after opening; bit for bit if determinism is declared."""
 
     def _do_wait(self, steps: int) -> None:
-        """Let the time of steps pass while the world is paused; sensors outside may go on."""
+        """Let the time of steps pass while the world is paused; external sensors may continue."""
 
-    @abstractmethod
     def _do_model_motion(self, model: str) -> ModelMotion:
-        """Return where a model's frame is and how it moves, in the frame of the world."""
+        """Return where a model's frame is and how it moves; needed unless ``poses`` is declared false."""
+        raise self.lacks("does not report where models are")
 
     @abstractmethod
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        """Aim a drive at a velocity of the body from now on."""
+        """Set the target velocity of a drive."""
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        """Colour a visual, named by its path ``model/link/visual``, from the next image on."""
+        """Set the colour of a visual, named by its path ``model/link/visual``, from the next image on."""
         for cameras in self._eyes.opened:
             cameras.set_color(visual, rgba)
 
     def _do_set_glow(self, visual: str, glows: bool) -> None:
-        """Say whether a visual has its colour in any light, from the next image on."""
+        """Set whether a visual glows, from the next image on."""
         for cameras in self._eyes.opened:
             cameras.set_glow(visual, glows)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        """Return what a camera sees now, shape ``(height, width, 3)``, RGB, a fresh array."""
-        return self._eyes.images.picture((model, link, camera))
+        """Return the current image of a camera, shape ``(height, width, 3)``, RGB, a new array."""
+        return self._eyes.images.image((model, link, camera))
 
     def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
-        """Return the depth that a camera sees now, m, shape ``(height, width)``, a fresh array."""
+        """Return the current depth image of a camera, m, shape ``(height, width)``, a new array."""
         return self._eyes.depths.depth((model, link, camera))
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
-        """Open one of the renderers that the engine has beside the core's."""
+        """Open one of the engine's own renderers."""
         raise self.lacks(f"has no renderer '{renderer}'")
 
     def _do_set_lights(self, lights: Sequence[Light]) -> None:
@@ -423,8 +422,8 @@ class Engine(ABC):
         raise self.lacks("does not report joints")
 
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
-        """Return where a link is and how it moves, in the frame of the world."""
-        if not self.capabilities.dynamics:  # joints stay as the files have them
+        """Return pose and velocity of a link, in the frame of the world."""
+        if not self.capabilities.dynamics:  # joints stay at their initial positions
             return self._do_model_motion(model).at(self.scene.model(model).link(link).pose)
         bodies = self._bodies_of(model)
         body = bodies[body_of(bodies, link)]
@@ -438,7 +437,7 @@ class Engine(ABC):
         return self._do_model_motion(model).at(base @ held[first].inverse() @ held[link])
 
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
-        """Return what writes where these bodies are; called once."""
+        """Return a function that writes the poses of these bodies; called once."""
         links = [(model, self._bodies_of(model)[index].links[0]) for model, index in paths]
 
         def read(frames: FloatArray) -> None:
@@ -449,52 +448,52 @@ class Engine(ABC):
         return read
 
     def _do_touches(self) -> Sequence[Touch]:
-        """Return all contacts of the last physics step, those within a model left out."""
+        """Return all contacts of the last physics step, except those within a model."""
         raise self.lacks("does not report contacts")
 
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
-        """Return what a joint's child did to its parent in the last step, at the child link's origin."""
+        """Return the wrench of a joint's child on its parent in the last step, at the child link's origin."""
         raise self.lacks("does not report the forces in joints")
 
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Aim the servo of a joint that has a controller from now on."""
-        raise self.lacks("does not control joints")
+        """Set the target of the servo of a joint with a controller."""
+        raise self.lacks(JOINT_CONTROL)
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        """Put an effort on a joint from now on, besides what its servo does."""
-        raise self.lacks("does not control joints")
+        """Apply an effort to a joint from now on, in addition to its servo."""
+        raise self.lacks(JOINT_CONTROL)
 
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         """Set the wrench that acts at a body's centre of mass from now on."""
         raise self.lacks("cannot apply forces")
 
     def _do_load(self, scene: Scene) -> None:
-        """Load another scene, at the state in which its files have it."""
-        raise self.lacks("cannot change its scene")
+        """Load another scene in its initial state."""
+        raise self.lacks(SCENE_CHANGES)
 
     def _do_place(self, model: str, motion: ModelMotion) -> None:
-        """Put a model whose base floats somewhere and let it move; its joints stay as they are."""
-        raise self.lacks("cannot move models")
+        """Set pose and velocity of a model whose base floats; its joints keep their positions."""
+        raise self.lacks(MODEL_MOVES)
 
     def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        """Put joints at positions, at rest."""
+        """Set the positions of joints, at rest."""
         raise self.lacks("cannot move joints")
 
     def _do_configuration(self, model: str) -> object:
-        """Return where a model and its joints are and how they move."""
-        raise self.lacks("cannot move models")
+        """Return positions and velocities of a model and its joints."""
+        raise self.lacks(MODEL_MOVES)
 
     def _do_configure(self, model: str, configuration: object) -> None:
-        """Return a model to what :meth:`_do_configuration` gave."""
-        raise self.lacks("cannot move models")
+        """Restore a model's state from :meth:`_do_configuration`."""
+        raise self.lacks(MODEL_MOVES)
 
     def _do_save(self) -> object:
-        """Return the complete state as something that pickles."""
-        raise self.lacks("cannot save and restore its state")
+        """Return the complete state as an object that can be pickled."""
+        raise self.lacks(SNAPSHOTS)
 
     def _do_restore(self, saved: Any) -> None:
-        """Return to what :meth:`_do_save` gave."""
-        raise self.lacks("cannot save and restore its state")
+        """Restore a state from :meth:`_do_save`."""
+        raise self.lacks(SNAPSHOTS)
 
     def _do_close(self) -> None:
         """Release the engine; by default there is nothing to release."""

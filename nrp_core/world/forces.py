@@ -1,4 +1,4 @@
-"""Forces that users put on bodies and joints for some time."""
+"""Forces that users apply to bodies and joints for a limited time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nrp_core.world.rigid.motion import Wrench
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """A wrench on a link (of its centre of mass), or an effort on a joint, from one time to another."""
+    """A wrench on a link (at its centre of mass), or an effort on a joint, from one time to another."""
 
     model: str
     name: str
@@ -22,7 +22,7 @@ class Push:
 
 
 class ForcesPart(Part):
-    """Adds up what acts on each link and joint, and ends it in time."""
+    """Sums the forces on each link and joint, and ends each at its time."""
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
@@ -30,7 +30,7 @@ class ForcesPart(Part):
         self._turning: set[tuple[str, str, bool]] = set()
 
     def add(self, push: Push, now_ns: int) -> None:
-        """Let something act."""
+        """Add a force."""
         self._pushes.append(push)
         self._update({_key(push)}, now_ns)
 
@@ -41,7 +41,7 @@ class ForcesPart(Part):
         self._update({(model, name, kind is Wrench)}, now_ns)
 
     def forget(self, model: str) -> None:
-        """Forget what acted on a model that is gone."""
+        """Remove the forces on a deleted model."""
         self._pushes = [push for push in self._pushes if push.model != model]
         self._turning = {key for key in self._turning if key[0] != model}
 
@@ -62,7 +62,7 @@ class ForcesPart(Part):
         before = {_key(push) for push in self._pushes}
         pushes, deadline_ns = saved
         self._pushes = list(pushes)
-        # what acts now began before the next deadline
+        # forces that act now began before the next deadline
         now_ns = deadline_ns - 1 if deadline_ns is not None else max((p.start_ns for p in pushes), default=0)
         self._update(before | {_key(push) for push in pushes}, now_ns)
         self.deadline_ns = deadline_ns

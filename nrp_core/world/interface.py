@@ -1,8 +1,8 @@
-"""The world side: what a backend provides, by an entry point of the group ``nrp_core.world``.
+"""The interface of world backends, which are entry points of the group ``nrp_core.world``.
 
-A backend builds an :class:`~nrp_core.world.engine.Engine`: one that steps, resets, reports where models are
-and takes a body velocity is enough. Images, topics, messages, rates, time-outs, odometry, controllers and
-services are supplied by the core, once for all backends; see :class:`~nrp_core.world.world.World`.
+A backend builds an :class:`~nrp_core.world.engine.Engine`. The minimum is to step, reset, report poses of
+models and accept a body velocity. The core supplies images, topics, messages, rates, time-outs, odometry,
+controllers and services for all backends; see :class:`~nrp_core.world.world.World`.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class WorldBackend(ABC):
     """The entry point of a physics engine; importing and constructing it is cheap.
 
     Attributes:
-        interface_version: the version of the interface it was written for; the first, if it does not say.
-        options: the model of its options.
+        interface_version: the version of the interface that it implements; by default the first.
+        options: the class of its options.
     """
 
     interface_version: ClassVar[int] = 1
@@ -43,18 +43,18 @@ class WorldBackend(ABC):
 
     @abstractmethod
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
-        """Return what the backend has under these options; does not load the engine."""
+        """Return the capabilities of the backend under these options; does not load the engine."""
 
     @abstractmethod
     def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
         """Load a scene into the engine, at time 0."""
 
     def another(self, first: Engine, *, seed: int, options: WorldOptions) -> Engine:
-        """Load the scene of an engine that was just opened once more; may reuse what was built for it."""
+        """Open the scene of an engine again; may reuse the parts built for it."""
         return self.engine(first.scene, seed=seed, options=options)
 
     def diagnose(self) -> list[Diagnosis]:
-        """Look at this machine for what the backend needs; may load the engine."""
+        """Check this machine for the requirements of the backend; may load the engine."""
         return []
 
     @final
@@ -66,13 +66,13 @@ class WorldBackend(ABC):
     def open_batch(
         self, scene: Scene, *, seeds: Sequence[int], options: WorldOptions, threads: int = 0
     ) -> WorldBatch:
-        """Open a scene many times, once for each seed; each copy does what it would do alone.
+        """Open a scene once for each seed; each copy behaves as it would alone.
 
         Args:
-            scene: what is simulated.
-            seeds: of the copies.
-            options: of all copies.
-            threads: how many step them; 0: as many as help.
+            scene: the scene.
+            seeds: the seeds of the copies.
+            options: the options of all copies.
+            threads: the number of threads that step them; 0: chosen automatically.
 
         Raises:
             ValueError: there are no seeds.
@@ -89,7 +89,7 @@ class WorldBackend(ABC):
 
 
 def _around(engine: Engine) -> World:
-    """Return the world around an engine; where it cannot be, as where topics collide, close the engine."""
+    """Return the world around an engine; if that fails, as when topics collide, close the engine."""
     try:
         return World(engine)
     except BaseException:

@@ -1,4 +1,4 @@
-"""The scene as it is now: what is in the engine, which parts belong to it, and what changes it."""
+"""The current scene: the engine, the parts that belong to it, and the operations that change it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from math import isfinite
 from typing import Any
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.findings import Findings
+from nrp_core.findings.capabilities import SCENE_CHANGES
 from nrp_core.world.changes import Changeable, change
 from nrp_core.world.engine import Engine
 from nrp_core.world.forces import ForcesPart
@@ -21,17 +23,17 @@ from nrp_core.world.visuals import ColorPart
 
 
 class LiveScene(Changeable):
-    """A scene in an engine, with its parts and their topics. Services change it, and so does the world.
+    """A scene in an engine, with its parts and their topics. Services and the world change it.
 
     Args:
-        engine: with its first scene.
+        engine: the engine with its first scene.
         board: the topics.
 
     Attributes:
-        engine: what simulates it.
-        parts: what serves its topics.
-        forces: that users put on bodies and joints.
-        paused: while this is true, time goes on but nothing moves.
+        engine: the engine that simulates it.
+        parts: the parts with its topics.
+        forces: the forces that users apply to bodies and joints.
+        paused: while this is true, time passes but nothing moves.
     """
 
     def __init__(self, engine: Engine, board: Switchboard) -> None:
@@ -45,28 +47,28 @@ class LiveScene(Changeable):
 
     @property
     def scene(self) -> Scene:
-        """The scene of now."""
+        """The current scene."""
         return self.engine.scene
 
     @property
     def now_ns(self) -> int:
-        """The time reached."""
+        """The current time, ns."""
         return self.engine.now_ns
 
     @property
-    def warnings(self) -> list[str]:
-        """For the user."""
+    def warnings(self) -> Findings:
+        """Warnings for the user."""
         return self.engine.warnings
 
-    # -- what comes and goes
+    # -- adding, removing and moving models
 
     @change
     def spawn(self, model: Model) -> None:
-        """Add a model, whose topics are there from now on.
+        """Add a model and its topics.
 
         Raises:
-            SceneError: there is a model of that name, or it contradicts itself.
-            CapabilityError: the engine cannot do that.
+            SceneError: there is already a model of that name, or the model is inconsistent.
+            CapabilityError: the engine does not support it.
         """
         scene = self.scene.with_model(model)
         for part in parts_of(model, self.engine):
@@ -82,7 +84,7 @@ class LiveScene(Changeable):
 
         Raises:
             SceneError: there is no such model.
-            CapabilityError: the engine cannot do that.
+            CapabilityError: the engine does not support it.
         """
         gone = self.scene.model(model)
         self.forces.forget(gone.name)
@@ -90,11 +92,11 @@ class LiveScene(Changeable):
 
     @change
     def place(self, model: str, motion: ModelMotion) -> None:
-        """Put a model somewhere; one that does not float is held there and does not move.
+        """Set pose and velocity of a model; one that does not float is fixed there without velocity.
 
         Raises:
             SceneError: there is no such model, or a number is not finite.
-            CapabilityError: the engine cannot do that.
+            CapabilityError: the engine does not support it.
         """
         numbers = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
         if not all(map(isfinite, numbers)):
@@ -107,11 +109,11 @@ class LiveScene(Changeable):
 
     @change
     def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        """Put joints of a model at positions (rad, m), at rest.
+        """Set positions (rad, m) of joints of a model, at rest.
 
         Raises:
             SceneError: there are no such joints, or a position is not finite.
-            CapabilityError: the engine cannot do that.
+            CapabilityError: the engine does not support it.
         """
         known = [name for joint in self.scene.model(model).joints for name in joint.coordinates]
         for name, position in positions.items():
@@ -122,16 +124,16 @@ class LiveScene(Changeable):
         self.engine.set_joints(model, positions)
         self._moved(model)
 
-    # -- how it looks and falls
+    # -- colours, lights and gravity
 
     @change
     def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
-        """Colour a visual, and say whether it has its colour in any light.
+        """Set the colour of a visual, and whether it glows.
 
         Args:
             visual: its path, ``model/link/visual``.
             rgba: the colour, 0..1.
-            glows: as realistic images show it; None: as before.
+            glows: whether it has its colour in any light; None: as before.
         """
         topic = f"/{visual}/color"
         self._board.advertise(topic).publish(ColorRGBA(*rgba))
@@ -150,7 +152,7 @@ class LiveScene(Changeable):
 
         Raises:
             SceneError: it is not finite.
-            CapabilityError: the engine cannot do that.
+            CapabilityError: the engine does not support it.
         """
         if not all(map(isfinite, gravity)):
             raise SceneError(f"gravity must be three finite numbers, not {gravity}")
@@ -161,7 +163,7 @@ class LiveScene(Changeable):
 
     @change
     def return_home(self) -> None:
-        """Put every model and its joints where they were at first, at rest; time and commands stay."""
+        """Put every model and its joints to their initial poses, at rest; time and commands stay."""
         homes = {model.name: model.pose for model in self._opened.models}
         for model in self.scene.models:
             pose = homes.get(model.name, model.pose)
@@ -174,10 +176,10 @@ class LiveScene(Changeable):
 
     @change
     def start_over(self) -> None:
-        """Return everything to the state of the opening, commands and colours too; only time goes on.
+        """Reset everything but the time to the state of the opening, commands and colours included.
 
         Raises:
-            CapabilityError: the engine cannot do that.
+            CapabilityError: the engine does not support it.
         """
         if not self.engine.capabilities.changes:
             raise self.engine.lacks("cannot be reset while time passes")
@@ -186,19 +188,19 @@ class LiveScene(Changeable):
             self.parts.begin()
 
     def reset(self, seed: int) -> None:
-        """Return the scene, the engine and the parts to the state of the opening."""
+        """Reset the scene, the engine and the parts to the state of the opening."""
         if self.scene is not self._opened:
             self._load(self._opened)
         self.engine.reset(seed)
         self.parts.reset()
 
     def save(self) -> Any:
-        """Return the scene, if it is not the first one, and the state of parts and engine."""
+        """Return the scene, if it has changed, and the state of parts and engine."""
         changed = None if self.scene is self._opened else self.scene
         return changed, self.paused, self.parts.save(), self.engine.save()
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         changed, self.paused, parts, state = saved
         scene = self._opened if changed is None else changed
         if scene != self.scene:
@@ -207,14 +209,14 @@ class LiveScene(Changeable):
         self.parts.restore(parts)
 
     def change_to(self, scene: Scene) -> None:
-        """Load another scene and put the models that are in both back to where they are.
+        """Load another scene, keeping the states of the models that are in both.
 
         Raises:
-            CapabilityError: the engine cannot do that.
+            CapabilityError: the engine does not support it.
         """
         engine = self.engine
         if not engine.capabilities.changes:
-            raise engine.lacks("cannot change its scene")
+            raise engine.lacks(SCENE_CHANGES)
         stay = {model.name for model in scene.models}
         moving = [m.name for m in self.scene.models if not m.static and m.name in stay]
         kept = {name: engine.configuration(name) for name in moving}

@@ -1,4 +1,4 @@
-"""Where the models and their links are."""
+"""Poses and velocities of models and links."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LINK_STATES = "/gazebo/link_states"
 
 
 class StatesPart(Part):
-    """Serves the poses and velocities of all models and links under Gazebo's topic names."""
+    """Publishes poses and velocities of all models and links on Gazebo's topics."""
 
     topics = (
         TopicInfo(MODEL_STATES, ModelStates, Direction.OUT, None, "poses and velocities of all models"),
@@ -33,14 +33,14 @@ class StatesPart(Part):
 
     def _models(self) -> ModelStates:
         if self._engine.scene is not self._scene:
-            self._take_stock()
+            self._rebuild_parts()
         poses, twists = self._poses.copy(), self._twists.copy()
         for number, name in self._moving:
             poses[number], twists[number] = state_messages(self._engine.model_motion(name))
         return ModelStates(self._names.copy(), poses, twists)
 
-    def _take_stock(self) -> None:
-        """Find what does not change while the scene is the same: names, and where still models are."""
+    def _rebuild_parts(self) -> None:
+        """Prepare the data that change only with the scene: names, and the poses of static models."""
         self._scene = scene = self._engine.scene
         self._names = [model.name for model in scene.models]
         self._moving = [(i, model.name) for i, model in enumerate(scene.models) if not model.static]

@@ -1,4 +1,4 @@
-"""What a part of a world is."""
+"""The base classes of the parts of a world."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from nrp_core.world.topics import Stamped, TopicInfo
 
 
 class Part(ABC):
-    """A thing of the scene that has topics.
+    """An object of the scene with topics.
 
     Attributes:
         topics: its topics.
-        carried: those of its topics whose messages come from outside, whenever they come; all other
-            outgoing topics are read.
-        deadline_ns: when it wants to be called though nobody asked, None for never.
+        carried: its topics whose messages come from outside at any time; all other outgoing topics are read.
+        deadline_ns: the time of its next scheduled call, None for never.
         foresees: whether it is called one physics step before each sample, by :meth:`foresee`.
     """
 
@@ -27,52 +26,52 @@ class Part(ABC):
 
     @property
     def unwrapped(self) -> Part:
-        """The part itself, where another one stands in its place."""
+        """The part itself, or the part that it wraps."""
         return self
 
     def read(self, topic: str, now_ns: int) -> Any:
-        """Return the message of an outgoing topic as it is now."""
+        """Return the current message of an outgoing topic."""
         raise NotImplementedError(topic)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        """Take a checked message on an incoming topic."""
+        """Receive a checked message on an incoming topic."""
         raise NotImplementedError(topic)
 
     def foresee(self, topic: str, now_ns: int) -> None:
-        """Note what the sample in one physics step needs to know of now."""
+        """Save the present data that the sample one physics step later needs."""
 
     def at_deadline(self, now_ns: int) -> None:
-        """Do what was due at :attr:`deadline_ns` and set the next one."""
+        """Handle :attr:`deadline_ns` and set the next one."""
 
     def attend(self, subscribed: frozenset[str]) -> None:
-        """Learn which topics, of all in the world, are subscribed to; called when that has changed."""
+        """Receive the names of all subscribed topics of the world; called when they have changed."""
 
     def arrived(self) -> Iterable[tuple[str, Stamped]]:
-        """Return the messages that came on carried topics in the last step, oldest first."""
+        """Return the messages received on carried topics in the last step, oldest first."""
         return ()
 
     def moved(self) -> None:
-        """Go on from where the model was put."""
+        """Continue from the new pose of the model."""
 
     def begin(self) -> None:
-        """Act on the engine before the first step, where the scene alone does not say what to do."""
+        """Initialise the engine before the first step, beyond the scene."""
 
     def reset(self) -> None:
-        """Return to the state at time 0; the engine has been reset before."""
+        """Reset to the state at time 0; called after the engine's reset."""
 
     def save(self) -> object:
-        """Return what changes while running."""
+        """Return the state that changes during a run."""
         return None
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave; the engine has been restored before."""
+        """Restore a state from :meth:`save`; called after the engine was restored."""
 
 
 class PartInPlace(Part):
-    """A part that stands in the place of another one and does what that one does.
+    """A part that wraps another one and behaves like it.
 
     Args:
-        inner: the other one.
+        inner: the wrapped part.
     """
 
     def __init__(self, inner: Part) -> None:

@@ -1,4 +1,4 @@
-"""The parts of a world: its own, and those of the models in its scene."""
+"""The parts of a world: those of the world itself, and those of the models in its scene."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from nrp_core.errors import SceneError
 from nrp_core.world.controllers.joint import ControllerPart
+from nrp_core.world.controllers.pair import PairPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine
@@ -41,33 +42,34 @@ def _unserved(owner: str, data: object, base: type) -> SceneError:
 
 
 def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:
-    """Yield those of single joints before those that lead them, so that integrals are added up first."""
+    """Yield the parts of single joints before those of trajectories, so that integrals are updated first."""
     parts: dict[str, ControllerPart] = {}
-    followers = model.trajectory_controllers
     names = [
         *(each.joint for each in model.controllers),
-        *(name for each in followers for name in each.joints),
+        *(name for each in model.leaders for name in each.joints),
     ]
     for joint in dict.fromkeys(names):
         controllers = [each for each in model.controllers if each.joint == joint]
-        led = [each.of_joint(joint) for each in followers if joint in each.joints]
+        led = [each.of_joint(joint) for each in model.leaders if joint in each.joints]
         parts[joint] = ControllerPart(controllers, led, model, engine)
     yield from parts.values()
-    for follower in followers:
+    for follower in model.trajectory_controllers:
         yield TrajectoryPart(follower, parts, model, engine)
+    for pair in model.pair_controllers:
+        yield PairPart(pair, parts, model, engine)
 
 
 class Parts:
     """The parts of a world.
 
     Args:
-        engine: what they read.
-        board: gets their topics.
+        engine: the engine that they read.
+        board: the switchboard for their topics.
 
     Attributes:
-        all: in the order in which they are reset and saved.
-        timed: those that have deadlines.
-        carriers: those whose messages come from outside.
+        all: all parts, in the order in which they are reset and saved.
+        timed: the parts with deadlines.
+        carriers: the parts whose messages come from outside.
     """
 
     def __init__(self, engine: Engine, board: Switchboard) -> None:
@@ -84,12 +86,12 @@ class Parts:
         return self._of_models[model]
 
     def open(self, own: Sequence[Part]) -> None:
-        """Connect the parts that belong to no model, and those of the first scene."""
+        """Connect the parts of the world itself, and those of the first scene."""
         self._own = self._connected(own, None)
         self.update()
 
     def update(self) -> None:
-        """Connect the parts of the models that are there now, and no others."""
+        """Connect the parts of the current models and disconnect all others."""
         models = {model.name: model for model in self._engine.scene.models}
         for name in [name for name in self._of_models if name not in models]:
             for part in self._of_models.pop(name):
@@ -109,33 +111,33 @@ class Parts:
         return parts
 
     def begin(self) -> None:
-        """Act on the engine before the first step."""
+        """Initialise the engine before the first step."""
         for part in self.all:
             part.begin()
 
     def attend(self, subscribed: frozenset[str]) -> None:
-        """Report which topics are subscribed to, where that has changed."""
+        """Report the subscribed topics to the parts if they have changed."""
         if subscribed is not self._attended:
             self._attended = subscribed
             for part in self.carriers:
                 part.attend(subscribed)
 
     def deliver(self) -> None:
-        """Hand over what has come from outside."""
+        """Deliver the messages from outside."""
         for part in self.carriers:
             for topic, stamped in part.arrived():
                 self._board.push(topic, stamped)
 
     def reset(self) -> None:
-        """Return to the state at time 0; the engine has been reset before."""
+        """Reset to the state at time 0; called after the engine's reset."""
         for part in self.all:
             part.reset()
 
     def save(self) -> list[object]:
-        """Return what changes while running."""
+        """Return the state that changes during a run."""
         return [part.save() for part in self.all]
 
     def restore(self, saved: Sequence[object]) -> None:
-        """Return to what :meth:`save` gave; the engine has been restored before."""
+        """Restore a state from :meth:`save`; called after the engine was restored."""
         for part, state in zip(self.all, saved, strict=True):
             part.restore(state)

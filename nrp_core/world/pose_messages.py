@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Twist, Vector3
 from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
 from nrp_core.world.rigid.motion import ModelMotion
@@ -24,22 +26,27 @@ def state_messages(motion: ModelMotion) -> tuple[PoseMessage, Twist]:
 
 
 def pose_of(message: PoseMessage) -> Pose:
-    """Return what a message says; an orientation of length 0 is none, any other is normalised."""
+    """Return the pose in a message; an orientation of length 0 means no rotation, any other is normalised."""
     q, p = message.orientation, message.position
     turn = float(q.x), float(q.y), float(q.z), float(q.w)
     orientation = multiply((0.0, 0.0, 0.0, 1.0), turn) if any(turn) else (0.0, 0.0, 0.0, 1.0)
     return Pose((float(p.x), float(p.y), float(p.z)), orientation)
 
 
+def transform_pose(message: Any) -> Pose:
+    """Return a ``geometry_msgs/Transform`` as a pose."""
+    return pose_of(PoseMessage(message.translation, message.rotation))
+
+
 def vector_of(message: Vector3 | Point) -> Vector:
-    """Return what a message says."""
+    """Return the velocities in a message."""
     return float(message.x), float(message.y), float(message.z)
 
 
 def seen_from(reference: ModelMotion, motion: ModelMotion) -> ModelMotion:
     """Return a motion relative to a moving frame, along the axes of that frame."""
     back = reference.pose.inverse()
-    carried = reference.at(back @ motion.pose)  # how a point there moves that is held by the frame
+    carried = reference.at(back @ motion.pose)  # the velocity of a point fixed in the frame
     linear = [a - b for a, b in zip(motion.linear, carried.linear, strict=True)]
     angular = [a - b for a, b in zip(motion.angular, carried.angular, strict=True)]
     turned = [back.rotate((x, y, z)) for x, y, z in (linear, angular)]
@@ -47,7 +54,7 @@ def seen_from(reference: ModelMotion, motion: ModelMotion) -> ModelMotion:
 
 
 def seen_in_world(reference: ModelMotion, motion: ModelMotion) -> ModelMotion:
-    """Return a motion in the world that is given relative to a moving frame."""
+    """Return the motion in the world for one given relative to a moving frame."""
     carried = reference.at(motion.pose)
     linear = reference.pose.rotate(motion.linear)
     angular = reference.pose.rotate(motion.angular)

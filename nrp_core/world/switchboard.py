@@ -1,6 +1,6 @@
-"""The switchboard: who subscribed to which topic, when samples are due, where messages go.
+"""The switchboard: subscriptions, the schedule of samples, and the delivery of messages.
 
-It knows nothing of physics. A topic without subscribers costs nothing.
+It is independent of physics. A topic without subscribers costs nothing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from nrp_core.world.topics import Direction, Publication, Stamped, Subscription,
 
 @dataclass(frozen=True, slots=True)
 class Saved:
-    """The state of a switchboard: the time, what subscriptions hold, and what is on its way."""
+    """The state of a switchboard: the time, the messages in subscriptions, and the messages in transit."""
 
     at_ns: int
     started: bool
@@ -33,16 +33,16 @@ class Saved:
 
 @dataclass(slots=True)
 class Sampling:
-    """A topic with a rate that somebody listens to.
+    """A subscribed topic with a rate.
 
     Args:
         info: the topic.
         schedule: when its samples are taken.
-        part: what takes them.
-        subscriptions: who listens.
-        due_ns: when the next one is taken.
-        late: what was taken and has not arrived yet, with the time at which it does.
-        delay_ns: from one to the other.
+        part: the part that takes them.
+        subscriptions: its subscriptions.
+        due_ns: time of the next sample, ns.
+        late: samples in transit, with their times of arrival.
+        delay_ns: time from sample to arrival, ns.
     """
 
     info: TopicInfo
@@ -57,24 +57,24 @@ class Sampling:
         self.delay_ns = from_seconds(self.info.delay)
 
     def take(self, now_ns: int) -> None:
-        """Take the sample of now and send it on its way."""
+        """Take a sample now and send it."""
         sample = Stamped(now_ns + self.delay_ns, self.part.read(self.info.name, now_ns))
         if self.delay_ns:
             self.late.append(sample)
         else:
-            self._hand_over(sample)
+            self._deliver(sample)
 
     def loses(self, now_ns: int, seed: int) -> bool:
-        """Tell whether the sample of now gets lost."""
+        """Return whether the present sample gets lost."""
         stream = Seeds(seed).child("world/drop_out").stream(f"{self.info.name}@{now_ns}")
         return bool(stream.random() < self.info.drop_out)
 
     def deliver(self, now_ns: int) -> None:
-        """Hand over what has arrived by now."""
+        """Deliver the messages that have arrived."""
         while self.late and self.late[0].t_ns <= now_ns:
-            self._hand_over(self.late.pop(0))
+            self._deliver(self.late.pop(0))
 
-    def _hand_over(self, sample: Stamped) -> None:
+    def _deliver(self, sample: Stamped) -> None:
         for subscription in self.subscriptions:
             subscription.push(sample)
 
@@ -83,13 +83,13 @@ class Switchboard:
     """Topics by name, and the traffic on them.
 
     Args:
-        step_ns: the grid of times at which samples are taken.
-        owner: whose topics they are.
+        step_ns: the grid of the times of samples, ns.
+        owner: the owner of the topics.
 
     Attributes:
-        at_ns: the time reached, also within an advance of the owner.
+        at_ns: the current time, also during an advance of the owner, ns.
         started: whether the first samples have been taken.
-        observers: called with every message that is published, and its topic (never an alias).
+        observers: called with every published message and its topic (never an alias).
     """
 
     def __init__(self, step_ns: int, owner: Simulation) -> None:
@@ -104,6 +104,8 @@ class Switchboard:
         self._bus: dict[str, list[Subscription]] = {}
         self._subscriptions: list[Subscription] = []
         self._subscribed: frozenset[str] | None = None
+        self._heard: set[str] = set()
+        self._unheard: set[str] = set()
 
     @property
     def topics(self) -> Mapping[str, TopicInfo]:
@@ -116,7 +118,7 @@ class Switchboard:
         return MappingProxyType({**self._topics, **aliases})
 
     def add_alias(self, alias: str, topic: str) -> None:
-        """Serve a topic under one more name.
+        """Add an alias of a topic.
 
         Raises:
             TopicError: the name is taken, or there is no such topic.
@@ -125,7 +127,7 @@ class Switchboard:
         self._aliases[alias] = self.info(topic).name
 
     def declare(self, name: str, type_: type) -> None:
-        """Add a topic of the user's own, which only carries what is published on it.
+        """Add a topic of the user, which carries only published messages.
 
         Raises:
             TopicError: the name is taken.
@@ -135,14 +137,14 @@ class Switchboard:
         self._bus[name] = []
 
     def subscribe(self, topic: str, *, depth: int = 1) -> Subscription:
-        """Listen to a topic from now on.
+        """Subscribe to a topic.
 
         Args:
             topic: its name or an alias.
-            depth: how many messages the subscription keeps.
+            depth: number of messages that the subscription keeps.
 
         Raises:
-            TopicError: there is no such topic, or it only takes messages.
+            TopicError: there is no such topic, or it can only be published on.
         """
         info = self._require(topic, Direction.OUT)
         name = info.name
@@ -161,7 +163,7 @@ class Switchboard:
         return subscription
 
     def unsubscribe(self, subscription: Subscription) -> None:
-        """End a subscription; a topic that nobody reads costs nothing."""
+        """End a subscription; a topic without subscribers costs nothing."""
         if subscription not in self._subscriptions:
             return
         name = subscription.topic.name
@@ -176,16 +178,21 @@ class Switchboard:
 
     @property
     def subscribed(self) -> frozenset[str]:
-        """The topics that somebody listens to, never by an alias; the same object until that changes."""
+        """The subscribed topics, never aliases; the same object until it changes."""
         if self._subscribed is None:
             self._subscribed = frozenset(subscription.topic.name for subscription in self._subscriptions)
         return self._subscribed
+
+    @property
+    def unheard(self) -> frozenset[str]:
+        """The declared topics on which messages were published, but never while there was a subscriber."""
+        return frozenset(self._unheard - self._heard)
 
     def advertise(self, topic: str) -> Publication:
         """Return the right to publish on a topic.
 
         Raises:
-            TopicError: there is no such topic, or it takes no messages.
+            TopicError: there is no such topic, or it cannot be published on.
         """
         info = self._require(topic, Direction.IN)
         return Publication(replace(info, name=topic), partial(self._deliver, info.name))
@@ -200,7 +207,7 @@ class Switchboard:
             raise TopicError(f"the topic '{name}' already exists")
 
     def info(self, topic: str) -> TopicInfo:
-        """Return what is known of a topic, given by its name or an alias.
+        """Return the description of a topic, given by its name or an alias.
 
         Raises:
             TopicError: there is no such topic.
@@ -218,14 +225,14 @@ class Switchboard:
             raise TopicError(f"the topic '{topic}' ({type_name(info.type)}) only {verb} messages")
         return info
 
-    # -- which part has which topics
+    # -- topics of parts
 
     def part(self, topic: str) -> Part | None:
         """Return the part that a topic belongs to, if any."""
         return self._parts.get(topic)
 
     def connect(self, part: Part) -> None:
-        """Add the topics of a part; subscribers of topics of the same name stay subscribed.
+        """Add the topics of a part; subscribers of topics with the same names stay subscribed.
 
         Raises:
             TopicError: another part has a topic of that name.
@@ -244,7 +251,7 @@ class Switchboard:
                 self._rated[topic.name].subscriptions += listening
 
     def disconnect(self, part: Part) -> None:
-        """Remove the topics of a part; their subscribers get nothing more."""
+        """Remove the topics of a part; their subscribers get no more messages."""
         for topic in part.topics:
             del self._topics[topic.name], self._parts[topic.name]
             self._rated.pop(topic.name, None)
@@ -260,12 +267,12 @@ class Switchboard:
     # -- messages
 
     def push(self, topic: str, stamped: Stamped) -> None:
-        """Hand a message that came from outside to the subscribers of its topic."""
+        """Deliver a message from outside to the subscribers of its topic."""
         for subscription in self._bus.get(topic, ()):
             subscription.push(stamped)
 
     def show(self, topic: str, message: Any) -> None:
-        """Show a message that was published to the observers."""
+        """Pass a published message to the observers."""
         for observer in self.observers:
             observer(topic, Stamped(self._owner.now_ns, message))
 
@@ -280,9 +287,8 @@ class Switchboard:
                 owner.fail(f"take a message on {name}", error)
                 raise
         elif name in self._bus:
-            self.push(
-                name, Stamped(owner.now_ns, deepcopy(message))
-            )  # the sender may go on using its message
+            (self._heard if self._bus[name] else self._unheard).add(name)
+            self.push(name, Stamped(owner.now_ns, deepcopy(message)))  # the sender may reuse its message
         else:
             raise TopicError(f"the topic '{name}' no longer exists: its model was deleted")
         self.show(name, message)
@@ -294,7 +300,7 @@ class Switchboard:
         return None if part is None else Stamped(now_ns, part.read(name, now_ns))
 
     def next_due(self) -> int | None:
-        """Return when a sample, or what must be known a step before it, is due next."""
+        """Return the time of the next sample, or of its preparation one step before, ns."""
         next_ns = None
         for sampling in self._rated.values():
             ahead_ns, stop_ns = sampling.due_ns - self._step_ns, sampling.due_ns
@@ -305,7 +311,7 @@ class Switchboard:
         return next_ns
 
     def sample(self) -> None:
-        """Take every sample that is due now and somebody listens to, and hand over what has arrived."""
+        """Take all samples that are due now, and deliver messages that have arrived."""
         at_ns = self.at_ns
         for name, sampling in self._rated.items():
             if sampling.due_ns == at_ns:
@@ -323,22 +329,24 @@ class Switchboard:
     # -- reset and snapshots
 
     def restart(self) -> None:
-        """Return to time 0, without messages."""
+        """Reset to time 0, without messages."""
         self._move_to(0, started=False)
+        self._heard.clear()
+        self._unheard.clear()
         self._forget_messages()
 
     def save(self) -> Saved:
-        """Return the time, and the messages that are kept or on their way."""
+        """Return the time, and the messages that are kept or in transit."""
         kept = [(subscription.topic.name, subscription.kept()) for subscription in self._subscriptions]
         late = {name: list(sampling.late) for name, sampling in self._rated.items()}
         return Saved(self.at_ns, self.started, kept, late)
 
     def restore_time(self, saved: Saved) -> None:
-        """Return to the time that was saved."""
+        """Restore a saved state."""
         self._move_to(saved.at_ns, started=saved.started)
 
     def restore_messages(self, saved: Saved) -> None:
-        """Give subscriptions back what they held; the n-th one of a topic gets what the n-th one held."""
+        """Restore the messages of subscriptions; the n-th one of a topic gets those of the n-th one saved."""
         held: dict[str, list[list[Stamped]]] = {}
         for name, messages in saved.kept:
             held.setdefault(name, []).append(messages)
@@ -351,7 +359,7 @@ class Switchboard:
             sampling.late += saved.late.get(name, [])
 
     def _move_to(self, at_ns: int, *, started: bool) -> None:
-        """Go to a time, from which alone follows when each sample is due next."""
+        """Set the time, which alone determines when each sample is due."""
         self.at_ns, self.started = at_ns, started
         for sampling in self._rated.values():
             sampling.due_ns = self._next_sample(sampling)

@@ -1,7 +1,8 @@
-"""Named, typed topics: the one way to talk to a world, as in ROS."""
+"""Named, typed topics, as in ROS: the only interface for data to and from a world."""
 
 from __future__ import annotations
 
+import builtins
 import dataclasses
 import posixpath
 from collections import deque
@@ -15,7 +16,7 @@ from nrp_core.world.messages.base import invalid_field, type_name
 
 
 class Direction(Flag):
-    """Which way messages go."""
+    """The direction of messages."""
 
     OUT = auto()
     """From the world: can be subscribed to."""
@@ -26,17 +27,19 @@ class Direction(Flag):
 
 @dataclass(frozen=True, slots=True)
 class TopicInfo:
-    """What is known of a topic.
+    """The description of a topic.
 
     Args:
-        name: absolute, ``/husky/camera``.
+        name: the absolute name, ``/husky/camera``.
         type: the message class.
-        direction: which way messages go.
-        rate_hz: messages a second; None: the value now, at any time.
-        what: one line for people.
-        limits: what every field of a message lies between, all of them numbers; None: anywhere.
+        direction: the direction of messages.
+        rate_hz: messages per second; None: the current value, at any time.
+        what: a description in one line.
+        limits: limits of every field of a message, all of them numbers; None: unlimited.
         delay: from a sample to the arrival of its message, s.
-        drop_out: share of the samples that get lost.
+        drop_out: share of lost samples.
+        response: the message class of the answer, where the topic takes the requests of a service.
+        unit: of a message that is one number.
     """
 
     name: str
@@ -47,23 +50,25 @@ class TopicInfo:
     limits: tuple[float, float] | None = None
     delay: float = 0.0
     drop_out: float = 0.0
+    response: builtins.type | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Stamped:
-    """A message and the time it came, ns; without a delay that is when it was taken."""
+    """A message and the time of its arrival, ns, which is the time of the sample plus the delay."""
 
     t_ns: int
     message: Any
 
 
 class Subscription:
-    """What came on a topic since it was subscribed; reading changes nothing.
+    """The messages received on a topic since the subscription; reading does not remove them.
 
     Args:
         topic: the topic.
-        depth: how many messages are kept for :meth:`since`.
-        current: gives the value now, for topics without a rate.
+        depth: number of messages kept for :meth:`since`.
+        current: returns the current value, for topics without a rate.
     """
 
     def __init__(
@@ -108,7 +113,7 @@ class Publication:
         self._deliver = deliver
 
     def publish(self, message: Any) -> None:
-        """Send a message; it takes effect now.
+        """Publish a message; it takes effect at once.
 
         Raises:
             TopicError: the topic cannot carry the message.
@@ -118,7 +123,7 @@ class Publication:
 
 
 def resolve_name(name: str, namespace: str) -> str:
-    """Return the absolute name of a topic: a relative one lies below the namespace, as in ROS."""
+    """Return the absolute name of a topic: a relative one is below the namespace, as in ROS."""
     return posixpath.normpath(posixpath.join("/", namespace, name.removeprefix("~/")))
 
 
@@ -126,7 +131,7 @@ def check_message(topic: TopicInfo, message: Any) -> None:
     """Refuse a message that the topic cannot carry.
 
     Raises:
-        TopicError: it is of another type, or holds a number that is not finite or beyond the topic's limits.
+        TopicError: it has another type, or a number in it is not finite or exceeds the topic's limits.
     """
     if not isinstance(message, topic.type) and type_name(type(message)) != type_name(topic.type):
         raise TopicError(

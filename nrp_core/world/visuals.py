@@ -12,7 +12,7 @@ from nrp_core.world.topics import Direction, TopicInfo
 
 
 class ColorPart(Part):
-    """Serves ``/<model>/<link>/<visual>/color``: read it, or set it."""
+    """The topic ``/<model>/<link>/<visual>/color``, to read or set the colour."""
 
     def __init__(self, visual: str, rgba: Rgba, glows: bool, engine: Engine) -> None:
         self._visual, self._initial, self._engine = visual, (rgba, glows), engine
@@ -27,7 +27,7 @@ class ColorPart(Part):
         self._set((float(message.r), float(message.g), float(message.b), float(message.a)))
 
     def set_glow(self, glows: bool) -> None:
-        """Let the visual have its colour in any light from now on, or not."""
+        """Set whether the visual has its colour in any light."""
         self._glows = glows
         self._engine.set_glow(self._visual, glows)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from nrp_core.clock import milliseconds
 from nrp_core.errors import TimestepError
+from nrp_core.findings import Findings
 from nrp_core.simulation import Simulation, guarded
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.changes import Watcher
@@ -17,23 +18,23 @@ from nrp_core.world.part import Part
 from nrp_core.world.rigid.motion import JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
+from nrp_core.world.sensors.contact import ContactsPart
 from nrp_core.world.services.part import Services
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
 
 
 class World(Simulation):
-    """A scene in an engine, at a time; it is the same for every backend, which writes an engine.
+    """A scene in an engine, at a time; the class is the same for every backend, which implements an engine.
 
-    In a step data goes one way: the engine steps, the parts sample it, their messages go to those who
-    subscribed.
+    In a step data flows one way: the engine steps, the parts sample it, their messages go to subscribers.
 
     Args:
-        engine: with its first scene.
+        engine: the engine with its first scene.
 
     Attributes:
-        engine: what simulates the scene. Reading it changes nothing; changes go through the world.
-        live: what changes the scene, for services.
+        engine: the engine. Reading it changes nothing; changes go through the world.
+        live: the operations that change the scene, for services.
     """
 
     def __init__(self, engine: Engine) -> None:
@@ -44,28 +45,29 @@ class World(Simulation):
         self.live = LiveScene(engine, self._board)
         self._services = Services(self.live)
         states = [StatesPart(engine)] if engine.capabilities.poses else []
-        self.live.parts.open([*states, self._services, self.live.forces])
+        contacts = [ContactsPart(engine)] if engine.capabilities.contacts else []
+        self.live.parts.open([*states, *contacts, self._services, self.live.forces])
 
-    # -- the scene and the engine, as they are now
+    # -- the current scene and engine
 
     @property
     def scene(self) -> Scene:
-        """What is simulated now; models may have come, gone or moved since the opening."""
+        """The current scene; models may have been added, deleted or moved since the opening."""
         return self.engine.scene
 
     @property
     def capabilities(self) -> WorldCapabilities:
-        """What the backend has."""
+        """The capabilities of the backend."""
         return self.engine.capabilities
 
     @property
-    def warnings(self) -> list[str]:
-        """What was noticed, for the user."""
+    def warnings(self) -> Findings:
+        """Warnings for the user."""
         return self.engine.warnings
 
     @property
     def paused(self) -> bool:
-        """While this is true, time goes on but nothing moves."""
+        """While this is true, time passes but nothing moves."""
         return self.live.paused
 
     @paused.setter
@@ -73,11 +75,11 @@ class World(Simulation):
         self.live.paused = paused
 
     def model_motion(self, model: str) -> ModelMotion:
-        """Return where a model's frame is and how it moves."""
+        """Return pose and velocity of a model's frame."""
         return self.engine.model_motion(model)
 
     def link_motion(self, model: str, link: str) -> ModelMotion:
-        """Return where a link is and how it moves."""
+        """Return pose and velocity of a link."""
         return self.engine.link_motion(model, link)
 
     def joint_states(self, model: str) -> JointStates:
@@ -93,19 +95,24 @@ class World(Simulation):
 
     @property
     def subscribed(self) -> frozenset[str]:
-        """The topics that are subscribed to, never by an alias; the same object until that changes."""
+        """The subscribed topics, never aliases; the same object until it changes."""
         return self._board.subscribed
 
+    @property
+    def unheard(self) -> frozenset[str]:
+        """The declared topics on which messages were published, but never while there was a subscriber."""
+        return self._board.unheard
+
     def add_alias(self, alias: str, topic: str) -> None:
-        """Give a topic one more name; see :meth:`.Switchboard.add_alias`."""
+        """Add an alias of a topic; see :meth:`.Switchboard.add_alias`."""
         self._board.add_alias(alias, topic)
 
     def declare(self, name: str, type_: type) -> None:
-        """Add a topic of the user's own; see :meth:`.Switchboard.declare`."""
+        """Add a topic of the user; see :meth:`.Switchboard.declare`."""
         self._board.declare(name, type_)
 
     def subscribe(self, topic: str, *, depth: int = 1) -> Subscription:
-        """Listen to a topic from now on; see :meth:`.Switchboard.subscribe`."""
+        """Subscribe to a topic; see :meth:`.Switchboard.subscribe`."""
         return self._board.subscribe(topic, depth=depth)
 
     def unsubscribe(self, subscription: Subscription) -> None:
@@ -117,21 +124,21 @@ class World(Simulation):
         return self._board.advertise(topic)
 
     def add_observer(self, observer: Callable[[str, Stamped], None]) -> None:
-        """Show an observer every message that is published, with its topic (never an alias)."""
+        """Call an observer with every published message and its topic (never an alias)."""
         self._board.observers.append(observer)
 
     def remove_observer(self, observer: Callable[[str, Stamped], None]) -> None:
-        """Show an observer nothing more."""
+        """Remove an observer."""
         self._board.observers.remove(observer)
 
     # -- changes from Python, which a recording repeats; see LiveScene
 
     def add_watcher(self, watcher: Watcher) -> None:
-        """Call a watcher with every change; of one that makes others, with that one alone."""
+        """Call a watcher with every change; for nested changes only with the outermost one."""
         self.live.watchers.append(watcher)
 
     def remove_watcher(self, watcher: Watcher) -> None:
-        """Call a watcher no more."""
+        """Remove a watcher."""
         self.live.watchers.remove(watcher)
 
     def call(self, service: str, /, *values: Any, **fields: Any) -> Any:
@@ -163,15 +170,15 @@ class World(Simulation):
         self.live.delete(model)
 
     def place(self, model: str, motion: ModelMotion) -> None:
-        """Put a model somewhere; see :meth:`.LiveScene.place`."""
+        """Set pose and velocity of a model; see :meth:`.LiveScene.place`."""
         self.live.place(model, motion)
 
     def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        """Put joints of a model at positions (rad, m), at rest; see :meth:`.LiveScene.set_joints`."""
+        """Set positions (rad, m) of joints of a model, at rest; see :meth:`.LiveScene.set_joints`."""
         self.live.set_joints(model, positions)
 
     def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
-        """Colour a visual; see :meth:`.LiveScene.set_material`."""
+        """Set the colour of a visual; see :meth:`.LiveScene.set_material`."""
         self.live.set_material(visual, rgba, glows)
 
     def set_lights(self, lights: Iterable[Light]) -> None:
@@ -183,11 +190,11 @@ class World(Simulation):
         self.live.set_gravity(gravity)
 
     def return_home(self) -> None:
-        """Put every model and its joints where they were at first; see :meth:`.LiveScene.return_home`."""
+        """Put every model and its joints to their initial poses; see :meth:`.LiveScene.return_home`."""
         self.live.return_home()
 
     def start_over(self) -> None:
-        """Return all but the time to the state of the opening; see :meth:`.LiveScene.start_over`."""
+        """Reset everything but the time to the state of the opening; see :meth:`.LiveScene.start_over`."""
         self.live.start_over()
 
     # -- the order of an advance
@@ -243,7 +250,7 @@ class World(Simulation):
 
 
 def _next_stop(board: Switchboard, timed: Sequence[Part], t_ns: int, step_ns: int) -> int:
-    """Return when a sample, a deadline of a part or the end comes next, on the grid of steps."""
+    """Return the time of the next sample, deadline of a part or the end, on the grid of steps, ns."""
     due_ns = board.next_due()
     stop_ns = t_ns if due_ns is None else min(t_ns, due_ns)
     for part in timed:

@@ -17,28 +17,35 @@ from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
 
-_UNITS = {"position": "rad or m", "velocity": "rad/s or m/s", "effort": "N m or N"}
+_LINEAR = {"position": "m", "velocity": "m/s", "effort": "N"}
+_ANGULAR = {"position": "rad", "velocity": "rad/s", "effort": "N m"}
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What a controller is to reach: a position, velocity or effort, and how fast a position changes."""
+    """The target of a controller: a position, velocity or effort, and the rate of change of a position."""
 
     value: float
     rate: float = 0.0
 
 
+def unit_of(model: Model, joint: str, kind: str) -> str:
+    """Return the unit of the position, velocity or effort of a joint."""
+    slides = any(each.name == joint and each.kind == "prismatic" for each in model.joints)
+    return (_LINEAR if slides else _ANGULAR)[kind]
+
+
 class ControllerPart(Part):
     """Serves the commands of the :class:`~nrp_core.world.scene.acting.JointController` of one joint.
 
-    A command holds until the next one, whichever of the controllers takes that. The engine's servo does the
-    proportional and the derivative part in each physics step; an integral part is added up here.
+    A command holds until the next one to any of the controllers. The engine's servo computes the proportional
+    and the derivative part in each physics step; the integral part is computed here.
 
     Args:
-        controllers: all of the joint that take commands.
-        led: as what trajectories may lead it.
-        model: whose joint it is.
-        engine: moves it.
+        controllers: all controllers of the joint that take commands.
+        led: the controller that trajectories use, if any.
+        model: the model of the joint.
+        engine: the engine that moves it.
     """
 
     def __init__(
@@ -51,15 +58,14 @@ class ControllerPart(Part):
         every = (*led, *controllers)
         self._joint, self._model, self._engine = every[0].joint, model.name, engine
         self._laws = {controller.topic: _Law(controller, model) for controller in every}
+        units = {each.kind: unit_of(model, self._joint, each.kind) for each in controllers}
         self.topics = tuple(
             TopicInfo(
-                each.topic,
-                Float64,
-                Direction.IN,
-                what=f"{each.kind} of {model.name}/{each.joint}, {_UNITS[each.kind]}",
+                each.topic, Float64, Direction.IN, unit=units[each.kind],
+                what=f"{each.kind} of {model.name}/{each.joint}, {units[each.kind]}",
             )
             for each in controllers
-        )
+        )  # fmt: skip
         starts = [(each.topic, Target(each.initial)) for each in every if each.initial is not None]
         self._initial = starts[-1] if starts else None
         self._command = self._initial
@@ -70,8 +76,14 @@ class ControllerPart(Part):
         """The topic of the last command; None before the first."""
         return self._command and self._command[0]
 
+    def aimed(self, kind: str) -> float:
+        """Return the position or velocity that is commanded now, or else the one that the joint has."""
+        topic, target = self._command or ("", Target(0.0))
+        is_told = bool(topic) and self._laws[topic].controller.kind == kind
+        return target.value if is_told else self._now(kind)
+
     def lead(self, topic: str, target: Target, now_ns: int) -> None:
-        """Let a topic command something from now on."""
+        """Make a topic the source of the command from now on."""
         if self.obeys not in (topic, None):
             self._integral = 0.0
         self._command = topic, self._laws[topic].bounded(target)
@@ -81,7 +93,7 @@ class ControllerPart(Part):
         self.lead(topic, Target(float(message.data)), now_ns)
 
     def at_deadline(self, now_ns: int) -> None:
-        assert self._command is not None  # without one there is no deadline
+        assert self._command is not None  # without a target there is no deadline
         topic, target = self._command
         law = self._laws[topic]
         gains, error = law.gains, target.value - self._now(law.controller.kind)
@@ -125,7 +137,7 @@ class ControllerPart(Part):
 
 
 class _Law:
-    """What the servo of a joint does while one of its controllers has the last command."""
+    """The settings of a joint's servo while one of its controllers has the last command."""
 
     def __init__(self, controller: JointController, model: Model) -> None:
         self.controller = controller
@@ -134,7 +146,7 @@ class _Law:
             joint_inertias(bodies_of(model))[joint.name], velocity=controller.kind == "velocity"
         )
         self.integrates = bool(self.gains.i) and controller.kind != "effort"
-        # who gives no gains wants the velocity itself, whatever brakes the joint
+        # without gains the velocity is set directly, against any damping
         self._braking = joint.damping if controller.gains is None else 0.0
         self._lower, self._upper = {
             "position": (joint.lower, joint.upper),
@@ -148,7 +160,7 @@ class _Law:
         return target if value == target.value else Target(value)
 
     def aim(self, target: Target, integral: float) -> JointAim:
-        """Return what the servo aims at."""
+        """Return the target of the servo."""
         gains, value = self.gains, target.value
         if self.controller.kind == "position":
             effort = integral + self._braking * target.rate

@@ -1,4 +1,4 @@
-"""The path of a joint through points in time, interpolated as the trajectory controllers of ROS do it."""
+"""The path of a joint through points in time, interpolated as ROS's trajectory controllers do."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nrp_core.clock import seconds
 
 @dataclass(frozen=True, slots=True)
 class Knot:
-    """Where a joint is at a time, and how it moves there, as far as that is told.
+    """Position of a joint at a time; velocity and acceleration if they are given.
 
     Args:
         t_ns: the time.
@@ -28,21 +28,21 @@ class Knot:
 
 @dataclass(frozen=True, slots=True)
 class JointPath:
-    """A path from its first knot to its last, where it stays.
+    """A path from its first knot to its last, where the joint stays.
 
-    Between two knots it is a line; a cubic where both tell velocities; where both tell accelerations as well,
-    a quintic. See http://wiki.ros.org/joint_trajectory_controller/UnderstandingTrajectoryReplacement.
+    Between two knots it is a line; a cubic if both have velocities; a quintic if both also have
+    accelerations. See http://wiki.ros.org/joint_trajectory_controller/UnderstandingTrajectoryReplacement.
 
     Args:
-        knots: in the order of their times, at least one.
-        before: the path that holds until the first knot; None: nothing is told of that time.
+        knots: the knots in order of time, at least one.
+        before: the path until the first knot; None: undefined until then.
     """
 
     knots: tuple[Knot, ...]
     before: JointPath | None = None
 
     def at(self, t_ns: int) -> Knot | None:
-        """Return where it is at a time, and how it moves; None where it has not begun."""
+        """Return position, velocity and acceleration at a time; None before the path begins."""
         following = bisect_right(self.knots, t_ns, key=lambda knot: knot.t_ns)
         if not following:
             return None if self.before is None else self.before.at(t_ns)
@@ -62,20 +62,20 @@ class JointPath:
         return t_ns >= self.knots[-1].t_ns
 
     def since(self, t_ns: int) -> JointPath:
-        """Return the path without what was before a path that has begun."""
+        """Return the path without earlier paths, if it has begun."""
         if self.before is None:
             return self
         return replace(self, before=None if t_ns >= self.knots[0].t_ns else self.before.since(t_ns))
 
     def until(self, t_ns: int) -> JointPath | None:
-        """Return the path without those that would begin at a time or later."""
+        """Return the path without the paths that would begin at a time or later."""
         if self.knots[0].t_ns < t_ns:
             return self
         return None if self.before is None else self.before.until(t_ns)
 
 
 def _coefficients(start: Knot, end: Knot) -> Sequence[float]:
-    """Return those of the polynomial of the seconds after ``start`` that leads to ``end``."""
+    """Return the coefficients of the polynomial in the seconds after ``start`` that leads to ``end``."""
     t = seconds(end.t_ns - start.t_ns)
     x, v0, v1 = end.position - start.position, start.velocity, end.velocity
     if v0 is None or v1 is None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from difflib import get_close_matches
 from math import inf
 from typing import Literal
 
+from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.checks import SECOND_AXIS
 from nrp_core.world.scene.reading.actuators import Actuators
@@ -18,7 +21,17 @@ from nrp_core.world.topics import resolve_name
 Kind = Literal["position", "velocity", "effort"]
 
 TOPICS: dict[Kind, str] = {"position": "cmd_pos", "velocity": "cmd_vel", "effort": "cmd_effort"}
-"""What is appended to ``/<model>/<joint>`` for the topic of a controller."""
+"""Suffixes of ``/<model>/<joint>`` for the topics of controllers."""
+
+_GAINS = frozenset({"p_gain", "i_gain", "d_gain"})
+_PARAMETERS = frozenset(
+    {
+        *_GAINS, "joint_name", "joint_index", "topic", "sub_topic", "i_max", "i_min", "cmd_max", "cmd_min",
+        "cmd_offset", "initial_position", "initial_velocity", "use_force_commands", "use_velocity_commands",
+        "use_actuator_msg", "actuator_number", "force_limit", "velocity_limit",
+    }
+)  # fmt: skip
+"""The parameters of Gazebo's controllers, those that have no effect here included."""
 
 _SYSTEMS: dict[str, tuple[Kind, str]] = {
     "JointPositionController": ("position", "{index}/cmd_pos"),
@@ -46,7 +59,7 @@ def read_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuato
 
 
 def _generic(plugin: Element, model: ModelParts, reading: Reading) -> Iterator[JointController]:
-    """Yield those of ``<controller joint_name=""><type/><pid/></controller>``."""
+    """Yield the controllers declared by ``<controller joint_name=""><type/><pid/></controller>``."""
     for each in plugin.all("controller"):
         joint = model.joint(each, each.attribute("joint_name")).name
         kind = _kind(each, each.word("type", "position"))
@@ -60,6 +73,7 @@ def _system(plugin: Element, kind: Kind, topic: str, model: ModelParts, reading:
     named = plugin.require("joint_name")
     index = int(plugin.number("joint_index", 0))
     joint = model.joint(named, named.text + (SECOND_AXIS if index == 1 else "")).name
+    _warn_of_parameters(plugin, joint, reading)
     gains: Pid | None = Pid()
     if kind == "position":
         limit = plugin.number("i_max", 1.0)
@@ -73,6 +87,18 @@ def _system(plugin: Element, kind: Kind, topic: str, model: ModelParts, reading:
     initial = plugin.find("initial_position") or plugin.find("initial_velocity")
     start = initial.numbers(1)[0] if initial else (0.0 if kind == "position" else None)
     return JointController(joint, kind, resolve_name(name, reading.robot), gains, start)
+
+
+def _warn_of_parameters(plugin: Element, joint: str, reading: Reading) -> None:
+    """Warn of misspelt parameters, and of gains that push a joint away from its target."""
+    for child in plugin.children:
+        if child.tag not in _PARAMETERS and get_close_matches(child.tag, _PARAMETERS):
+            hint = did_you_mean(child.tag, _PARAMETERS)
+            message = f"<{child.tag}> is not a parameter of the controller of '{joint}': ignored{hint}"
+            reading.notes.warn(child, Code.NRP263, message, subject=joint)
+        elif child.tag in _GAINS and plugin.number(child.tag, 0.0) < 0:
+            message = f"the <{child.tag}> of '{joint}' is negative: it drives the joint away from its target"
+            reading.notes.warn(child, Code.NRP265, message, subject=joint)
 
 
 def _forces(plugin: Element) -> bool:

@@ -1,7 +1,7 @@
 """The controllers of ros_control and ros2_control, from the YAML file that the plugin of a robot names.
 
-ROS 2 names it by ``<parameters>``; in ROS 1 it stands outside of the robot, whose plugin may name it here in
-the same way. See https://control.ros.org/rolling/doc/ros2_controllers/doc/controllers_index.html.
+ROS 2 names it by ``<parameters>``. In ROS 1 the robot does not name it; here its plugin may name it in the
+same way. See https://control.ros.org/rolling/doc/ros2_controllers/doc/controllers_index.html.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code
 from nrp_core.world.controllers.trajectory_plugins import led_joints
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
@@ -24,7 +25,7 @@ from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
 _LEVELS = ("ros__parameters", "controller_manager", "/**")
-"""Levels of a file that are no part of a controller's name."""
+"""Levels of a file that do not belong to a controller's name."""
 _TELLING = ("JointStateController", "JointStateBroadcaster")
 _KINDS: dict[str, Literal["position", "velocity", "effort"]] = {
     "JointPositionController": "position",
@@ -42,14 +43,19 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
         None where the plugin names no file.
 
     Raises:
-        SceneError: the file is no YAML, or names joints that the model does not have.
+        SceneError: the file is not YAML, or names joints that the model does not have.
     """
     place = plugin.find("parameters")
     if place is None:
         return None
     path = reading.resources.find(place)
     if path is None:
-        reading.notes.warn(place, f"the file '{place.text}' does not exist: its controllers are left out")
+        reading.notes.warn(
+            place,
+            Code.NRP265,
+            f"the file '{place.text}' does not exist: its controllers are left out",
+            subject=place.text,
+        )
         return Actuators()
     file = _File(place, path, model.joints, ros_namespace(plugin).strip("/"), reading)
     drives: list[WheelDrive] = []
@@ -64,7 +70,12 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
         elif kind in _KINDS:
             single += file.controller(name, _KINDS[kind])
         elif kind and kind not in _TELLING:
-            reading.notes.warn(place, f"controllers of type '{entry['type']}' are not supported")
+            reading.notes.warn(
+                place,
+                Code.NRP265,
+                f"controllers of type '{entry['type']}' are not supported",
+                subject=entry["type"],
+            )
     return Actuators(tuple(drives), tuple(single), tuple(several))
 
 
@@ -72,24 +83,24 @@ class _File:
     """A file of controllers.
 
     Args:
-        place: names it.
+        place: the element that names the file.
         path: of the file.
-        joints: of the model.
-        namespace: of the controllers, below the robot.
-        reading: what is carried along.
+        joints: the joints of the model.
+        namespace: the namespace of the controllers, below the robot.
+        reading: the context of the reading.
     """
 
     def __init__(
         self, place: Element, path: Path, joints: Sequence[Joint], namespace: str, reading: Reading
     ) -> None:
-        self._place = Element(place.tag, {}, path, 1, kind=place.kind)  # where errors point
+        self._place = Element(place.tag, {}, path, 1, kind=place.kind)  # the place for errors
         self._joints, self._namespace, self._reading = joints, namespace, reading
         self.entries: Entries = {}
         self._is_ros2 = False
         self._collect(_read_yaml(path), ())
 
     def follower(self, name: tuple[str, ...]) -> TrajectoryController:
-        """Return the trajectory controller of a name."""
+        """Return the trajectory controller with a name."""
         entry = self.entries[name]
         joints = self._led(entry.get("joints"))
         if not joints:
@@ -103,12 +114,12 @@ class _File:
     def controller(
         self, name: tuple[str, ...], kind: Literal["position", "velocity", "effort"]
     ) -> Iterator[JointController]:
-        """Yield the controller of a single joint of a name."""
+        """Yield the controllers of the single joints of a controller with a name."""
         for joint in self._led([self.entries[name].get("joint")]):
             yield JointController(joint, kind, self._topic(name, "command"), self._gains((*name, "pid")))
 
     def drive(self, name: tuple[str, ...]) -> WheelDrive:
-        """Return the differential drive of a name; ROS 1 tells wheels by a name or several."""
+        """Return the differential drive with a name; ROS 1 has one or more wheel names a side."""
         entry = self.entries[name]
         sides = [entry.get(f"{side}_wheel_names", entry.get(f"{side}_wheel")) for side in ("left", "right")]
         left, right = (self._led([side] if isinstance(side, str) else side) for side in sides)
@@ -139,7 +150,7 @@ class _File:
         return dist(places[left], places[right])
 
     def _collect(self, level: Mapping[str, Any], name: tuple[str, ...]) -> None:
-        """Take the parameters of a level and of those in it."""
+        """Collect the parameters of a level and its sublevels."""
         entry = self.entries.setdefault(name, {})
         for key, value in level.items():
             self._is_ros2 |= key == "ros__parameters"
@@ -149,7 +160,7 @@ class _File:
                 entry[str(key)] = value
 
     def _topic(self, name: tuple[str, ...], end: str) -> str:
-        """Return a topic of a controller, whose file may have the namespace of the robot as a level."""
+        """Return a topic of a controller; the file may have the robot's namespace as a level."""
         space, robot = self._namespace, self._reading.robot
         inner = name[1:] if name[0] in (space, robot) and name[1:] else name
         return resolve_name("/".join(filter(None, (space, *inner, end))), robot)
@@ -161,7 +172,7 @@ class _File:
         return Pid(p, i, d, limit if limit > 0 else inf)
 
     def _numbers(self, name: tuple[str, ...], **defaults: float) -> Iterator[float]:
-        """Yield parameters that are numbers, from 0 on."""
+        """Yield parameters that must be numbers of at least 0."""
         for key, default in defaults.items():
             value = self.entries[name].get(key, default)
             if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
@@ -171,12 +182,12 @@ class _File:
             yield float(value)
 
     def _led(self, names: Any) -> tuple[str, ...]:
-        told = names if isinstance(names, list) else []
-        return led_joints(self._place, list(map(str, told)), self._joints, self._reading)
+        listed = names if isinstance(names, list) else []
+        return led_joints(self._place, list(map(str, listed)), self._joints, self._reading)
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
-    from ruamel.yaml import YAML  # few robots bring such a file
+    from ruamel.yaml import YAML  # few robots have such a file
     from ruamel.yaml.error import YAMLError
 
     try:

@@ -23,22 +23,22 @@ from nrp_core.world.scene.acting import TrajectoryController
 from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
 
-_LARGEST = 1e30  # of any number in a file, too
+_LARGEST = 1e30  # also for a number in a file
 _LATEST_NS = 2**62
-"""Beyond this, 146 years, times are mistakes."""
+"""Times beyond this, 146 years, are mistakes."""
 
 
 class TrajectoryPart(Part):
-    """Leads the joints of one :class:`~nrp_core.world.scene.acting.TrajectoryController`.
+    """Moves the joints of one :class:`~nrp_core.world.scene.acting.TrajectoryController`.
 
-    A trajectory replaces the one before from its start on, for the joints that it names; one without points
-    stops them where they are to be at that time. A joint that takes another command is led no further.
+    A trajectory replaces the previous one from its start on, for the joints that it names; one without points
+    stops them at their present targets. A joint that gets another command leaves the trajectory.
 
     Args:
-        controller: whose joints they are.
-        parts: what controls each joint.
-        model: whose joints they are.
-        engine: moves it.
+        controller: the data of the controller.
+        parts: the controller part of each joint.
+        model: the model of the joints.
+        engine: the engine that moves it.
     """
 
     def __init__(
@@ -72,11 +72,11 @@ class TrajectoryPart(Part):
             )
         for number, joint in enumerate(joints):
             self._replace(joint, [row[number] for row in rows], start_ns, now_ns)
-        self._lead(now_ns)
+        self._follow_trajectory(now_ns)
 
     def at_deadline(self, now_ns: int) -> None:
         self._paths = {joint: path for joint in self._paths if (path := self._path(joint, now_ns))}
-        self._lead(now_ns)
+        self._follow_trajectory(now_ns)
 
     def read(self, topic: str, now_ns: int) -> JointTrajectoryControllerState:
         joints, states = self._controller.joints, self._engine.joint_states(self._model)
@@ -104,7 +104,7 @@ class TrajectoryPart(Part):
         self._paths = dict(paths)
 
     def _joints_of(self, message: Any) -> list[str]:
-        """Return the joints that a trajectory names; one that names none stops all."""
+        """Return the joints that a trajectory names; all joints if it names none, which stops them."""
         topic, known = self._controller.command_topic, self._controller.joints
         for field in ("joint_names", "points"):
             if not isinstance(getattr(message, field), list | tuple):
@@ -120,26 +120,26 @@ class TrajectoryPart(Part):
         return names or list(known)
 
     def _path(self, joint: str, now_ns: int) -> JointPath | None:
-        """Return the path of a joint; None where none leads it, or once another command does."""
+        """Return the path of a joint; None if it has none, or after another command."""
         path, obeys = self._paths.get(joint), self._parts[joint].obeys
         is_left = path is not None and path.at(now_ns) is not None and obeys != self._controller.command_topic
         return None if is_left else path
 
     def _wanted(self, joint: str, t_ns: int, now_ns: int) -> Knot | None:
-        """Return where a joint is to be at a time, as far as is known now; None where no path leads it."""
+        """Return the target of a joint at a time, by the present path; None if it has none."""
         path = self._path(joint, now_ns)
         return None if path is None else path.at(t_ns)
 
     def _replace(self, joint: str, knots: Sequence[Knot], start_ns: int, now_ns: int) -> None:
-        """Let a joint go through knots, from where it is to be at a time."""
+        """Give a joint a path through knots, from its target at a time."""
         path, start = self._path(joint, now_ns), self._wanted(joint, start_ns, now_ns)
         if start is None:
             start = self._here(joint, start_ns)
-        if joint in self._turning and knots:  # by the shorter way
+        if joint in self._turning and knots:  # the shorter way round
             turns = round((start.position - knots[0].position) / (2 * pi))
             knots = [replace(knot, position=knot.position + 2 * pi * turns) for knot in knots]
         ahead = [knot for knot in knots if knot.t_ns > start_ns]
-        first = [] if knots and not ahead else [start]  # where all is to be done at once
+        first = [] if knots and not ahead else [start]  # the trajectory is to be reached at once
         before = None if path is None else path.since(now_ns).until(start_ns)
         self._paths[joint] = JointPath((*first, *(ahead or knots[-1:])), before)
 
@@ -148,8 +148,8 @@ class TrajectoryPart(Part):
         row = states.names.index(joint)
         return Knot(t_ns, float(states.positions[row]), float(states.velocities[row]), 0.0)
 
-    def _lead(self, now_ns: int) -> None:
-        """Tell each joint where to be at the end of the next step, where its servo acts."""
+    def _follow_trajectory(self, now_ns: int) -> None:
+        """Set each joint's target for the end of the next step, where its servo acts."""
         end_ns = now_ns + self._engine.step_ns
         for joint, path in self._paths.items():
             aim = path.at(end_ns)
@@ -164,13 +164,13 @@ def knots_of(points: Sequence[Any], joints: int, begin_ns: int, name: str) -> li
     """Return the knots of each point of a trajectory, one for each joint.
 
     Args:
-        points: as ``trajectory_msgs/JointTrajectoryPoint`` has them.
-        joints: how many they move.
-        begin_ns: when the trajectory begins.
-        name: of the topic or action, for errors.
+        points: messages ``trajectory_msgs/JointTrajectoryPoint``.
+        joints: the number of joints.
+        begin_ns: start time of the trajectory, ns.
+        name: the name of the topic or action, for errors.
 
     Raises:
-        TopicError: a point has too few or too many numbers, or comes before the one in front of it.
+        TopicError: a point has too few or too many numbers, or is not later than the previous one.
     """
     rows: list[list[Knot]] = []
     for number, point in enumerate(points):
@@ -203,9 +203,9 @@ def _numbers(values: Any, count: int, may_lack: bool, what: str) -> Sequence[Any
     if may_lack and numbers.shape == (0,):
         return [None] * count
     if numbers.shape != (count,) or not (abs(numbers) < _LARGEST).all():
-        told = f"{values!r:.60}"
+        given = f"{values!r:.60}"
         raise TopicError(
-            f"{what} must be one number below {_LARGEST:g} for each of {count} joints, not {told}"
+            f"{what} must be one number below {_LARGEST:g} for each of {count} joints, not {given}"
         )
     finite: list[float] = numbers.tolist()
     return finite

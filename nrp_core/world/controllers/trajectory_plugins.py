@@ -1,4 +1,4 @@
-"""Controllers that lead joints along trajectories, from the parameters of Gazebo's plugins."""
+"""Controllers that move joints along trajectories, from the parameters of Gazebo's plugins."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from math import inf
 
 from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.scene.acting import Pid, TrajectoryController
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.actuators import Actuators
@@ -52,17 +53,22 @@ def _alone(controller: TrajectoryController) -> Actuators:
 def led_joints(
     place: Element, names: Sequence[str], joints: Sequence[Joint], reading: Reading
 ) -> tuple[str, ...]:
-    """Return those of the named joints that trajectories can lead; the others are warned of.
+    """Return the named joints that can follow trajectories, with a warning for each of the others.
 
     Raises:
-        SceneError: the model has no joint of a name.
+        SceneError: the model has no joint with a name.
     """
     known, led = [joint.name for joint in joints], _led(joints)
     for name in names:
         if name not in known:
             raise place.error(f"the model has no joint '{name}'{did_you_mean(name, known)}")
         if name not in led:
-            reading.notes.warn(place, f"the joint '{name}' cannot be controlled: trajectories do not move it")
+            reading.notes.warn(
+                place,
+                Code.NRP265,
+                f"the joint '{name}' cannot be controlled: trajectories do not move it",
+                subject=name,
+            )
     return tuple(name for name in names if name in led)
 
 
@@ -73,8 +79,8 @@ def _led(joints: Iterable[Joint]) -> tuple[str, ...]:
 def _gains(plugin: Element, joints: Sequence[str]) -> tuple[tuple[str, Pid], ...]:
     """Return the gains of gz-sim, whose tags come once for each joint, in the order of the joints.
 
-    It has a controller of the position and one of the velocity. The integral of the one is the proportional
-    part of the other, so both are one.
+    It has a controller of the position and one of the velocity. The integral part of the velocity controller
+    is the proportional part of the position controller, so both are one controller.
     """
     tags = ("position_p", "position_i", "position_d", "velocity_p", "velocity_i")
     columns = [_values(plugin, f"{tag}_gain") for tag in tags] + [_values(plugin, "position_i_max")]

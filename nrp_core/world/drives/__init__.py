@@ -1,1 +1,1 @@
-"""Drives: robots that move as a whole."""
+"""Drives: they move a robot as a whole."""

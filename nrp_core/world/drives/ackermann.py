@@ -1,4 +1,4 @@
-"""Cars: rear wheels that drive, front wheels that steer."""
+"""Cars: driven rear wheels and steered front wheels."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from nrp_core.world.topics import resolve_name
 
 @dataclass(frozen=True, slots=True)
 class Ackermann(Drive):
-    """A car: rear wheels at a body velocity, front wheels that steer.
+    """A car: rear wheels driven by a body velocity, and steered front wheels.
 
     Args:
         left, right: names of the wheel joints, back to front.
         steering: joints that turn the left and the right front wheel.
         separation: distance of left and right wheels, m.
         wheel_base: distance of front and rear axle, m.
-        wheel_diameter: m.
+        wheel_diameter: diameter of the wheels, m.
         max_steer: limit of the steering angle, rad.
-        steers: whether ``angular.z`` commands the steering angle (Gazebo's ROS plugin, which steers to the
-            other side in reverse), or the turn rate.
+        steers: whether ``angular.z`` commands the steering angle (as Gazebo's ROS plugin, which steers to the
+            other side in reverse) instead of the turn rate.
     """
 
     tag: ClassVar[str] = "ackermann"
@@ -60,7 +60,7 @@ class Ackermann(Drive):
         return (*self.left, *self.right, *self.steering)
 
     def renamed(self, named: Rename) -> Ackermann:
-        """Return the drive of a model whose parts have other names."""
+        """Return the same drive for a model whose parts are renamed."""
         left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
         steering = named(self.steering[0]), named(self.steering[1])
         return replace(self, name=named(self.name), left=left, right=right, steering=steering)
@@ -69,7 +69,7 @@ class Ackermann(Drive):
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Ackermann:
         if plugin_name(plugin) == "gazebo_ros_ackermann_drive":
             return cls._of_ros(plugin, model, reading)
-        # in the files the front wheels may be named first
+        # files may name the front wheels first
         steering = [wheels_in(plugin, (f"{side}_steering_joint",), model)[0] for side in ("left", "right")]
         return cls(
             plugin.attribute("name"),
@@ -94,7 +94,7 @@ class Ackermann(Drive):
         names = [joint.name for joint in model.joints]
 
         def named(tag: str) -> str:
-            name = plugin.word(tag, tag)  # the plugin's own default is the tag
+            name = plugin.word(tag, tag)  # the plugin's default is the name of the tag
             if name not in names:
                 raise plugin.error(f"the model has no joint '{name}'{did_you_mean(name, names)}")
             return name
@@ -147,13 +147,13 @@ class AckermannPart(WheelDrivePart):
 
 
 def ackermann_velocity(drive: Ackermann, forward: float, turn: float) -> BodyVelocity:
-    """Return how the middle of the rear axle moves on a command.
+    """Return the velocity of the middle of the rear axle for a command.
 
     Args:
         drive: the car.
-        forward: m/s.
-        turn: the steering angle (rad; to the other side in reverse) where the drive ``steers``, else the turn
-            rate (rad/s); as far as the steering goes. A car that stands does not turn.
+        forward: speed, m/s.
+        turn: the steering angle (rad; to the other side in reverse) if the drive ``steers``, else the turn
+            rate (rad/s), limited by the steering. A car without speed does not turn.
     """
     if drive.steers:
         angle = min(max(copysign(1.0, forward) * turn, -drive.max_steer), drive.max_steer)
@@ -166,7 +166,7 @@ def ackermann_velocity(drive: Ackermann, forward: float, turn: float) -> BodyVel
 
 
 def wheel_angles(drive: Ackermann, steer: float) -> tuple[float, float]:
-    """Return the angles of the left and right front wheel, whose axles meet that of the rear wheels."""
+    """Return the angles of the left and right front wheel, such that all axles meet in one point."""
     radius = drive.wheel_base / tan(steer) if steer else inf
     if radius == inf:
         return 0.0, 0.0

@@ -1,4 +1,4 @@
-"""The base classes of drives: the data that a file has of one, and the part of a world that serves it.
+"""The base classes of drives: their data in a file, and the part of a world that runs them.
 
 A drive is found by entry points in the group ``nrp_core.drives``, named after the plugins that it reads.
 """
@@ -28,7 +28,7 @@ from nrp_core.world.topics import Direction, TopicInfo
 
 
 class Drive(MountedDrive):
-    """The data of a drive; a subclass is a frozen dataclass with slots whose fields are what can be set."""
+    """The data of a drive; a subclass is a frozen dataclass with slots whose fields are its parameters."""
 
     __slots__ = ()
 
@@ -38,12 +38,12 @@ class Drive(MountedDrive):
         """Read a ``<plugin>`` of a model.
 
         Raises:
-            SceneError: it names joints that the model does not have, or cannot be such a drive.
+            SceneError: it names joints that the model does not have, or is not a valid drive of this kind.
         """
 
     @abstractmethod
     def part(self, model: Model, engine: Engine) -> Part:
-        """Return the part that serves the drive of a model."""
+        """Return the part that runs the drive of a model."""
 
 
 class GroundDrive(Protocol):
@@ -51,11 +51,11 @@ class GroundDrive(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the plugin."""
+        """The name of the plugin."""
 
     @property
     def command_topic(self) -> str:
-        """Absolute."""
+        """The absolute topic of commands."""
 
     @property
     def odometry_topic(self) -> str | None:
@@ -71,11 +71,11 @@ class GroundDrive(Protocol):
 
     @property
     def rate_hz(self) -> float:
-        """Of odometry and wheel speeds."""
+        """Rate of odometry and wheel speeds, Hz."""
 
 
 class DrivePart(Part):
-    """Serves a drive that moves on the ground.
+    """Runs a drive that moves on the ground.
 
     A command holds until the next one or until the time-out; speeds are not clamped.
     """
@@ -93,13 +93,15 @@ class DrivePart(Part):
             what = f"odometry of {model.name}"
             topics.append(TopicInfo(drive.odometry_topic, Odometry, Direction.OUT, drive.rate_hz, what))
         if drive.wheel_speeds_topic is not None:
-            what = f"wheel speeds of {model.name}, m/s"
+            what = f"wheel speeds of {model.name}, m/s: those that are, and those that are commanded"
             topics.append(
-                TopicInfo(drive.wheel_speeds_topic, WheelSpeeds, Direction.OUT, drive.rate_hz, what)
+                TopicInfo(drive.wheel_speeds_topic, WheelSpeeds, Direction.BOTH, drive.rate_hz, what)
             )
         self.topics = tuple(topics)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
+        if topic != self._drive.command_topic:
+            message = self._body_twist(message)
         self._aim(self._commanded(message))
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
 
@@ -142,6 +144,10 @@ class DrivePart(Part):
         place = PoseWithCovariance(pose_message(pose))
         return Odometry(header, self._frame, place, TwistWithCovariance(moving))
 
+    def _body_twist(self, speeds: WheelSpeeds) -> Twist:
+        """Return the velocity of a body whose wheels have these speeds; of a drive that has wheels."""
+        raise NotImplementedError
+
     def _wheel_speeds(self) -> WheelSpeeds:
-        """Return the speeds of the wheels; of a drive that has wheels."""
+        """Return the speeds of the wheels of a drive with wheels."""
         raise NotImplementedError

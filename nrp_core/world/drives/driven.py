@@ -1,4 +1,4 @@
-"""Which body of a model a drive moves, and the mass that it moves with it."""
+"""Find the body of a model that a drive moves, and the mass that moves with it."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from nrp_core.world.scene.model import Inertial, Model
 def driven_root(
     model: Model, drive: MountedDrive, bodies: Sequence[Body], wheels: Sequence[Body] = ()
 ) -> int:
-    """Return the root that holds all wheels; of a drive without, the base of its model.
+    """Return the root that holds all wheels; for a drive without wheels, the base of its model.
 
     Raises:
-        SceneError: no one body that floats freely does.
+        SceneError: the wheels are not held by one freely floating body.
     """
     base: int | None
     if wheels:
-        # the front wheels of a car are held by what steers them
+        # the front wheels of a car are held by its steering links
         steers = isinstance(drive, Ackermann)
         roots = {_root(bodies.index(wheel), bodies) if steers else wheel.parent for wheel in wheels}
         if len(roots) != 1:
@@ -45,7 +45,7 @@ def _root(index: int, bodies: Sequence[Body]) -> int:
 
 
 def masses_in(root: int, bodies: Sequence[Body]) -> list[Inertial]:
-    """Return the inertials of a root and all that hangs on it, in its frame, which is the model's."""
+    """Return the inertials of a root and its descendants, in its frame, which is the model's."""
     tree = tree_of(root, bodies)
     parts = [(bodies[index].in_model, bodies[index].inertial) for index in tree]
     return [replace(mass, pose=place @ mass.pose) for place, mass in parts if mass is not None]

@@ -10,6 +10,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
+from nrp_core.findings import Code
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.driven import driven_root, masses_in
 from nrp_core.world.engine import Engine
@@ -30,19 +31,20 @@ from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import Direction, TopicInfo, resolve_name
 
 MAX_ACCELERATION = 20.0
-"""With which velocities change at most, m/s^2, besides what holds the body up."""
+"""Maximum acceleration, m/s^2, in addition to the compensation of gravity."""
 MAX_ANGULAR_ACCELERATION = 200.0
-"""The same of turn rates, rad/s^2."""
+"""Maximum angular acceleration, rad/s^2."""
 
 
 @dataclass(frozen=True, slots=True)
 class Flight(Drive):
-    """A body that moves along and turns about all its axes as a Twist commands, whatever carries it.
+    """A body that moves along and turns about all its axes as a Twist commands; its lift is not simulated.
 
-    Before the first command it falls. Fields as those of :class:`~nrp_core.world.drives.wheels.WheelDrive`.
+    Before the first command it falls. Its fields are those of
+    :class:`~nrp_core.world.drives.wheels.WheelDrive`.
 
     Args:
-        initial: the velocities along its axes (m/s) and about them (rad/s) that it begins with, instead.
+        initial: initial velocities along its axes (m/s) and about them (rad/s); with these it does not fall.
     """
 
     tag: ClassVar[str] = "flight"
@@ -52,18 +54,19 @@ class Flight(Drive):
     wheel_speeds_topic: None = None
 
     def renamed(self, named: Rename) -> Flight:
-        """Return the drive of a model whose parts have other names."""
+        """Return the same drive for a model whose parts are renamed."""
         return replace(self, name=named(self.name))
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Flight:
         if plugin_name(plugin) == "MulticopterVelocityControl":
-            # its rotors are not simulated: the body flies as they would let it
+            # its rotors are not simulated: the body flies as they would make it
             topic = join("/", plugin.word("robotNamespace"), plugin.word("commandSubTopic", "cmd_vel"))
             return cls(plugin.attribute("name"), resolve_name(topic, reading.robot))
         for ignored in plugin.all("link_name"):
             reading.notes.warn(
                 ignored,
+                Code.NRP263,
                 "the <link_name> of a VelocityControl has no effect: the plugin moves the whole model",
             )
         first = vector_in(plugin, "initial_linear"), vector_in(plugin, "initial_angular")
@@ -76,15 +79,15 @@ class Flight(Drive):
 
 
 class FlightPart(Part):
-    """Serves one :class:`Flight`.
+    """Runs one :class:`Flight`.
 
     A command holds until the next one. In each physics step a force at the centre of mass and a torque bring
-    the body to the commanded velocities, as far as its accelerations are not too large, and carry its weight.
+    the body to the commanded velocities, up to its maximum accelerations, and carry its weight.
 
     Args:
         drive: the drive.
-        model: what flies.
-        engine: moves it.
+        model: the model that flies.
+        engine: the engine that moves it.
     """
 
     def __init__(self, drive: Flight, model: Model, engine: Engine) -> None:
@@ -92,13 +95,13 @@ class FlightPart(Part):
         bodies = bodies_of(model)
         root = driven_root(model, drive, bodies)
         whole = combined(masses_in(root, bodies))
-        assert whole is not None  # what floats has mass
+        assert whole is not None  # a floating body has mass
         base = model.links[0]
         self._link, self._mass = base.name, whole.mass
         in_link = base.pose.inverse()
         self._centre = np.array((in_link @ whole.pose).position)
         own = base.inertial.pose.position if base.inertial else (0.0, 0.0, 0.0)
-        self._lever = self._centre - own  # the engine pulls at the link's own centre
+        self._lever = self._centre - own  # the engine applies wrenches at the link's own centre
         turn = rotation_matrix(in_link.orientation)
         self._inertia = turn @ turned(whole) @ turn.T
         what = f"velocity command of {model.name}"
@@ -134,7 +137,7 @@ class FlightPart(Part):
         self.deadline_ns = deadline_ns
 
     def _push(self, now_ns: int) -> None:
-        """Pull as the next step needs it."""
+        """Apply the wrench for the next step."""
         assert self._command is not None
         step_s = seconds(self._engine.step_ns)
         motion = self._engine.link_motion(self._model, self._link)

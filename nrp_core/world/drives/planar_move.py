@@ -21,7 +21,8 @@ from nrp_core.world.scene.reading.xml import Element
 class PlanarMove(Drive):
     """A base that goes forward, sideways and turns as a Twist commands, without wheels.
 
-    Its base slides without friction. Fields as those of :class:`~nrp_core.world.drives.wheels.WheelDrive`.
+    Its base slides without friction. Its fields are those of
+    :class:`~nrp_core.world.drives.wheels.WheelDrive`.
     """
 
     tag: ClassVar[str] = "planar_move"
@@ -32,7 +33,7 @@ class PlanarMove(Drive):
     wheel_speeds_topic: None = None
 
     def renamed(self, named: Rename) -> PlanarMove:
-        """Return the drive of a model whose parts have other names."""
+        """Return the same drive for a model whose parts are renamed."""
         return replace(self, name=named(self.name))
 
     @classmethod
@@ -50,7 +51,7 @@ class PlanarMove(Drive):
 
 
 class PlanarMovePart(DrivePart):
-    """Serves one such base."""
+    """Runs one such base."""
 
     def _commanded(self, message: Any) -> BodyVelocity:
         linear = message.linear

@@ -9,6 +9,7 @@ from typing import ClassVar, Protocol
 from nrp_core.world.drives.drive import Drive, DrivePart, GroundDrive
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.scene.acting import Rename
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
@@ -23,12 +24,12 @@ Text = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class _Dialect:
-    """How a plugin calls its parameters, and their defaults there.
+    """The names of a plugin's parameters, and their defaults.
 
     Args:
-        left, right: the tags that name wheel joints, back to front; a tag may come several times.
-        wheel: the diameter, or with ``is_radius`` the radius.
-        torque: limit of a wheel; None where the plugin has none.
+        left, right: the tags that name wheel joints, back to front; a tag may occur several times.
+        wheel: the parameter of the diameter, or with ``is_radius`` of the radius.
+        torque: the parameter of a wheel's torque limit; None if the plugin has none.
         command, odometry, wheel_speeds: topics; ``{robot}`` stands for the name of the robot.
         timeout: ``commandTimeout`` is read for every plugin, though none of Gazebo's has it.
     """
@@ -110,17 +111,17 @@ _DIALECTS = {
 
 @dataclass(frozen=True, slots=True)
 class WheelDrive(Drive):
-    """A differential or skid-steer drive: a body velocity commanded as a Twist.
+    """A differential or skid-steer drive, commanded by a body velocity as a Twist.
 
     Args:
-        name: of the plugin.
+        name: the name of the plugin.
         command_topic, odometry_topic, wheel_speeds_topic: absolute; None where there is none.
         left, right: names of the wheel joints, back to front.
         separation: effective distance of left and right wheels, m.
-        wheel_diameter: m.
+        wheel_diameter: diameter of the wheels, m.
         torque: limit of each wheel, N m.
         timeout: seconds without a command after which the drive stops; ``inf`` for never.
-        rate_hz: of odometry and wheel speeds.
+        rate_hz: rate of odometry and wheel speeds, Hz.
     """
 
     tag: ClassVar[str] = "wheels"
@@ -141,7 +142,7 @@ class WheelDrive(Drive):
         return (*self.left, *self.right)
 
     def renamed(self, named: Rename) -> WheelDrive:
-        """Return the drive of a model whose parts have other names."""
+        """Return the same drive for a model whose parts are renamed."""
         left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
         return replace(self, name=named(self.name), left=left, right=right)
 
@@ -188,16 +189,29 @@ class Wheeled(GroundDrive, Protocol):
         """Joints of the right wheels, back to front."""
 
     @property
+    def separation(self) -> float:
+        """Effective distance of left and right wheels, m."""
+
+    @property
     def wheel_diameter(self) -> float:
-        """In m."""
+        """The diameter of the wheels, m."""
 
 
 class WheelDrivePart(DrivePart):
-    """Serves a drive that has wheels."""
+    """Runs a drive with wheels; speeds of its wheels command it as well as a velocity of its body."""
 
     def __init__(self, drive: Wheeled, model: Model, engine: Engine) -> None:
         super().__init__(drive, model, engine)
         self._wheels = drive
+
+    def _body_twist(self, speeds: WheelSpeeds) -> Twist:
+        """Return the velocity of a body whose wheels have these speeds, those of one side on average."""
+        left, right = (
+            (speeds.back_left + speeds.front_left) / 2,
+            (speeds.back_right + speeds.front_right) / 2,
+        )
+        turn = (right - left) / self._wheels.separation
+        return Twist(Vector3((left + right) / 2), Vector3(z=turn))
 
     def _wheel_speeds(self) -> WheelSpeeds:
         joints = self._engine.joint_states(self._model)
@@ -208,7 +222,7 @@ class WheelDrivePart(DrivePart):
 
 
 def wheels_in(plugin: Element, tags: tuple[str, ...], model: ModelParts) -> tuple[str, ...]:
-    """Return the joints of the wheels of one side, which tags of a plugin name."""
+    """Return the wheel joints of one side, named by tags of a plugin."""
     named = [joint for tag in tags for joint in plugin.all(tag)]
     if not named:
         raise plugin.error(f"a drive needs wheels on both sides; there is no <{tags[0]}>")

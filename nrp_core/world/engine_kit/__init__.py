@@ -1,1 +1,1 @@
-"""What engines with joints share: bodies, servos, drives, options."""
+"""The shared parts of engines with joints: bodies, servos, drives, options."""

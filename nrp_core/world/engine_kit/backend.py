@@ -1,4 +1,4 @@
-"""What backends of physics engines do alike: options, capabilities, opening."""
+"""The shared part of backends of physics engines: options, capabilities, opening."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class PhysicsBackend(WorldBackend):
     """The entry point of a physics engine with joints, contacts and cameras.
 
     Attributes:
-        engine_name: for messages.
-        remedy: a command that installs it.
-        releases_gil: whether it steps while Python code runs in another thread.
+        engine_name: name of the engine, for messages.
+        remedy: command that installs it.
+        releases_gil: whether it releases the GIL while it steps.
     """
 
     options: ClassVar[type[PhysicsOptions]]
@@ -47,6 +47,7 @@ class PhysicsBackend(WorldBackend):
             ball_joints=True,
             coupled_joints=True,
             changes=True,
+            slip=float(options.drive == "physical"),
             releases_gil=self.releases_gil,
         )
 
@@ -61,7 +62,7 @@ class PhysicsBackend(WorldBackend):
             engine = self._engine_class()
         except ImportError as error:
             raise BackendLoadError(
-                f"{self.engine_name} does not import: {error}; try: {self.remedy}"
+                f"{self.engine_name} does not import: {error}", remedy=self.remedy
             ) from error
         return engine(scene, seed=seed, capabilities=self.capabilities(options), options=options)
 

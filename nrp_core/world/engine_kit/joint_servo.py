@@ -1,8 +1,9 @@
 """The servo of a single joint, the same in every engine: stiffness and damping, by backward Euler.
 
 Engines that integrate velocities implicitly do this by themselves, with ``damping + stiffness * step`` as
-damping. For those that take forces at the start of a step, :class:`ExplicitServos` find the efforts that do
-the same; and likewise what dampers of joints do, which such engines shake to pieces where they are strong.
+damping. For engines that take forces at the start of a step, :class:`ExplicitServos` computes efforts with
+the same effect. It also computes those of the joints' dampers, because strong dampers make such engines
+unstable.
 """
 
 from __future__ import annotations
@@ -22,23 +23,23 @@ def servoed_joints(model: Model) -> tuple[str, ...]:
     """Return the joints of a model that have a servo."""
     controlled = [controller.joint for controller in model.controllers]
     steered = [joint for drive in model.drives if isinstance(drive, Ackermann) for joint in drive.steering]
-    followed = [joint for each in model.trajectory_controllers for joint in each.joints]
+    followed = [joint for each in model.leaders for joint in each.joints]
     return tuple(dict.fromkeys([*controlled, *followed, *steered]))
 
 
 class ExplicitServos:
-    """Finds the efforts to hold for one step, of all joints of a tree at once.
+    """Computes the efforts of all joints of a tree for one step.
 
-    How fast the joints will be at the end of the step depends on what else acts on them. That is estimated
-    from what the efforts of the last step have done, so that a joint at rest gets exactly its stiffness times
-    its error. With accelerations ``a``, inertia ``M`` and loads ``l``::
+    The velocities at the end of the step depend on the other loads on the joints. These are estimated from
+    the effect of the last step's efforts, so that a joint at rest gets exactly its stiffness times its error.
+    With accelerations ``a``, inertia ``M`` and loads ``l``::
 
         efforts = wanted - step * damping * a,    M a = efforts - l,    l = last efforts - M * (last a)
 
     Args:
-        limits: of the efforts of the servos, shape ``(n,)``.
+        limits: limits of the efforts of the servos, shape ``(n,)``.
         step_s: the physics step.
-        dampers: N m s/rad or N s/m, of the joints' dampers, which the engine leaves to this; None for none.
+        dampers: damping of the joints' dampers, N m s/rad or N s/m; None for none.
 
     Attributes:
         braking: the efforts of the dampers in the next step, which have no limit.
@@ -48,20 +49,20 @@ class ExplicitServos:
         self._limits, self._step_s = np.array(limits), step_s
         self._dampers = np.zeros(len(limits)) if dampers is None else dampers
         self.braking = np.zeros(len(limits))
-        self._aims = np.zeros((len(limits), 5))  # in a row what a JointAim has
+        self._aims = np.zeros((len(limits), 5))  # the columns are the fields of JointAim
         self._efforts = np.zeros(len(limits))
         self._velocities: FloatArray | None = None
 
     @property
     def idle(self) -> bool:
-        """Whether they do nothing."""
+        """Return whether they have no effect."""
         return not (self._dampers.any() or self._aims.any())
 
     def aim(self, number: int, aim: JointAim) -> None:
-        """Let one joint aim at something."""
+        """Set the target of one joint."""
         idle = self.idle
         self._aims[number] = aim.stiffness, aim.damping, aim.position, aim.velocity, aim.effort
-        if self.idle and not idle:  # nothing is pushed from now on, and what was seen last grows old
+        if self.idle and not idle:  # no efforts from now on, and the last observation becomes invalid
             self.forget()
 
     def push(
@@ -76,8 +77,8 @@ class ExplicitServos:
         Args:
             positions: shape ``(n,)``.
             velocities: shape ``(n,)``.
-            inertia: of the joints against each other, the base following freely, shape ``(n, n)``.
-            springs: the efforts of springs in that step, shape ``(n,)`` or alike for all.
+            inertia: joint-space inertia with a free base, shape ``(n, n)``.
+            springs: efforts of springs in that step, shape ``(n,)`` or a scalar.
         """
         dt = self._step_s
         load: FloatArray = np.zeros(len(positions))
@@ -94,20 +95,20 @@ class ExplicitServos:
             strained = abs(efforts) == self._limits
             if not (strained.any() and dampers.any()):
                 break
-            # the dampers brake what a servo at its limit does, not what it wanted
+            # dampers act on the motion by the limited effort of a servo, not by the requested one
             wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
         self.braking = -dampers * (velocities + dt * ahead)
         self._efforts, self._velocities = efforts + self.braking + springs, velocities
         return efforts
 
     def forget(self) -> None:
-        """Forget how the joints moved, because they were put elsewhere."""
+        """Forget the last motion of the joints, because they were moved from outside."""
         self._velocities = None
 
     def save(self) -> object:
-        """Return what is kept between steps."""
+        """Return the state that is kept between steps."""
         return self._efforts, self._velocities
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         self._efforts, self._velocities = saved

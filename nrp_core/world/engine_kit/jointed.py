@@ -1,4 +1,4 @@
-"""What engines do alike that have joints, servos, contacts and cameras."""
+"""The shared part of engines with joints, servos, contacts and cameras."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ from nrp_core.world.scene.merged_bodies import Body, body_of
 from nrp_core.world.scene.model import Link, Model, Scene
 
 MotionOf = Callable[[], ModelMotion]
-"""Reads how something moves."""
+"""Reads pose and velocity of an object."""
 
 
 class Built(Protocol):
-    """Where the things of a scene are in the engine; what a place is, the engine says."""
+    """The handles of a scene's objects in the engine, of a type that the engine defines."""
 
     @property
     def bodies(self) -> Mapping[str, Sequence[tuple[Body, Any]]]:
-        """The bodies of each model, with their places."""
+        """The bodies of each model, with their handles."""
 
     @property
     def joints(self) -> Mapping[str, Mapping[str, Any]]:
-        """The places of the coordinates of each model's joints."""
+        """The handles of the coordinates of each model's joints."""
 
 
 class Drive(Protocol):
-    """Moves a body as it is commanded."""
+    """Moves a body as commanded."""
 
     def aim(self, velocity: BodyVelocity) -> None:
-        """Aim at a velocity of the body from now on."""
+        """Set the target velocity of the body."""
 
     def forget(self) -> None:
-        """Take the next command as one that was in force already."""
+        """Treat the next command as if it had been in force before."""
 
 
 class JointReader(Protocol):
@@ -63,26 +63,26 @@ class Base(Protocol):
         """Return how its frame moves."""
 
     def put(self, motion: ModelMotion) -> None:
-        """Put it where a motion says and let it move so."""
+        """Set its pose and velocity."""
 
 
 class Control(Protocol):
-    """What acts on bodies and joints beside drives, and what is felt."""
+    """Forces on bodies and joints besides drives, and measurements of forces."""
 
     def aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Let the servo of a joint aim at something."""
+        """Set the target of a joint's servo."""
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
-        """Put an effort on a joint."""
+        """Apply an effort to a joint."""
 
     def set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
-        """Let a wrench act on a body."""
+        """Apply a wrench to a body."""
 
     def touches(self) -> Iterable[Touch]:
         """Return the contacts of the last step."""
 
     def joint_wrench(self, body: Body, place: Any) -> Wrench:
-        """Return what a body did to its parent in the last step, at the body's origin."""
+        """Return the wrench of a body on its parent in the last step, at the body's origin."""
 
 
 class JointedEngine(Engine):
@@ -92,10 +92,10 @@ class JointedEngine(Engine):
     constructor ends with :meth:`_warm_up`.
 
     Args:
-        scene: what is simulated.
+        scene: the scene.
         seed: the experiment's seed for the world.
-        capabilities: what the backend has.
-        options: the backend's.
+        capabilities: the capabilities of the backend.
+        options: the options of the backend.
         name: name and version of the engine.
     """
 
@@ -119,21 +119,21 @@ class JointedEngine(Engine):
 
     @property
     def _draws(self) -> bool:
-        """Whether the engine draws the images itself, so that it must know what things look like."""
+        """Whether the engine renders the images itself, so that it needs the visuals."""
         return self.capabilities.renderers[0] not in SHARED
 
     def _survey(self, scene: Scene) -> None:
-        """Find what reads how models move; links are found when they are asked for."""
+        """Find the readers of the motions of models; those of links are found on demand."""
         self._motions = {model.name: self._motion_of(model, None) for model in scene.models}
         self._links: dict[tuple[str, str], MotionOf] = {}
 
     def _warm_up(self) -> None:
-        """Take an image with each camera, because the first one is slow."""
+        """Render an image with each camera, because the first one is slow."""
         for path in self._optics:
-            self._eyes.images.picture(path)
+            self._eyes.images.image(path)
 
     def _motion_of(self, model: Model, link: Link | None) -> MotionOf:
-        """Return what reads the motion of a link, or of the model's frame, which the base's body holds."""
+        """Return the reader of the motion of a link, or of the model's frame, fixed to the base's body."""
         name = (link or model.links[0]).name
         bodies = self._built.bodies[model.name]
         body, place = bodies[body_of([body for body, _ in bodies], name)]
@@ -200,7 +200,7 @@ class JointedEngine(Engine):
         self._moved(model)
 
     def _continue(self, model: str | None = None) -> None:
-        """Start from another state of a model, by default of all, than the one reached by steps."""
+        """Accept a state of a model, by default of all models, that was not reached by steps."""
         for (owner, _), drive in self._drives.items():
             if model in (owner, None):
                 drive.forget()
@@ -209,11 +209,11 @@ class JointedEngine(Engine):
 
     @abstractmethod
     def _moved(self, model: str) -> None:
-        """Go on from where a model was put."""
+        """Continue from the new pose of a model."""
 
     @abstractmethod
     def _do_motion_of(self, body: Body, place: Any, offset: Pose) -> MotionOf:
-        """Return what reads the motion of a frame that is held at an offset by a body that moves."""
+        """Return the reader of the motion of a frame at an offset from a moving body."""
 
     @abstractmethod
     def _do_base(self, body: Body, place: Any) -> Base:
@@ -221,8 +221,8 @@ class JointedEngine(Engine):
 
     @abstractmethod
     def _do_put_joint(self, place: Any, position: float) -> None:
-        """Put a joint somewhere, at rest."""
+        """Set the position of a joint, at rest."""
 
     @abstractmethod
     def _do_put_ball(self, place: Any, orientation: Quaternion) -> None:
-        """Turn the child of a ball joint against its parent, at rest; the place is its first coordinate's."""
+        """Set the rotation of a ball joint, at rest; the handle is that of its first coordinate."""

@@ -1,4 +1,4 @@
-"""Options that all physics engines share."""
+"""Options of all physics engines."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A planar servo: how a wheel drive moves its robot, the same in every engine.
+"""The planar servo: how a wheel drive moves its robot, the same in every engine.
 
-Tyre contact is where engines differ most: by their friction models a skid-steered robot turns at 10 to 60 %
-of the commanded rate. So wheels roll without friction here, and the drive acts on the body:
+Engines differ most in tyre contact: with their friction models a skid-steered robot turns at 10 to 60 % of
+the commanded rate. So wheels roll without friction here, and the drive acts on the body:
 
 * A change of the command changes the body's velocity at once, as in the ideal unicycle.
 * Against everything else the velocity is held by forces, up to the friction of the tyres or the torque of
@@ -13,10 +13,10 @@ rear one sideways, each with::
 
     force = m/2 / TIME_CONSTANT_S * (aim - velocity),   |force| <= limit
 
-Then forward, sideways and turning velocity decay alike and without coupling, for any robot. As with real
-tyres, each point has its share of the traction: a robot that tries to spin can be pushed, so it does not lock
-itself against a wall. The forces act at the height of the centre of mass: a drive alone neither pitches its
-robot nor tips it over.
+Then the errors of forward, sideways and turning velocity decay at the same rate and without coupling, for any
+robot. As with real tyres, each point has its share of the traction: a robot that tries to spin can be pushed,
+so it does not lock itself against a wall. The forces act at the height of the centre of mass: a drive alone
+neither pitches its robot nor tips it over.
 """
 
 from __future__ import annotations
@@ -38,13 +38,16 @@ from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Model
 
 TIME_CONSTANT_S = 0.001
-"""Of the body's velocity, while no limit is reached; on a slope a robot creeps by as much as it gains in this
-time in free fall along the slope, 2.5 mm/s at 15 degrees."""
+"""Time constant of the body's velocity below the limits.
+
+On a slope a robot creeps at the speed that it would gain in free fall along the slope in this time, 2.5 mm/s
+at 15 degrees.
+"""
 TRACTION = 1.0
 """Coefficient of friction between tyres and floor."""
 
 Aims = tuple[float, float, float, float]
-"""Velocities (m/s) of the left and right point ahead, and of the front and rear point to the left."""
+"""Forward velocities of the left and right point and leftward velocities of the front and rear point, m/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +59,9 @@ class PlanarServo:
         centre: the robot's centre of mass in the body's frame.
         to_centre: that point relative to the drive's centre (the middle of its wheels), forward and left.
         lever: distance of the four points from the centre, m.
-        gain: of each point, N s/m.
-        limit: of each point, N.
-        wheels: left ones first.
+        gain: gain of each point, N s/m.
+        limit: force limit of each point, N.
+        wheels: the wheels, left ones first.
     """
 
     body: int
@@ -77,11 +80,11 @@ class PlanarServo:
         return (x, y + lever, z), (x, y - lever, z), (x + lever, y, z), (x - lever, y, z)
 
     def aims(self, velocity: BodyVelocity, step_s: float) -> Aims:
-        """Return what the points aim at while a velocity of the body is commanded.
+        """Return the target velocities of the points for a commanded velocity of the body.
 
-        In a turn the forces have to bend the path, for which the aims are ahead of the velocities. Half a
-        step is added to that, because an engine moves a body along its heading at the start of the step, and
-        the arc's chord points half the step's turn further.
+        In a turn the forces have to bend the path, so the targets are ahead of the velocities. Half a step is
+        added, because an engine moves a body along its heading at the start of the step, while the arc's
+        chord points half the step's turn further.
 
         Args:
             velocity: the command.
@@ -94,10 +97,10 @@ class PlanarServo:
         return forward - swing, forward + swing, side + swing, side - swing
 
     def changed(self, motion: ModelMotion, before: BodyVelocity, after: BodyVelocity) -> ModelMotion:
-        """Return the motion right after the command has changed, as :meth:`change` tells.
+        """Return the motion right after the command has changed, by :meth:`change`.
 
         Args:
-            motion: of the driven body's frame.
+            motion: the motion of the driven body's frame.
             before: the command until now.
             after: the command from now on.
         """
@@ -108,19 +111,19 @@ class PlanarServo:
         return ModelMotion(motion.pose, _sum(motion.linear, linear), _sum(motion.angular, angular))
 
     def change(self, linear: Vector, angular: Vector, before: BodyVelocity, after: BodyVelocity) -> Vector:
-        """Return how much faster the driven body is right after the command has changed.
+        """Return the change of the driven body's velocity when the command changes.
 
-        Each velocity changes as the command does, but only towards the command and not beyond: a robot held
-        by a wall is not thrown back by a command to push less. Without traction nothing changes.
+        Each velocity changes by the change of the command, but only towards the command and not beyond it: a
+        robot held by a wall is not thrown back when the command decreases. Without traction nothing changes.
 
         Args:
-            linear: velocity of the driven body's frame, along its own axes.
-            angular: its turn rate about them.
+            linear: linear velocity of the driven body's frame, along its own axes, m/s.
+            angular: angular velocity about these axes, rad/s.
             before: the command until now.
             after: the command from now on.
 
         Returns:
-            How much faster forward, to the left and in turning.
+            The changes of the forward (m/s), leftward (m/s) and turning (rad/s) velocity.
         """
         if not self.limit:
             return 0.0, 0.0, 0.0
@@ -137,11 +140,11 @@ class PlanarServo:
         return tuple([wheel.per_forward * forward + wheel.per_turn * turn for wheel in self.wheels])
 
     def explicit_gain(self, step_s: float) -> float:
-        """Return the gain with which a force held for a step does what an implicit integrator does."""
+        """Return the gain with which a force held for a step has the effect of an implicit integrator."""
         return self.gain * TIME_CONSTANT_S / (TIME_CONSTANT_S + step_s)
 
     def _of_centre(self, velocity: BodyVelocity) -> Vector:
-        """Return how the centre of mass moves forward, sideways and turns when the drive does so."""
+        """Return the forward, sideways and turning velocity of the centre of mass for one of the drive."""
         ahead, aside = self.to_centre
         turn = velocity.turn
         return velocity.forward - turn * aside, velocity.left + turn * ahead, turn
@@ -160,23 +163,23 @@ def _sum(a: Vector, b: Vector) -> Vector:
 def servo_of(
     model: Model, drive: PlanarDrive, bodies: Sequence[Body], gravity: Vector, physical: bool = False
 ) -> PlanarServo:
-    """Lay out the servo of a drive.
+    """Build the servo of a drive.
 
     Args:
-        model: what it drives.
+        model: the model that it drives.
         drive: the drive.
-        bodies: of the model.
-        gravity: of the scene.
-        physical: whether the wheels move the robot by their friction, if it has any. Nothing else does then.
+        bodies: the bodies of the model.
+        gravity: the gravity of the scene, m/s^2.
+        physical: whether the wheels, if any, move the robot by friction, and not the servo.
 
     Raises:
-        SceneError: a wheel cannot turn, or no one body that floats freely holds all wheels.
+        SceneError: a wheel cannot turn, or the wheels are not held by one freely floating body.
     """
     sides = () if isinstance(drive, PlanarMove) else ((-1.0, drive.left), (1.0, drive.right))
     wheels = [(side, _wheel(model, drive, bodies, name)) for side, names in sides for name in names]
     base = driven_root(model, drive, bodies, [wheel for _, wheel in wheels])
     whole = combined(masses_in(base, bodies))
-    assert whole is not None  # a body that can move has mass
+    assert whole is not None  # a movable body has mass
     lever = sqrt(float(turned(whole)[2, 2]) / whole.mass / 2)
     x, y, _ = whole.pose.position
     middle = _middle(drive, [wheel for _, wheel in wheels])
@@ -196,10 +199,10 @@ def servo_of(
 
 
 def without_wheel_friction(model: Model, bodies: Sequence[Body], physical: bool = False) -> tuple[Body, ...]:
-    """Return the bodies with wheels that roll, and bases without wheels that slide, without friction.
+    """Return the bodies with frictionless wheels, or frictionless bases for drives without wheels.
 
-    Their traction is the servo's, but where wheels are ``physical``. Nor do friction and dampers of their
-    joints brake such wheels, whose motors are not those that move the robot.
+    The servo supplies their traction, unless wheels are ``physical``. Friction and damping of the joints of
+    such wheels are removed, too, because their motors do not move the robot.
     """
     wheels = {
         name
@@ -231,7 +234,7 @@ def _wheel(model: Model, drive: PlanarDrive, bodies: Sequence[Body], joint: str)
 
 
 def _middle(drive: PlanarDrive, wheels: Sequence[Body]) -> tuple[float, float]:
-    """Return the point whose velocity is commanded: the middle of the wheels, of a car's rear ones."""
+    """Return the point whose velocity is commanded: the middle of the wheels, or of a car's rear wheels."""
     if isinstance(drive, Ackermann):
         rear = (drive.left[0], drive.right[0])
         wheels = [wheel for wheel in wheels if wheel.joint is not None and wheel.joint.name in rear]
@@ -242,7 +245,7 @@ def _middle(drive: PlanarDrive, wheels: Sequence[Body]) -> tuple[float, float]:
 
 
 def _limit(drive: PlanarDrive, mass: float, gravity: Vector) -> float:
-    """Return the force that half of the tyres, or one side's motors, can bring to the ground."""
+    """Return the maximum force of half of the tyres, or of one side's motors, on the ground."""
     traction = TRACTION * mass * hypot(*gravity) / 2
     if isinstance(drive, PlanarMove):
         return traction

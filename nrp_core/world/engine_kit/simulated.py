@@ -1,4 +1,4 @@
-"""What every engine simulates of a model."""
+"""The bodies of a model that every engine simulates."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from nrp_core.world.scene.model import Model
 
 
 def simulated_bodies(model: Model, step_s: float, physical: bool) -> tuple[Body, ...]:
-    """Return the bodies of a model as they are given to an engine.
+    """Return the bodies of a model, prepared for an engine.
 
     Args:
         model: the model.
         step_s: the physics step.
-        physical: whether wheels drive by their friction.
+        physical: whether wheels move the robot by friction.
     """
     return with_steady_springs(without_wheel_friction(model, bodies_of(model), physical), step_s)

@@ -1,4 +1,4 @@
-"""Springs of joints: engines pull with the force at the start of a step, which suits all but the stiffest."""
+"""Springs of joints. Engines apply the force at the start of a step, which is unstable for stiff springs."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ from nrp_core.world.scene.joint_inertia import joint_inertias
 from nrp_core.world.scene.merged_bodies import Body
 
 STIFF = 0.5
-"""``stiffness * step^2 / inertia`` of a spring from which on it is stiff; at 4 it would shake to pieces."""
+"""``stiffness * step^2 / inertia`` above which a spring is stiff; the limit of stability is 4."""
 
 
 def with_steady_springs(bodies: Sequence[Body], step_s: float) -> tuple[Body, ...]:
-    """Return bodies whose springs no step is too long for.
+    """Return bodies whose springs are stable with the step.
 
-    A stiff spring pulls as strongly as it will at the end of the step, by backward Euler: with
-    ``stiffness * step`` as damping.
+    A stiff spring gets ``stiffness * step`` as additional damping, which is backward Euler.
 
     Args:
-        bodies: of one model.
+        bodies: the bodies of one model.
         step_s: the physics step.
     """
     inertias = joint_inertias(bodies) if any(body.joint and body.joint.stiffness for body in bodies) else {}

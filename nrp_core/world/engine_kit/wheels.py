@@ -13,9 +13,9 @@ from nrp_core.world.scene.mass import turned
 from nrp_core.world.scene.merged_bodies import Body
 
 ROLLING_TIME_CONSTANT_S = 0.05
-"""Of the spin of a wheel that moves nothing; slow enough that its reaction does not rock the body."""
+"""Time constant of a wheel that carries no load; slow enough that its reaction does not rock the body."""
 DRIVING_TIME_CONSTANT_S = 0.001
-"""Of the spin of a wheel that moves its share of the robot; within the torque, friction hardly slows it."""
+"""Time constant of a wheel that moves its share of the robot; friction hardly slows it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +24,10 @@ class ServoedWheel:
 
     Args:
         joint: its name.
-        per_forward, per_turn: rad/s of the joint for each m/s forward and each rad/s of turn.
-        gain: N m s/rad.
-        limit: N m.
-        time_constant_s: of its spin, while the limit is not reached.
+        per_forward, per_turn: speed of the joint (rad/s) for each m/s forward and each rad/s of turn.
+        gain: gain of the servo, N m s/rad.
+        limit: torque limit, N m.
+        time_constant_s: time constant of its spin below the limit, s.
     """
 
     joint: str
@@ -38,7 +38,7 @@ class ServoedWheel:
     time_constant_s: float = ROLLING_TIME_CONSTANT_S
 
     def share_in(self, step_s: float) -> float:
-        """Return the share of a wheel's error in speed that one physics step takes away."""
+        """Return the share of a wheel's speed error that one physics step removes."""
         return step_s / (step_s + self.time_constant_s)
 
 
@@ -49,7 +49,7 @@ def servoed_wheel(drive: WheelDrive | Ackermann, wheel: Body, side: float, carri
         drive: its drive.
         wheel: the wheel.
         side: -1 for a left wheel, 1 for a right one.
-        carried: the mass (kg) that its friction moves; 0: it rolls without.
+        carried: the mass (kg) that its friction moves; 0: it rolls without friction.
     """
     assert wheel.joint is not None
     assert wheel.inertial is not None

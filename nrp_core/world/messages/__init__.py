@@ -1,7 +1,7 @@
 """ROS message types without ROS: the ROS names and fields as plain dataclasses.
 
-They construct as ROS 1 users expect (no arguments, positional, keywords, ints for floats); arrays are
-NumPy. Inside experiment files ``import geometry_msgs.msg`` finds them, see
+Their constructors work as in ROS 1 (no arguments, positional, keywords, ints for floats); arrays are NumPy
+arrays. Inside experiment files ``import geometry_msgs.msg`` finds them, see
 :mod:`nrp_core.dsl.loading.imports`. Any dataclass can be a message type: :func:`message` names it.
 """
 

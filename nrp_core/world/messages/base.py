@@ -1,4 +1,4 @@
-"""What makes a dataclass a message."""
+"""Dataclasses as messages."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def message(name: str, definition: str = "") -> Callable[[type[T]], type[T]]:
 
     Args:
         name: ROS's full name, ``package/msg/Type``.
-        definition: its fields in ROS's format; needed where the type hints do not say the size of a number.
+        definition: its fields in ROS's format; needed if the type hints do not give the size of a number.
     """
 
     def register(cls: type[T]) -> type[T]:
@@ -44,7 +44,7 @@ def type_of(name: str) -> type | None:
 
 
 def type_name(cls: type) -> str:
-    """Return the ROS name of a message class; for any other dataclass its own name."""
+    """Return the ROS name of a message class; for any other dataclass its class name."""
     return str(getattr(cls, "__msgtype__", cls.__name__))
 
 
@@ -63,12 +63,12 @@ class Time:
 
     @property
     def secs(self) -> int:
-        """Whole seconds, under the name of ROS 1."""
+        """Whole seconds, by its name in ROS 1."""
         return self.sec
 
     @property
     def nsecs(self) -> int:
-        """The rest in nanoseconds, under the name of ROS 1."""
+        """The remaining nanoseconds, by its name in ROS 1."""
         return self.nanosec
 
     def to_ns(self) -> int:
@@ -86,29 +86,29 @@ TIME_ZERO = Time()
 @message("builtin_interfaces/msg/Duration")
 @dataclass(slots=True)
 class Duration:
-    """A span of time."""
+    """A duration."""
 
     sec: int = 0
     nanosec: int = 0
 
 
 def ns_of(time: Time | Duration) -> int:
-    """Return a time or a span of time in nanoseconds."""
+    """Return a time or a duration in nanoseconds."""
     return time.sec * NS_PER_S + time.nanosec
 
 
 def invalid_field(value: Any) -> str | None:
-    """Return what is wrong with the fields of a message, or None.
+    """Return the error in the fields of a message, or None.
 
-    A float field must hold a finite number, other plain fields what they are declared as. Nested messages
-    and lists of them are looked into, arrays are not (a laser's range may be infinite).
+    A float field must hold a finite number, other plain fields a value of their type. Nested messages and
+    lists of them are checked, arrays are not (a laser's range may be infinite).
     """
     cls: type = type(value)
     if _holds_finite_floats(value, cls):
         return None
     for field, kind, nested in _fields(cls):
         item = getattr(value, field)
-        if type(item) is float and kind is float:  # what most fields hold
+        if type(item) is float and kind is float:  # the most common case
             wrong = None if -inf < item < inf else f" is {item}"
         elif nested and type(item) is kind:
             wrong = _within(invalid_field(item), "")
@@ -122,20 +122,20 @@ def invalid_field(value: Any) -> str | None:
 
 
 def _holds_finite_floats(value: Any, cls: type) -> bool:
-    """Tell whether all fields are finite floats or messages of such; quicker than to look at each."""
+    """Return whether all fields are finite floats or messages of such; faster than checking each."""
     quick = _all_floats(cls)
     if quick is None:
         return False
     read, kinds, first = quick
     try:
         held = read(value)
-    except AttributeError:  # a message of another type is in the place of one
+    except AttributeError:  # a field holds a message of another type
         return False
     return tuple(map(type, held)) == kinds and isfinite(sum(held[first:]))
 
 
 _MOST_WITHIN = 100
-"""Messages in a message that are read at once; one that holds another of its own kind has no end."""
+"""Maximum depth of nested messages that are read at once; one that contains its own type is infinite."""
 _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
     float: ((int, float, np.integer, np.floating), "a number"),
     int: ((int, np.integer), "a whole number"),
@@ -145,11 +145,11 @@ _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
 
 
 _LISTS = (list, tuple, np.ndarray)
-_LARGEST = sys.float_info.max  # whole numbers have no such limit
+_LARGEST = sys.float_info.max  # integers have no such limit
 
 
 def _invalid_value(item: Any, kind: Any) -> str | None:
-    """Return what is wrong with what is no list, as it follows the name of its field."""
+    """Return the error for a value that is not a list, to follow the name of its field."""
     if get_origin(kind) is list:
         return None if isinstance(item, _LISTS) else f" must be a list, not {item!r:.40}"
     if kind not in _PLAIN:
@@ -184,10 +184,10 @@ def _first(found: Iterable[str | None]) -> str | None:
 
 @lru_cache(maxsize=256)
 def _all_floats(cls: type) -> tuple[Callable[[Any], tuple[Any, ...]], tuple[type, ...], int] | None:
-    """Return what reads all fields of a message of floats, first those that are messages; None for others.
+    """Return a reader of all fields of a message of floats, nested messages first; None for other messages.
 
     Returns:
-        The reader, the types of what it reads, and how many are messages.
+        The reader, the types of the values, and the number of nested messages.
     """
     messages: list[tuple[str, type]] = []
     floats: list[tuple[str, type]] = []
@@ -205,10 +205,10 @@ def _all_floats(cls: type) -> tuple[Callable[[Any], tuple[Any, ...]], tuple[type
 
 @lru_cache(maxsize=256)
 def _fields(cls: type) -> tuple[tuple[str, Any, bool], ...]:
-    """Return names and declared types of the fields of a message class, and whether those are messages."""
+    """Return names and declared types of the fields of a message class, and whether these are messages."""
     try:
         hints = get_type_hints(cls)
-    except (NameError, TypeError):  # written in a file whose names are gone: what is plain is still known
+    except (NameError, TypeError):  # the names of its file are gone: built-in types are still known
         hints = {}
     plain = {kind.__name__: kind for kind in _PLAIN}
     names = [spec.name for spec in dataclasses.fields(cls)]

@@ -1,4 +1,4 @@
-"""ROS package builtin_interfaces: times and spans of time."""
+"""ROS package builtin_interfaces: times and durations."""
 
 from __future__ import annotations
 

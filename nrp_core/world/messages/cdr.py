@@ -1,7 +1,7 @@
 """Messages as bytes: the encoding of ROS 2 (CDR), for every message class.
 
-The definitions of ROS's own types come with the ``rosbags`` library; those of any other dataclass are
-read off its fields. This module is the only one that knows the library.
+The definitions of ROS's own types come with the ``rosbags`` library; those of other dataclasses are derived
+from their fields. Only this module uses the library.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from nrp_core.errors import TopicError
 from nrp_core.world.messages.base import type_name, type_of
 
 PACKAGE = "nrp_msgs"
-"""The package of message classes that do not say theirs."""
+"""The package of message classes without one."""
 
 _SCALARS = {float: "float64", int: "int64", bool: "bool", str: "string"}
 
@@ -39,14 +39,14 @@ Prepare = Callable[[Any], Any]
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class MessageField:
-    """A field as the definition of its message has it.
+    """A field in the definition of a message.
 
     Args:
-        name: of the field.
-        type: of what is in it: ``float64``, ``string``, ... or ``package/msg/Type``.
-        many: whether it holds any number of them.
-        most: how many at most; 0: there is no limit.
-        length: how many it always holds; None: one, or ``many``.
+        name: the name of the field.
+        type: the type of its value or items: ``float64``, ``string``, ... or ``package/msg/Type``.
+        many: whether it holds a variable number of items.
+        most: the maximum number; 0: unlimited.
+        length: the fixed number of items; None: a single value, or ``many``.
     """
 
     name: str
@@ -60,8 +60,8 @@ class Codec:
     """Encodes and decodes messages.
 
     Args:
-        definitions: texts of type definitions by type name, as a recording holds them; given, they are
-            the only types known. By default ROS 2's are.
+        definitions: texts of type definitions by type name, as a recording holds them; then no other types
+            are known. By default the types of ROS 2.
     """
 
     _known_types = Stores.ROS2_JAZZY
@@ -76,7 +76,7 @@ class Codec:
             self.define(name, text)
 
     def define(self, name: str, text: str) -> None:
-        """Learn a type from its definition, the texts of the types in it included."""
+        """Add a type by its definition, which includes the texts of the types in it."""
         if name in self._given:
             return
         self._given.add(name)
@@ -87,7 +87,7 @@ class Codec:
         """Return the full type name of a message class.
 
         Raises:
-            TopicError: a field of it cannot be encoded, or it differs from ROS's type of that name.
+            TopicError: one of its fields cannot be encoded, or it differs from ROS's type of that name.
         """
         if cls not in self._names:
             name = type_name(cls)
@@ -100,7 +100,7 @@ class Codec:
         return self._store.generate_msgdef(name, ros_version=2)[0]
 
     def fields(self, name: str) -> list[MessageField]:
-        """Return the fields of a type in their order; a message without any has one that fills it."""
+        """Return the fields of a type in order; an empty message has a padding field."""
         return [_message_field(field, kind) for field, kind in self._store.fielddefs[name][1]]
 
     def hash(self, name: str) -> str:
@@ -111,7 +111,7 @@ class Codec:
         """Return a message as bytes.
 
         Raises:
-            TopicError: a field holds what its type cannot.
+            TopicError: a value does not fit the type of its field.
         """
         cls = type(message)
         if cls not in self._packers:
@@ -129,10 +129,10 @@ class Codec:
         return self._serialize(message if prepare is None else prepare(message), name)
 
     def decode(self, data: bytes | memoryview, name: str) -> Any:
-        """Return the message in ``data``, of our class where there is one of that name.
+        """Return the message in ``data``, of our class if there is one of that name.
 
         Raises:
-            TopicError: the bytes are no such message.
+            TopicError: the bytes are not such a message.
         """
         cls = type_of(name)
         if cls is not None and name in self._store.fielddefs and not self._defined(name):
@@ -145,7 +145,7 @@ class Codec:
     # -- the encoding itself
 
     def _fast(self, name: str) -> Callable[[Any], bytes] | None:
-        """Return what encodes messages of a type faster than the library, if there is such a thing."""
+        """Return an encoder of a type that is faster than the library's, if there is one."""
         numbers = self._numbers(name)
         return _packer(numbers) if numbers else None
 
@@ -155,12 +155,15 @@ class Codec:
     def _deserialize(self, data: bytes | memoryview, name: str) -> Any:
         return self._store.deserialize_cdr(data, name)
 
-    # -- learning types
+    # -- adding types
 
     def _learn(self, cls: type) -> None:
         name = self._names[cls]
         if name not in self._store.fielddefs:
-            lines = [f"{_type_text(hint, cls, self.name)} {field}" for field, hint in _fields(cls)]
+            lines = [
+                f"{_type_text(hint, cls, self.name)} {self._spelt(name, field)}"
+                for field, hint in _fields(cls)
+            ]
             text = getattr(cls, "__definition__", "") or "\n".join(lines)
             try:
                 self._store.register(get_types_from_msg(text, name))
@@ -173,11 +176,15 @@ class Codec:
         self._adopt(name)
         self._decode_into(name, cls)
 
+    def _spelt(self, name: str, field: str) -> str:
+        """Return how the definition of a type spells a field of our class."""
+        return field
+
     def _decode_into(self, name: str, cls: type) -> None:
         self._store.types[name] = cls
 
     def _adopt(self, name: str) -> None:
-        """Decode a type, and those in it, into our own classes where these have the defined fields."""
+        """Decode a type, and those in it, into our classes if these have the defined fields."""
         cls = type_of(name)
         if cls is not None and _field_names(cls) == self._defined(name):
             self._decode_into(name, cls)
@@ -189,7 +196,7 @@ class Codec:
     def _defined(self, name: str) -> list[str]:
         return [field for field, _ in self._store.fielddefs[name][1] if field != _FILLER]
 
-    # -- what the library wants to be given: arrays as flat NumPy arrays of the right type
+    # -- conversion for the library, which takes flat NumPy arrays of the right type
 
     def _prepare_of(self, name: str) -> Prepare | None:
         if name not in self._prepare:
@@ -200,7 +207,7 @@ class Codec:
         return self._prepare[name]
 
     def _numbers(self, name: str, path: str = "") -> list[tuple[str, str]] | None:
-        """Return path and type of every number in a message that holds nothing else; else None."""
+        """Return path and type of every number in a message of numbers only; None for other messages."""
         found: list[tuple[str, str]] = []
         for field, (node, what) in self._store.fielddefs[name][1]:
             if node == Nodetype.NAME:
@@ -225,9 +232,9 @@ class Codec:
 
 
 def _packer(numbers: Sequence[tuple[str, str]]) -> Callable[[Any], bytes]:
-    """Return what encodes a message of these numbers, several times as fast as the library.
+    """Return an encoder of a message of these numbers, several times as fast as the library.
 
-    In CDR each number stands at a multiple of its size.
+    In CDR the offset of each number is a multiple of its size.
     """
     if numbers[0][0] == _FILLER:
         return lambda _message: _HEAD + bytes(1)
@@ -256,7 +263,7 @@ def _message_field(name: str, kind: Any) -> MessageField:
 
 
 def _inner_type(kind: Any) -> str | None:
-    """Return the message type in a field, be it one or many; None for numbers and texts."""
+    """Return the message type in a field, single or list; None for numbers and strings."""
     node, what = kind
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         node, what = what[0]

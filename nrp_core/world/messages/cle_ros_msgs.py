@@ -1,16 +1,26 @@
-"""What monitors publish, under the names that users of the Neurorobotics Platform know."""
+"""Messages of monitors, by their names on the Neurorobotics Platform.
+
+ROS 2 has field names in lower case only. The names in the platform's experiments, such as ``simulationTime``,
+read and set the same fields.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 from nrp_core.world.messages.base import message
+
+
+def _former(name: str) -> property:
+    """Return an attribute that is the field ``name`` under the name that it has in ROS 1."""
+    return property(attrgetter(name), lambda self, value: setattr(self, name, value))
 
 
 @message("cle_ros_msgs/msg/SpikeData")
 @dataclass(slots=True)
 class SpikeData:
-    """One spike; ``neuron`` counts from 0 within what is monitored, ``time`` is in ms."""
+    """One spike; ``neuron`` is the index in the monitored population, ``time`` is in ms."""
 
     neuron: int = 0
     time: float = 0.0
@@ -19,20 +29,28 @@ class SpikeData:
 @message("cle_ros_msgs/msg/SpikeEvent")
 @dataclass(slots=True)
 class SpikeEvent:
-    """The spikes of a population in one step; ``simulationTime`` is in seconds."""
+    """The spikes of a population in one step; ``simulation_time`` is in seconds."""
 
-    simulationTime: float = 0.0
-    neuronCount: int = 0
+    simulation_time: float = 0.0
+    neuron_count: int = 0
     spikes: list[SpikeData] = field(default_factory=list)
-    monitorName: str = ""
-    populationLabel: str = ""
+    monitor_name: str = ""
+    population_label: str = ""
+
+    simulationTime = _former("simulation_time")
+    neuronCount = _former("neuron_count")
+    monitorName = _former("monitor_name")
+    populationLabel = _former("population_label")
 
 
 @message("cle_ros_msgs/msg/SpikeRate")
 @dataclass(slots=True)
 class SpikeRate:
-    """A rate in Hz, or the voltage of an integrator in mV; ``simulationTime`` is in seconds."""
+    """A rate in Hz, or the voltage of an integrator in mV; ``simulation_time`` is in seconds."""
 
-    simulationTime: float = 0.0
+    simulation_time: float = 0.0
     rate: float = 0.0
-    monitorName: str = ""
+    monitor_name: str = ""
+
+    simulationTime = _former("simulation_time")
+    monitorName = _former("monitor_name")

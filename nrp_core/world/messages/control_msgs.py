@@ -12,7 +12,7 @@ from nrp_core.world.messages.trajectory_msgs import JointTrajectoryPoint
 @message("control_msgs/msg/JointTrajectoryControllerState")
 @dataclass(slots=True)
 class JointTrajectoryControllerState:
-    """Where the joints of a controller are to be, where they are, and what they lack."""
+    """Desired and actual states of the joints of a controller, and the errors."""
 
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""``CvBridge``, by the name that users of ROS know: pictures as messages and as arrays."""
+"""``CvBridge`` as in ROS: converts images between messages and arrays."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 
-Picture = npt.NDArray[Any]
+CvArray = npt.NDArray[Any]
 
 _CHANNELS = {
     "mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4, "8UC4": 4,
@@ -20,45 +20,45 @@ _PASS = "passthrough"
 
 
 class CvBridgeError(TypeError):
-    """An encoding that is not known."""
+    """The encoding is unknown or cannot be converted."""
 
 
 class CvBridge:
     """Converts between messages and arrays of shape ``(height, width)`` or ``(height, width, channels)``."""
 
-    def imgmsg_to_cv2(self, img_msg: Image, desired_encoding: str = _PASS) -> Picture:
-        """Return a picture as an array of its own.
+    def imgmsg_to_cv2(self, img_msg: Image, desired_encoding: str = _PASS) -> CvArray:
+        """Return an image as a new array.
 
         Raises:
-            CvBridgeError: an encoding is not known, or there is no way from one to the other.
+            CvBridgeError: an encoding is unknown, or the conversion does not exist.
         """
         channels, dtype = _format(img_msg.encoding)
         flat = np.frombuffer(np.ascontiguousarray(img_msg.data).tobytes(), dtype)
-        picture = flat.reshape(img_msg.height, -1)[:, : img_msg.width * channels]
-        picture = picture.reshape(img_msg.height, img_msg.width, channels)
+        image = flat.reshape(img_msg.height, -1)[:, : img_msg.width * channels]
+        image = image.reshape(img_msg.height, img_msg.width, channels)
         wanted = img_msg.encoding if desired_encoding == _PASS else desired_encoding
-        return _converted(picture, img_msg.encoding, wanted)
+        return _converted(image, img_msg.encoding, wanted)
 
-    def cv2_to_imgmsg(self, cvim: Picture, encoding: str = _PASS) -> Image:
-        """Return an array as a message; where no encoding is given, OpenCV's own order of channels is meant.
+    def cv2_to_imgmsg(self, cvim: CvArray, encoding: str = _PASS) -> Image:
+        """Return an array as a message; without an encoding, the channels are in OpenCV's order (BGR).
 
         Raises:
-            CvBridgeError: the encoding is not known.
+            CvBridgeError: the encoding is unknown.
         """
         given = np.ascontiguousarray(cvim)
         height, width = given.shape[:2]
         channels = 1 if given.ndim == 2 else given.shape[2]
         name = encoding if encoding != _PASS else _own_name(given.dtype, channels)
         _, dtype = _format(name)
-        picture = given.astype(dtype, copy=False)
+        image = given.astype(dtype, copy=False)
         return Image(
-            height=height, width=width, encoding=name, step=width * channels * picture.itemsize, data=picture
+            height=height, width=width, encoding=name, step=width * channels * image.itemsize, data=image
         )
 
     def compressed_imgmsg_to_cv2(
         self, cmprs_img_msg: CompressedImage, desired_encoding: str = "bgr8"
-    ) -> Picture:
-        """Return the picture in the bytes of a file as an array."""
+    ) -> CvArray:
+        """Decode the bytes of an image file to an array."""
         import cv2
 
         found = cv2.imdecode(np.frombuffer(bytes(cmprs_img_msg.data), np.uint8), cv2.IMREAD_COLOR)
@@ -68,8 +68,8 @@ class CvBridge:
             np.asarray(found), "bgr8", "bgr8" if desired_encoding == _PASS else desired_encoding
         )
 
-    def cv2_to_compressed_imgmsg(self, cvim: Picture, dst_format: str = "jpg") -> CompressedImage:
-        """Return an array, blue first, as the bytes of a file."""
+    def cv2_to_compressed_imgmsg(self, cvim: CvArray, dst_format: str = "jpg") -> CompressedImage:
+        """Return an array in BGR order as the bytes of an image file."""
         import cv2
 
         done, data = cv2.imencode(f".{dst_format}", cvim)
@@ -91,18 +91,18 @@ def _own_name(dtype: np.dtype[Any], channels: int) -> str:
     return f"{8 * dtype.itemsize}{'U' if dtype.kind == 'u' else 'F'}C{channels}"
 
 
-def _converted(picture: Picture, given: str, wanted: str) -> Picture:
+def _converted(image: CvArray, given: str, wanted: str) -> CvArray:
     import cv2
 
     (_, before), (channels, after) = _format(given), _format(wanted)
     if before != after:
         raise CvBridgeError(f"images cannot be converted from '{given}' to '{wanted}'")
     if {given[:3], wanted[:3]} == {"rgb", "bgr"}:
-        picture = picture[..., [2, 1, 0]]
-    elif wanted in ("mono8", "8UC1") and picture.shape[2] >= 3:
+        image = image[..., [2, 1, 0]]
+    elif wanted in ("mono8", "8UC1") and image.shape[2] >= 3:
         code = cv2.COLOR_RGB2GRAY if given[:3] == "rgb" else cv2.COLOR_BGR2GRAY
-        return np.asarray(cv2.cvtColor(np.ascontiguousarray(picture[..., :3]), code), np.uint8)
-    elif picture.shape[2] == 1 and channels == 3:
-        picture = picture.repeat(3, axis=2)
-    copied = np.array(picture, order="C")  # as OpenCV needs it to draw in
+        return np.asarray(cv2.cvtColor(np.ascontiguousarray(image[..., :3]), code), np.uint8)
+    elif image.shape[2] == 1 and channels == 3:
+        image = image.repeat(3, axis=2)
+    copied = np.array(image, order="C")  # OpenCV draws only in contiguous arrays
     return copied[..., 0] if copied.shape[2] == 1 else copied

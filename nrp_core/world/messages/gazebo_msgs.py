@@ -72,7 +72,7 @@ class LinkState:
 @message("gazebo_msgs/msg/ContactState")
 @dataclass(slots=True)
 class ContactState:
-    """Where two collisions, ``model::link::collision``, touch: forces on the first, in the world's frame."""
+    """A contact of two collisions, ``model::link::collision``; forces on the first, in the world's frame."""
 
     info: str = ""
     collision1_name: str = ""
@@ -87,7 +87,7 @@ class ContactState:
 @message("gazebo_msgs/msg/ContactsState")
 @dataclass(slots=True)
 class ContactsState:
-    """All that touches, each pair of collisions once."""
+    """All contacts, one entry for each pair of collisions."""
 
     header: Header = field(default_factory=Header)
     states: list[ContactState] = field(default_factory=list)
@@ -96,7 +96,7 @@ class ContactsState:
 @message("gazebo_msgs/msg/ODEPhysics")
 @dataclass(slots=True)
 class ODEPhysics:
-    """How the engine of Gazebo solves; its defaults, which mean nothing to other engines."""
+    """Settings of Gazebo's solver with their defaults; other engines ignore them."""
 
     auto_disable_bodies: bool = False
     sor_pgs_precon_iters: int = 0

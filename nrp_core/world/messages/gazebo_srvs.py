@@ -18,7 +18,7 @@ from nrp_core.world.messages.std_msgs import ColorRGBA, Header
 @message("gazebo_msgs/msg/ApplyBodyWrenchRequest")
 @dataclass(slots=True)
 class ApplyBodyWrenchRequest:
-    """Push a link, ``model::link``, for some time; without end if negative."""
+    """Apply a wrench to a link, ``model::link``, for some time; forever if negative."""
 
     body_name: str = ""
     reference_frame: str = "world"
@@ -40,7 +40,7 @@ class ApplyBodyWrenchResponse:
 @message("gazebo_msgs/msg/ApplyJointEffortRequest")
 @dataclass(slots=True)
 class ApplyJointEffortRequest:
-    """Drive a joint, ``model::joint``, for some time; without end if negative."""
+    """Apply an effort to a joint, ``model::joint``, for some time; forever if negative."""
 
     joint_name: str = ""
     effort: float = 0.0
@@ -74,7 +74,7 @@ class BodyRequestResponse:
 @message("gazebo_msgs/msg/DeleteLightRequest")
 @dataclass(slots=True)
 class DeleteLightRequest:
-    """Take a light out."""
+    """Delete a light."""
 
     light_name: str = ""
 
@@ -91,7 +91,7 @@ class DeleteLightResponse:
 @message("gazebo_msgs/msg/DeleteModelRequest")
 @dataclass(slots=True)
 class DeleteModelRequest:
-    """Take a model out."""
+    """Delete a model."""
 
     model_name: str = ""
 
@@ -108,7 +108,7 @@ class DeleteModelResponse:
 @message("gazebo_msgs/msg/GetJointPropertiesRequest")
 @dataclass(slots=True)
 class GetJointPropertiesRequest:
-    """Ask for the state of a joint, ``model::joint``."""
+    """Get the state of a joint, ``model::joint``."""
 
     joint_name: str = ""
 
@@ -152,7 +152,7 @@ class GetJointPropertiesResponse:
 @message("gazebo_msgs/msg/GetLightPropertiesRequest")
 @dataclass(slots=True)
 class GetLightPropertiesRequest:
-    """Ask for a light."""
+    """Get the properties of a light."""
 
     light_name: str = ""
 
@@ -173,7 +173,7 @@ class GetLightPropertiesResponse:
 @message("gazebo_msgs/msg/GetLightsNameRequest")
 @dataclass(slots=True)
 class GetLightsNameRequest:
-    """Ask which lights there are."""
+    """Get the names of the lights."""
 
 
 @message("gazebo_msgs/msg/GetLightsNameResponse")
@@ -189,7 +189,7 @@ class GetLightsNameResponse:
 @message("gazebo_msgs/msg/GetLinkStateRequest")
 @dataclass(slots=True)
 class GetLinkStateRequest:
-    """Ask where a link, ``model::link``, is and how it moves."""
+    """Get pose and velocity of a link, ``model::link``."""
 
     link_name: str = ""
     reference_frame: str = "world"
@@ -208,7 +208,7 @@ class GetLinkStateResponse:
 @message("gazebo_msgs/msg/GetModelPropertiesRequest")
 @dataclass(slots=True)
 class GetModelPropertiesRequest:
-    """Ask what a model is made of."""
+    """Get the parts of a model."""
 
     model_name: str = ""
 
@@ -232,7 +232,7 @@ class GetModelPropertiesResponse:
 @message("gazebo_msgs/msg/GetModelStateRequest")
 @dataclass(slots=True)
 class GetModelStateRequest:
-    """Ask where a model is and how it moves, seen from ``relative_entity_name``."""
+    """Get pose and velocity of a model, relative to ``relative_entity_name``."""
 
     model_name: str = ""
     relative_entity_name: str = "world"
@@ -253,7 +253,7 @@ class GetModelStateResponse:
 @message("gazebo_msgs/msg/GetPhysicsPropertiesRequest")
 @dataclass(slots=True)
 class GetPhysicsPropertiesRequest:
-    """Ask how physics computes."""
+    """Get the settings of physics."""
 
 
 @message("gazebo_msgs/msg/GetPhysicsPropertiesResponse")
@@ -273,7 +273,7 @@ class GetPhysicsPropertiesResponse:
 @message("gazebo_msgs/msg/GetWorldPropertiesRequest")
 @dataclass(slots=True)
 class GetWorldPropertiesRequest:
-    """Ask which models there are."""
+    """Get the names of the models."""
 
 
 @message("gazebo_msgs/msg/GetWorldPropertiesResponse")
@@ -305,7 +305,7 @@ class JointRequestResponse:
 @message("gazebo_msgs/msg/SetLightPropertiesRequest")
 @dataclass(slots=True)
 class SetLightPropertiesRequest:
-    """Give a light another colour; how it fades is left as it is."""
+    """Set the colour of a light; its attenuation stays."""
 
     light_name: str = ""
     diffuse: ColorRGBA = field(default_factory=ColorRGBA)
@@ -326,7 +326,7 @@ class SetLightPropertiesResponse:
 @message("gazebo_msgs/msg/SetLinkStateRequest")
 @dataclass(slots=True)
 class SetLinkStateRequest:
-    """Put the base link of a model somewhere and let it move."""
+    """Set pose and velocity of the base link of a model."""
 
     link_state: LinkState = field(default_factory=LinkState)
 
@@ -343,7 +343,7 @@ class SetLinkStateResponse:
 @message("gazebo_msgs/msg/SetModelConfigurationRequest")
 @dataclass(slots=True)
 class SetModelConfigurationRequest:
-    """Put joints of a model at positions."""
+    """Set positions of joints of a model."""
 
     model_name: str = ""
     urdf_param_name: str = ""
@@ -363,7 +363,7 @@ class SetModelConfigurationResponse:
 @message("gazebo_msgs/msg/SetModelStateRequest")
 @dataclass(slots=True)
 class SetModelStateRequest:
-    """Put a model somewhere and let it move."""
+    """Set pose and velocity of a model."""
 
     model_state: ModelState = field(default_factory=ModelState)
 
@@ -380,7 +380,7 @@ class SetModelStateResponse:
 @message("gazebo_msgs/msg/SetPhysicsPropertiesRequest")
 @dataclass(slots=True)
 class SetPhysicsPropertiesRequest:
-    """Set gravity; a ``time_step`` of 0 is the one that there is, and what is left has no effect."""
+    """Set gravity; a ``time_step`` of 0 keeps the present one, and all other fields have no effect."""
 
     time_step: float = 0.0
     max_update_rate: float = 0.0
@@ -400,7 +400,7 @@ class SetPhysicsPropertiesResponse:
 @message("gazebo_msgs/msg/SetVisualPropertiesRequest")
 @dataclass(slots=True)
 class SetVisualPropertiesRequest:
-    """Give a visual another look: ``material:script:name``, ``material:diffuse``, ``material:emissive``."""
+    """Set the look of a visual: ``material:script:name``, ``material:diffuse``, ``material:emissive``."""
 
     model_name: str = ""
     link_name: str = ""
@@ -421,7 +421,7 @@ class SetVisualPropertiesResponse:
 @message("gazebo_msgs/msg/SpawnModelRequest")
 @dataclass(slots=True)
 class SpawnModelRequest:
-    """Add a model whose file's text is ``model_xml``."""
+    """Add a model from the text of its file, ``model_xml``."""
 
     model_name: str = ""
     model_xml: str = ""

@@ -1,7 +1,7 @@
-"""The message types of ROS that are not written out here, made from their definitions when asked for.
+"""The other message types of ROS, made from their definitions on demand.
 
-The definitions come with the ``rosbags`` library. What is made is like what is written out: a dataclass whose
-fields all have defaults, with NumPy arrays.
+The definitions come with the ``rosbags`` library. The classes are like those written by hand: dataclasses
+with defaults for all fields and with NumPy arrays.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _class(name: str, constants: Any, fields: Any) -> type:
 
 
 def _spec(node: Any, what: Any) -> tuple[Any, Any]:
-    """Return the type of a field and how it gets its default."""
+    """Return the type of a field and the factory of its default."""
     from rosbags.interfaces import Nodetype
 
     if node == Nodetype.BASE:

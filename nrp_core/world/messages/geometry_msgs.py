@@ -60,7 +60,7 @@ class Twist:
 @message("geometry_msgs/msg/PoseWithCovariance")
 @dataclass(slots=True)
 class PoseWithCovariance:
-    """A pose; the covariance is that of (x, y, z, roll, pitch, yaw), row by row."""
+    """A pose with the covariance of (x, y, z, roll, pitch, yaw), row by row."""
 
     pose: Pose = field(default_factory=Pose)
     covariance: tuple[float, ...] = (0.0,) * 36
@@ -87,7 +87,7 @@ class Wrench:
 @message("geometry_msgs/msg/WrenchStamped")
 @dataclass(slots=True)
 class WrenchStamped:
-    """A wrench, with the time and frame it was measured in."""
+    """A wrench with the time and frame of its measurement."""
 
     header: Header = field(default_factory=Header)
     wrench: Wrench = field(default_factory=Wrench)

@@ -12,7 +12,7 @@ from nrp_core.world.messages.std_msgs import Header
 @message("nav_msgs/msg/Odometry")
 @dataclass(slots=True)
 class Odometry:
-    """Where a robot believes to be (pose in ``header.frame_id``) and how it moves (in its own frame)."""
+    """A robot's estimate of its pose (in ``header.frame_id``) and velocity (in its own frame)."""
 
     header: Header = field(default_factory=Header)
     child_frame_id: str = ""

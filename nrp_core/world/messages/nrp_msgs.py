@@ -1,4 +1,4 @@
-"""The platform's own messages, for what ROS has no standard for."""
+"""The platform's own messages, for data without a ROS standard."""
 
 from __future__ import annotations
 
@@ -26,10 +26,9 @@ def _no_bytes() -> npt.NDArray[np.uint8]:
 @message("nrp_msgs/msg/Spikes")
 @dataclass(slots=True)
 class Spikes:
-    """Spikes of one population, ascending in time.
+    """Spikes of one population in order of time.
 
-    ``ids`` count the neurons of the population from 0; ``times_ms`` are exact times since reset, of the
-    same length.
+    ``ids`` are indices in the population; ``times_ms`` are exact times since reset, of the same length.
     """
 
     header: Header = field(default_factory=Header)
@@ -41,12 +40,12 @@ class Spikes:
 @message("nrp_msgs/msg/StepHash")
 @dataclass(slots=True)
 class StepHash:
-    """What a step of the closed loop came to, as hashes of the messages that were recorded of it.
+    """Hashes of the messages recorded in a step of the closed loop.
 
-    ``brain`` and ``world`` are states (of the brain, the membrane voltages too now and then, which are not
-    recorded), ``inputs`` what transfer functions could read, ``outputs`` what they and others wrote: XXH3,
-    64 bits. ``chain`` is the BLAKE2b, 128 bits, of the chain one step before and these four. All are
-    hexadecimal.
+    ``brain`` and ``world`` are hashes of states (at intervals also of the membrane voltages, which are not
+    recorded), ``inputs`` of the data that transfer functions could read, ``outputs`` of the data that they
+    and others wrote: XXH3, 64 bits. ``chain`` is the BLAKE2b, 128 bits, of the previous chain and these four.
+    All are hexadecimal.
     """
 
     header: Header = field(default_factory=Header)
@@ -61,7 +60,7 @@ class StepHash:
 @message("nrp_msgs/msg/Snapshot")
 @dataclass(slots=True)
 class Snapshot:
-    """The complete state of a run after a step, for the platform that took it: a Python pickle."""
+    """The complete state of a run after a step: a Python pickle, for the version that wrote it."""
 
     header: Header = field(default_factory=Header)
     step: int = 0
@@ -71,9 +70,9 @@ class Snapshot:
 @message("nrp_msgs/msg/Called")
 @dataclass(slots=True)
 class Called:
-    """What was done to a run between two steps from outside of it, for the platform that replays it.
+    """A call from outside the run between two steps, for replays.
 
-    ``name`` is that of a method, ``data`` its arguments: a Python pickle.
+    ``name`` is the name of the method, ``data`` a Python pickle of its arguments.
     """
 
     header: Header = field(default_factory=Header)
@@ -84,7 +83,7 @@ class Called:
 @message("nrp_msgs/msg/Published")
 @dataclass(slots=True)
 class Published:
-    """A message that came from outside of the run, by ``nrp publish``; ``data`` is its CDR."""
+    """A message published from outside the run, by ``nrp publish``; ``data`` is its CDR encoding."""
 
     header: Header = field(default_factory=Header)
     topic: str = ""

@@ -1,6 +1,6 @@
-"""Points as NumPy arrays in and out of ROS's clouds.
+"""Convert point clouds of ROS to and from NumPy arrays.
 
-Files of experiments know it as in ROS 1: ``sensor_msgs.point_cloud2``, and in 2: ``sensor_msgs_py``.
+Experiment files import it as in ROS 1, ``sensor_msgs.point_cloud2``, or as in ROS 2, ``sensor_msgs_py``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def read_points(
     Args:
         cloud: the message.
         field_names: which fields, by default all.
-        skip_nans: leave out points with a field that is no number.
+        skip_nans: leave out points with a NaN in a field.
 
     Raises:
         ValueError: there is no such field, or the data are too short for the points.

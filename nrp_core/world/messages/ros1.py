@@ -1,7 +1,7 @@
 """Messages as bytes: the encoding of ROS 1, for every message class.
 
-The message classes have the fields of ROS 2. Where ROS 1 has one more (``seq`` of a header) or writes one
-otherwise (``K`` of a camera's optics), this is bridged here; a type that differs in more is refused.
+The message classes have the fields of ROS 2. Additional fields of ROS 1 (``seq`` of a header) and other
+spellings (``K`` of a camera's optics) are converted here; a type with other differences is refused.
 """
 
 from __future__ import annotations
@@ -16,8 +16,15 @@ from rosbags.typesys import Stores
 from nrp_core.world.messages.cdr import Codec
 
 _HEADER = "std_msgs/msg/Header"
-_OTHERWISE = {"sensor_msgs/msg/CameraInfo": {"D": "d", "K": "k", "R": "r", "P": "p"}}
-"""How fields are called in our classes, where ROS 1 calls them otherwise."""
+_OTHERWISE = {
+    "sensor_msgs/msg/CameraInfo": {"D": "d", "K": "k", "R": "r", "P": "p"},
+    "cle_ros_msgs/msg/SpikeEvent": {
+        "simulationTime": "simulation_time", "neuronCount": "neuron_count", "monitorName": "monitor_name",
+        "populationLabel": "population_label",
+    },
+    "cle_ros_msgs/msg/SpikeRate": {"simulationTime": "simulation_time", "monitorName": "monitor_name"},
+}  # fmt: skip
+"""Names of fields in our classes that differ in ROS 1."""
 
 
 class Ros1Codec(Codec):
@@ -30,15 +37,15 @@ class Ros1Codec(Codec):
         return self._store.generate_msgdef(name, ros_version=1)[0]
 
     def md5(self, name: str) -> str:
-        """Return the sum by which ROS 1 compares types."""
+        """Return the checksum by which ROS 1 compares types."""
         return self._store.generate_msgdef(name, ros_version=1)[1]
 
     def service_md5(self, request: str, response: str) -> str:
-        """Return the sum by which ROS 1 compares services."""
+        """Return the checksum by which ROS 1 compares services."""
         return md5((self._hashed(request) + self._hashed(response)).encode()).hexdigest()
 
     def _hashed(self, name: str) -> str:
-        """Return the definition of a type, with the sums of the types in it instead of their names."""
+        """Return the definition of a type, with the checksums of the types in it instead of their names."""
         own, _, _ = self.definition(name).partition("=" * 80)
         lines = [line.partition(" ") for line in own.strip().splitlines()]
         return "\n".join(
@@ -59,6 +66,10 @@ class Ros1Codec(Codec):
         otherwise = _OTHERWISE.get(name, {})
         names = [otherwise.get(field, field) for field in super()._defined(name)]
         return [field for field in names if (name, field) != (_HEADER, "seq")]
+
+    def _spelt(self, name: str, field: str) -> str:
+        spelling = {ours: theirs for theirs, ours in _OTHERWISE.get(name, {}).items()}
+        return spelling.get(field, field)
 
     def _decode_into(self, name: str, cls: type) -> None:
         if name == _HEADER:

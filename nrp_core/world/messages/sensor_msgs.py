@@ -20,10 +20,10 @@ def _no_bytes() -> npt.NDArray[np.uint8]:
 @message("sensor_msgs/msg/Image")
 @dataclass(slots=True)
 class Image:
-    """A picture, rows from top to bottom.
+    """An image, rows from top to bottom.
 
-    ``data`` is read-only, of shape ``(height, width, channels)`` where the simulator made it; any
-    buffer with ``height * step`` bytes is taken.
+    ``data`` from the simulator is read-only, shape ``(height, width, channels)``; any buffer of ``height *
+    step`` bytes is accepted.
     """
 
     header: Header = field(default_factory=Header)
@@ -38,7 +38,7 @@ class Image:
 @message("sensor_msgs/msg/CompressedImage")
 @dataclass(slots=True)
 class CompressedImage:
-    """A picture as the bytes of an image file; ``format`` names the kind, ``jpeg`` or ``png``."""
+    """An image as the bytes of an image file; ``format`` names the kind, ``jpeg`` or ``png``."""
 
     header: Header = field(default_factory=Header)
     format: str = ""
@@ -76,7 +76,7 @@ class JointState:
 @message("sensor_msgs/msg/LaserScan")
 @dataclass(slots=True)
 class LaserScan:
-    """Distances (m) along rays, counter-clockwise from ``angle_min``; ``inf`` where nothing was met."""
+    """Distances (m) along rays, counter-clockwise from ``angle_min``; ``inf`` for a ray that hit nothing."""
 
     header: Header = field(default_factory=Header)
     angle_min: float = 0.0
@@ -93,7 +93,7 @@ class LaserScan:
 @message("sensor_msgs/msg/PointField")
 @dataclass(slots=True)
 class PointField:
-    """What a point of a cloud has: its name, where in the point's bytes it is, and its type."""
+    """A field of the points of a cloud: its name, its offset in the point's bytes, and its type."""
 
     INT8: ClassVar[int] = 1
     UINT8: ClassVar[int] = 2
@@ -113,7 +113,7 @@ class PointField:
 @message("sensor_msgs/msg/PointCloud2")
 @dataclass(slots=True)
 class PointCloud2:
-    """Points in the frame of the header, as bytes that ``fields`` tell how to read.
+    """Points in the frame of the header, as bytes in the layout of ``fields``.
 
     :mod:`nrp_core.world.messages.point_cloud2` reads and makes them.
     """
@@ -134,8 +134,8 @@ class PointCloud2:
 class Imu:
     """Orientation in the world, turn rate (rad/s) and acceleration (m/s^2) in the sensor's frame.
 
-    Acceleration is what an accelerometer feels: gravity upwards at rest, nothing in free fall. Covariances
-    are 3x3, row by row.
+    Acceleration is that of an accelerometer: gravity upwards at rest, zero in free fall. Covariances are 3x3,
+    row by row.
     """
 
     header: Header = field(default_factory=Header)
@@ -150,7 +150,7 @@ class Imu:
 @message("sensor_msgs/msg/RegionOfInterest")
 @dataclass(slots=True)
 class RegionOfInterest:
-    """A part of a picture; all 0 for the whole."""
+    """A region of an image; all 0 for the whole image."""
 
     x_offset: int = 0
     y_offset: int = 0

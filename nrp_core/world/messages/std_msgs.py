@@ -25,13 +25,13 @@ class Header:
 
     @seq.setter
     def seq(self, value: int) -> None:
-        """Take no notice."""
+        """Ignore the value."""
 
 
 @message("std_msgs/msg/Empty")
 @dataclass(slots=True)
 class Empty:
-    """Nothing but the fact that it came."""
+    """A message without fields."""
 
 
 @message("std_msgs/msg/Bool")
@@ -111,7 +111,7 @@ def _no_floats() -> npt.NDArray[np.float64]:
 @message("std_msgs/msg/Float64MultiArray")
 @dataclass(slots=True)
 class Float64MultiArray:
-    """Numbers, with a layout where they are more than a list."""
+    """Numbers; the layout is empty for a plain list."""
 
     layout: MultiArrayLayout = field(default_factory=MultiArrayLayout)
     data: npt.NDArray[np.float64] = field(default_factory=_no_floats)

@@ -13,7 +13,7 @@ from nrp_core.world.messages.base import message
 @message("std_srvs/msg/EmptyRequest")
 @dataclass(slots=True)
 class EmptyRequest:
-    """Ask for something that needs no words."""
+    """A request without data."""
 
 
 @message("std_srvs/msg/EmptyResponse")
@@ -36,13 +36,13 @@ class SetBoolResponse:
     """The answer to :class:`SetBoolRequest`."""
 
     success: bool = True
-    status_message: str = ""
+    message: str = ""
 
 
 @message("std_srvs/msg/TriggerRequest")
 @dataclass(slots=True)
 class TriggerRequest:
-    """Ask for something that needs no words."""
+    """A request without data."""
 
 
 @message("std_srvs/msg/TriggerResponse")
@@ -51,4 +51,4 @@ class TriggerResponse:
     """The answer to :class:`TriggerRequest`."""
 
     success: bool = True
-    status_message: str = ""
+    message: str = ""

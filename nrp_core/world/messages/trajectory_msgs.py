@@ -18,7 +18,7 @@ def _no_floats() -> npt.NDArray[np.float64]:
 @message("trajectory_msgs/msg/JointTrajectoryPoint")
 @dataclass(slots=True)
 class JointTrajectoryPoint:
-    """Where joints are at a time; each array holds one number for each joint, or none."""
+    """States of joints at a time; each array holds one number for each joint, or is empty."""
 
     positions: npt.NDArray[np.float64] = field(default_factory=_no_floats)
     velocities: npt.NDArray[np.float64] = field(default_factory=_no_floats)
@@ -30,7 +30,7 @@ class JointTrajectoryPoint:
 @message("trajectory_msgs/msg/JointTrajectory")
 @dataclass(slots=True)
 class JointTrajectory:
-    """Points that joints pass at their times after the stamp of the header, or after now where that is 0."""
+    """Points of a trajectory; their times count from the stamp of the header, or from now if that is 0."""
 
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list)

@@ -13,7 +13,7 @@ from nrp_core.world.messages.std_msgs import ColorRGBA, Header
 @message("visualization_msgs/msg/UVCoordinate")
 @dataclass(slots=True)
 class UVCoordinate:
-    """A place on a texture, each coordinate 0..1."""
+    """Coordinates in a texture, each 0..1."""
 
     u: float = 0.0
     v: float = 0.0
@@ -22,7 +22,7 @@ class UVCoordinate:
 @message("visualization_msgs/msg/MeshFile")
 @dataclass(slots=True)
 class MeshFile:
-    """A mesh sent along."""
+    """A mesh file in a message."""
 
     filename: str = ""
     data: bytes = b""
@@ -31,7 +31,7 @@ class MeshFile:
 @message("visualization_msgs/msg/Marker")
 @dataclass(slots=True)
 class Marker:
-    """A thing to draw: ``type`` says what, ``scale`` holds its full extents in m."""
+    """An object to draw: ``type`` is its shape, ``scale`` its full extents in m."""
 
     header: Header = field(default_factory=Header)
     ns: str = ""
@@ -61,6 +61,6 @@ CUBE, SPHERE, CYLINDER, MESH_RESOURCE = 1, 2, 3, 10
 @message("visualization_msgs/msg/MarkerArray")
 @dataclass(slots=True)
 class MarkerArray:
-    """Things to draw together."""
+    """Several markers."""
 
     markers: list[Marker] = field(default_factory=list)

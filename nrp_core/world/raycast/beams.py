@@ -18,12 +18,13 @@ class Beams:
     """Rays that spread evenly from one point, layer by layer.
 
     Args:
-        pose: of the scanner in the frame of its link; layers go counter-clockwise from x, upwards to z.
-        samples: rays of a layer.
-        angles: of the first and last ray of a layer, rad.
-        layers: how many, from the lowest.
-        elevations: of the first and last layer, rad.
-        reach: the least and the largest distance that is measured, m.
+        pose: pose of the scanner in the frame of its link; angles are counter-clockwise from x, elevations
+            towards z.
+        samples: number of rays of a layer.
+        angles: angles of the first and last ray of a layer, rad.
+        layers: number of layers, from the lowest.
+        elevations: elevations of the first and last layer, rad.
+        reach: the minimum and maximum distance that is measured, m.
     """
 
     pose: Pose

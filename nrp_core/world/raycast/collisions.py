@@ -1,12 +1,12 @@
-"""The collision shapes of a scene as one space: what a ray meets, and which shape is at a point.
+"""The collision shapes of a scene in one space: ray casting, and the shape at a point.
 
-It is made of the neutral scene, so that lasers measure the same and contacts carry the same names in all
-engines; these tell only where bodies are.
+It is built from the neutral scene, so that lasers measure the same and contacts have the same names in all
+engines; an engine only supplies the poses of bodies.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import hypot, inf
 
 import numpy as np
@@ -15,7 +15,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.world.raycast.beams import Beams, directions
 from nrp_core.world.raycast.rays import BOX, CAPSULE, CYLINDER, MESH, PLANE, SPHERE, cast
 from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.rigid.motion import BodyPath, ReadFrames, Touch
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, body_of, place_in_frame
 from nrp_core.world.scene.model import (
@@ -37,7 +37,7 @@ class CollisionSpace:
 
     Args:
         bodies: of each model.
-        reader: is given the paths of the bodies that move, once, and returns what writes where these are.
+        reader: called once with the paths of the moving bodies; returns a function that writes their poses.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class CollisionSpace:
         self._set_up([geometry for geometry, _ in self._shapes])
 
     def _set_up(self, geometries: Sequence[Geometry]) -> None:
-        """Lay the shapes out as arrays."""
+        """Arrange the shapes in arrays."""
         n = len(geometries)
         meshes = [_triangles(each) for each in geometries]
         middles = [_middle(each) for each in meshes]
@@ -75,9 +75,9 @@ class CollisionSpace:
         self._moves = self._held != WORLD_FRAME
 
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
-        """Return the distance along each ray, layer by layer, m; ``inf`` where it meets nothing.
+        """Return the distance along each ray, layer by layer, m; ``inf`` for a ray that hits nothing.
 
-        A scanner does not see the body that carries it.
+        The body that carries the scanner is ignored.
         """
         nearest, farthest = beams.reach
         self._update()
@@ -90,7 +90,7 @@ class CollisionSpace:
         rays = directions(beams) @ turn.T
         distances = np.full(len(rays), np.nextafter(farthest, inf))
         hidden = np.array([path == (model, index) for path in self._owners], bool)
-        # the nearest first, so that of the others most need no closer look
+        # the nearest first, so that most of the others can be skipped
         order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
         kinds, sizes, radii = self._kinds[order], self._sizes[order], self._radii[order]
         places, meshes = self._places[order], self._meshes[order]
@@ -99,7 +99,17 @@ class CollisionSpace:
         distances[distances > farthest] = inf
         return distances
 
-    def name_at(self, path: BodyPath, position: Vector) -> str:
+    def named(self, touches: Iterable[Touch]) -> list[tuple[Touch, tuple[str, str]]]:
+        """Return contacts with the names of both collisions, ``model/link/collision``."""
+        return [
+            (
+                each,
+                (self._name_at(each.bodies[0], each.position), self._name_at(each.bodies[1], each.position)),
+            )
+            for each in touches
+        ]
+
+    def _name_at(self, path: BodyPath, position: Vector) -> str:
         """Return the collision of a body, ``model/link/collision``, whose surface is nearest to a point."""
         mine = [i for i, owner in enumerate(self._owners) if owner == path]
         if len(mine) > 1:
@@ -108,10 +118,10 @@ class CollisionSpace:
         return self._names[mine[0]]
 
     def _distance(self, shape: int, position: Vector) -> float:
-        """Return how far a point of the world is from a shape's surface."""
+        """Return the distance of a point of the world from a shape's surface."""
         place, triangles = self._places[shape], self._triangles[slice(*self._meshes[shape])]
         x, y, z = (place[:, :3].T @ (position - place[:, 3])).tolist()
-        return abs(_depth(self._shapes[shape][0], triangles, (x, y, z)))
+        return abs(signed_distance(self._shapes[shape][0], triangles, (x, y, z)))
 
     def _update(self) -> None:
         self._read(self._frames[WORLD_FRAME + 1 :])
@@ -128,7 +138,7 @@ _KINDS: Mapping[type[Geometry], int] = {
 
 
 def _shapes_of(model: str, bodies: Sequence[Body]) -> Iterator[tuple[BodyPath, str, Collision, Pose]]:
-    """Return each collision with its body, its name, and the place of its link in the body's frame."""
+    """Return each collision with its body, its name, and the pose of its link in the body's frame."""
     for index, body in enumerate(bodies):
         for link in body.links:
             for collision in link.collisions:
@@ -137,7 +147,7 @@ def _shapes_of(model: str, bodies: Sequence[Body]) -> Iterator[tuple[BodyPath, s
 
 
 def _triangles(geometry: Geometry) -> FloatArray:
-    """Return the triangles of a mesh, of anything else none, shape ``(n, 3, 3)``."""
+    """Return the triangles of a mesh, shape ``(n, 3, 3)``; empty for other shapes."""
     if not isinstance(geometry, Mesh):
         return np.empty((0, 3, 3))
     vertices, faces = triangles_of(geometry)
@@ -145,7 +155,7 @@ def _triangles(geometry: Geometry) -> FloatArray:
 
 
 def _middle(triangles: FloatArray) -> Vector:
-    """Return the middle of the box that holds triangles, the origin for none."""
+    """Return the middle of the bounding box of triangles; the origin if there are none."""
     if not len(triangles):
         return 0.0, 0.0, 0.0
     x, y, z = ((triangles.min((0, 1)) + triangles.max((0, 1))) / 2).tolist()
@@ -167,7 +177,7 @@ def _size(geometry: Geometry, triangles: FloatArray) -> Vector:
 
 
 def _radius(geometry: Geometry, triangles: FloatArray) -> float:
-    """Return the radius of a sphere about the origin that holds a shape."""
+    """Return the radius of the bounding sphere of a shape about the origin."""
     match geometry:
         case Box():
             return hypot(*_size(geometry, triangles))
@@ -182,8 +192,8 @@ def _radius(geometry: Geometry, triangles: FloatArray) -> float:
     return inf
 
 
-def _depth(geometry: Geometry, triangles: FloatArray, point: Vector) -> float:
-    """Return the signed distance of a point from a surface, of a mesh from the box that holds it."""
+def signed_distance(geometry: Geometry, triangles: FloatArray, point: Vector) -> float:
+    """Return the distance of a point from a surface, negative inside; a mesh counts as the box around it."""
     x, y, z = point
     match geometry:
         case Plane():

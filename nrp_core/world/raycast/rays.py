@@ -1,7 +1,7 @@
-"""Rays against shapes: where each first enters one.
+"""Intersections of rays with shapes: where each ray first enters one.
 
-Shapes are seen from outside only: a ray that starts within one leaves it without notice. The triangles of a
-mesh are seen from both sides, because files turn them round.
+Shapes are hit from outside only: a ray that starts inside one leaves it without a hit. The triangles of a
+mesh are hit from both sides, because their orientation in files is unreliable.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ def cast(
     nearest: float,
     distances: FloatArray,
 ) -> None:
-    """Shorten ``distances`` to where the rays enter shapes.
+    """Shorten ``distances`` to the points where rays enter shapes.
 
     Args:
-        kinds: of each shape, shape ``(n,)``.
-        sizes: half edges of a box, or of that around a mesh; radius (first) and half length (last) of round
-            ones; shape ``(n, 3)``.
-        radii: of spheres about the shapes' origins that hold them, shape ``(n,)``.
-        places: rotation and translation of each to the world, shape ``(n, 3, 4)``.
-        meshes: first triangle and the one after the last of each shape, shape ``(n, 2)``.
-        triangles: corners from the middle of their mesh's box, shape ``(m, 3, 3)``.
-        hidden: shapes that are not seen.
-        eye: where rays start, shape ``(3,)``.
+        kinds: kind of each shape, shape ``(n,)``.
+        sizes: half edges of a box, or of the bounding box of a mesh; radius (first) and half length (last) of
+            round shapes; shape ``(n, 3)``.
+        radii: radii of bounding spheres about the shapes' origins, shape ``(n,)``.
+        places: rotation and translation of each shape to the world, shape ``(n, 3, 4)``.
+        meshes: index of the first triangle of each shape and the index after its last, shape ``(n, 2)``.
+        triangles: corners relative to the middle of the mesh's bounding box, shape ``(m, 3, 3)``.
+        hidden: shapes that are ignored.
+        eye: origin of the rays, shape ``(3,)``.
         rays: unit vectors in the world, shape ``(k, 3)``.
-        nearest: what is nearer is not seen, m.
-        distances: how far each ray sees, changed in place, shape ``(k,)``.
+        nearest: minimum distance of a hit, m.
+        distances: length of each ray, shortened in place, shape ``(k,)``.
     """
     origin, ray = np.empty(3), np.empty(3)
     for shape in range(len(kinds)):
@@ -76,7 +76,7 @@ def cast(
 
 @jit
 def _entry(kind: int, size: FloatArray, origin: FloatArray, ray: FloatArray) -> float:
-    """Return how far along a ray a shape is entered, ``inf`` for never; negative where it starts within."""
+    """Return the distance at which a ray enters a shape, ``inf`` for never; negative if it starts inside."""
     if kind == PLANE:
         return -origin[2] / ray[2] if ray[2] < 0.0 and origin[2] > 0.0 else inf
     if kind == BOX:
@@ -109,7 +109,7 @@ def _ball(radius: float, x: float, y: float, z: float, ray: FloatArray) -> float
 
 @jit
 def _cylinder(radius: float, half: float, origin: FloatArray, ray: FloatArray, rounded: bool) -> float:
-    """A cylinder along z, with flat or round ends."""
+    """Return the same for a cylinder along z, with flat or round ends."""
     a = ray[0] ** 2 + ray[1] ** 2
     b = origin[0] * ray[0] + origin[1] * ray[1]
     c = origin[0] ** 2 + origin[1] ** 2 - radius**2

@@ -1,1 +1,1 @@
-"""Pictures: what they are for every renderer, and a renderer that needs no engine and no graphics library."""
+"""Images: their definition for all renderers, and a renderer without an engine or a graphics library."""

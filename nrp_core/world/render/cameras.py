@@ -1,4 +1,4 @@
-"""What a renderer is to a world."""
+"""The interface of a renderer to a world."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ class Cameras(ABC):
     draws_depth: ClassVar[bool] = False
 
     @abstractmethod
-    def picture(self, path: CameraPath) -> ImageArray:
-        """Return what a camera sees, shape ``(height, width, 3)``, RGB, a fresh array."""
+    def image(self, path: CameraPath) -> ImageArray:
+        """Return the image of a camera, shape ``(height, width, 3)``, RGB, a new array."""
 
     def depth(self, path: CameraPath) -> DepthArray:
-        """Return how far along its line of sight a camera sees, m, ``inf`` where it sees nothing."""
+        """Return the depth along a camera's line of sight, m, ``inf`` where it sees nothing."""
         raise CapabilityError("this renderer does not draw depth images; use 'raster'")
 
     @abstractmethod
     def set_color(self, visual: str, rgba: Rgba) -> None:
-        """Colour a visual, named by its path, from the next picture on."""
+        """Set the colour of a visual, named by its path, from the next image on."""
 
     def set_glow(self, visual: str, glows: bool) -> None:
-        """Let a visual have its colour in any light, or not; flat colours do not show it."""
+        """Set whether a visual glows (has its colour in any light); flat colours do not show it."""
 
     def set_lights(self, lights: Sequence[Light]) -> None:
-        """Let these be the lights, from the next picture on; flat colours do not show them."""
+        """Set the lights, from the next image on; flat colours do not show them."""
 
     def close(self) -> None:
-        """Release what the renderer holds."""
+        """Release the renderer."""

@@ -1,4 +1,4 @@
-"""The cameras of a scene, opened when they are first looked through, in the colours of now."""
+"""The cameras of a scene, opened at their first use, with the current colours."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from nrp_core.world.scene.model import Rgba
 
 
 class Eyes:
-    """All cameras of a scene, by the preferred renderer and, where that draws no depth, by another one.
+    """All cameras of a scene, drawn by the preferred renderer, and by another one if that draws no depth.
 
     Args:
         open_renderer: opens a renderer by its name.
-        preferred: the name of the preferred renderer; empty where there are no cameras.
+        preferred: the name of the preferred renderer; empty if there are no cameras.
 
     Attributes:
         opened: the renderers that are open.
-        colors: of visuals, by their paths, where they differ from the scene's.
-        glows: likewise.
+        colors: colours of visuals that differ from the scene's, by path.
+        glows: glow settings of visuals that differ from the scene's, by path.
     """
 
     def __init__(self, open_renderer: Callable[[str], Cameras], preferred: str) -> None:
@@ -38,7 +38,7 @@ class Eyes:
 
     @property
     def depths(self) -> Cameras:
-        """What draws depth: the same for every renderer, for it does not depend on light or colour."""
+        """The renderer of depth; it is the same for all, because depth does not depend on light or colour."""
         if self._depths is None:
             images = self.images
             self._depths = images if images.draws_depth else self._painted(RASTER)
@@ -52,7 +52,7 @@ class Eyes:
         self._images = self._depths = None
 
     def _painted(self, renderer: str) -> Cameras:
-        """Open a renderer and give it the colours of now."""
+        """Open a renderer and set the current colours."""
         cameras = self._open(renderer)
         for visual, rgba in self.colors.items():
             cameras.set_color(visual, rgba)

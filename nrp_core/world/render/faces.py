@@ -1,4 +1,4 @@
-"""Which triangle is seen at each pixel, from anywhere in the world."""
+"""Find the triangle visible at each pixel, from any place in the world."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WORLD = np.eye(3, 4)[np.newaxis]
 
 
 class FaceView:
-    """Draws the triangles of a mesh, each as a surface of its own.
+    """Draws the triangles of a mesh, each as a separate surface.
 
     Args:
         mesh: the visuals.
@@ -35,15 +35,15 @@ class FaceView:
         far: float,
         nearness: NearnessArray,
     ) -> npt.NDArray[np.int32]:
-        """Return the number of the face that each pixel shows, -1 where there is none; until the next call.
+        """Return the number of the face at each pixel, -1 for none; valid until the next call.
 
         Args:
             points: the vertices in the world, shape ``(n, 3)``.
             eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
-            focal: distance of the picture's plane, in pixels.
+            focal: focal length, in pixels.
             near: distance in front of which nothing is seen.
             far: distance beyond which nothing is seen.
-            nearness: is filled with the reciprocals of the depths; its shape is the picture's.
+            nearness: filled with the reciprocals of the depths; its shape is the image's.
         """
         mesh = self._mesh
         if nearness.shape not in self._seen:

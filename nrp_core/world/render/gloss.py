@@ -1,4 +1,4 @@
-"""The finishes of the surfaces of a scene as the shading needs them, and the light that they reflect."""
+"""The finishes of the surfaces of a scene as rows for the shading, and the light that they reflect."""
 
 from __future__ import annotations
 
@@ -24,27 +24,28 @@ from nrp_core.world.scene.finish import Finish
 MATT = -1.0
 """The table of a surface without a finish."""
 _WIDTH = 15
-_LEAST = 1e-6  # of a mean share: of the smoothest surfaces there is none
+_LEAST = 1e-6  # minimum of a mean share, which is 0 for the smoothest surfaces
 
 
 class Gloss:
-    """The finishes of surfaces, one a row.
+    """The finishes of surfaces, one in each row.
 
-    Columns: the table, or :data:`MATT`; the width of the distribution of slopes; what a facet reflects
-    head-on (3); the colour from within (3), and that by the mean share of light that enters (3); what comes
-    back of light that facets send to each other (3), and the reciprocal of the mean share of such light.
+    Columns: the table, or :data:`MATT`; the width of the distribution of slopes; the reflectance of a facet
+        at normal incidence (3); the diffuse colour (3), and the same divided by the mean share of light that
+        enters (3); the returned share of light between facets (3), and the reciprocal of the mean share of
+        such light.
 
     Args:
-        finishes: of each surface, None for a matt one.
+        finishes: finish of each surface, None for a matt one.
 
     Attributes:
-        tables: what surfaces reflect of equal light from everywhere, shape ``(k, STEPS + 1, 2)``.
+        tables: reflectances for uniform light from all directions, shape ``(k, STEPS + 1, 2)``.
     """
 
     def __init__(self, finishes: Sequence[Finish | None]) -> None:
         widths = [width_of(finish.roughness) if finish else 0.0 for finish in finishes]
         distinct = sorted({*widths} - {0.0})
-        self.tables = np.zeros((max(1, len(distinct)), STEPS + 1, 2))  # matt surfaces have one, too: unread
+        self.tables = np.zeros((max(1, len(distinct)), STEPS + 1, 2))  # at least one, unread
         for table, width in zip(self.tables, distinct, strict=False):
             tabulate(width, table)
         shining = [finish for finish in finishes if finish]
@@ -58,7 +59,7 @@ class Gloss:
         self._scale, self._offset = (mean_of(self.tables)[tables].T)[:, :, None]
 
     def of(self, colors: FloatArray) -> FloatArray:
-        """Return the rows of surfaces in these colours, shape ``(n, 15)``; until the next call."""
+        """Return the rows of surfaces in these colours, shape ``(n, 15)``; valid until the next call."""
         mine, scale, offset = colors[self._glossy], self._scale, self._offset
         head_on = self._reflectance + self._metalness * (mine - self._reflectance)
         within = (1 - self._metalness) * mine
@@ -80,17 +81,18 @@ class Gloss:
 def begin_gloss(
     row: FloatArray, table: FloatArray, to_eye: float, ambient: float, leaving: FloatArray, light: FloatArray
 ) -> None:
-    """Write what a point of a glossy surface sends to the eye of equal light from everywhere.
+    """Write the light that a point of a glossy surface reflects to the eye from uniform ambient light.
 
-    What the facets do not reflect enters, and what is not swallowed comes out again to all sides.
+    Light that the facets do not reflect enters the surface; the part that is not absorbed leaves in all
+    directions.
 
     Args:
-        row: its finish.
-        table: of its roughness.
+        row: the row of its finish.
+        table: the table of its roughness.
         to_eye: cosine of the normal with the direction to the eye.
         ambient: the light.
-        leaving: is filled with the shares of red, green and blue from within that leave to the eye, and the
-            share from other facets that does.
+        leaving: filled with the shares of red, green and blue diffuse light that leave to the eye, and the
+            share of light from other facets.
         light: the result.
     """
     scale, offset = looked_up(table, 0, to_eye), looked_up(table, 1, to_eye)
@@ -114,21 +116,21 @@ def add_gloss(
     arriving: FloatArray,
     light: FloatArray,
 ) -> None:
-    """Add what a point of a glossy surface sends to the eye of a lamp's light.
+    """Add the light of a lamp that a point of a glossy surface reflects to the eye.
 
-    The share from within is that of Ashikhmin and Shirley (An anisotropic Phong BRDF model, 2000) with the
-    tables in the place of Fresnel's law: with what is reflected it makes exactly what arrives.
+    The diffuse share is that of Ashikhmin and Shirley (An anisotropic Phong BRDF model, 2000) with the tables
+    instead of Fresnel's law, so that diffuse and reflected light add up to the arriving light.
 
     Args:
-        row: its finish.
-        table: of its roughness.
+        row: the row of its finish.
+        table: the table of its roughness.
         normal: unit vector.
         to_eye: cosine of the normal with the direction to the eye.
         view: unit vector to the eye.
         towards: unit vector to the lamp.
         leaving: as :func:`begin_gloss` fills it.
         arriving: red, green and blue of its light that falls on the surface.
-        light: is added to.
+        light: the sum; the light is added to it.
     """
     to_light = towards[0] * normal[0] + towards[1] * normal[1] + towards[2] * normal[2]
     if to_light <= 0:

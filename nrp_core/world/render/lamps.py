@@ -1,4 +1,4 @@
-"""The lights of a scene as the shading needs them, with what each of them sees."""
+"""The lights of a scene as rows for the shading, with their shadow maps."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from nrp_core.world.scene.model import Light
 SIZE = 1024
 """Width and height of a shadow map, in texels."""
 FAR = 1000.0
-"""How many times the size of what it lights a directional light is away: its rays are as good as parallel."""
+"""Distance of a directional light in sizes of the lit scene: its rays are practically parallel."""
 NEAREST = 0.01
-"""What is nearer to a light (m) throws no shadow: its housing."""
+"""Objects nearer to a light (m) cast no shadow, such as its housing."""
 CUBE_FOCAL = SIZE / 2 / 1.02  # a little more than a side of the cube, so that no point falls between two
 SPOT_MARGIN = 1.02
 
 DrawMap = Callable[[FloatArray, float, float, float, NearnessArray], object]
-"""Draws nearness: from an eye, with a focal length, a near and a far distance, into a map."""
+"""Draws reciprocal depths into a map, from an eye, with a focal length, a near and a far distance."""
 
 _SIDES = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
 _WIDTH = 18
 
 
 class Lamps:
-    """The lights that shine, one a row.
+    """The lights that are on, one in each row.
 
     Columns: place (3), direction (3), colour (3), whether it has a place; range, constant, linear and
     quadratic attenuation; cosines of half the inner and outer angle of the cone; the first of its shadow maps
     and the first of the next light's.
 
     Args:
-        lights: of the scene; what is black is off.
+        lights: lights of the scene; a black one is off.
 
     Attributes:
         rows: shape ``(n, 18)``.
-        maps: nearness seen from the lights, shape ``(k, size, size)``.
+        maps: reciprocal depths seen from the lights, shape ``(k, size, size)``.
         eyes: rotation and translation of each map's eye to the world, shape ``(k, 3, 4)``.
-        focals: of the maps, shape ``(k,)``.
+        focals: focal lengths of the maps, shape ``(k,)``.
     """
 
     def __init__(self, lights: Sequence[Light]) -> None:
@@ -60,7 +60,7 @@ class Lamps:
         """Draw all shadow maps.
 
         Args:
-            centre: of what directional lights have to light, m.
+            centre: centre of the scene that directional lights light, m.
             radius: of a sphere around it.
             draw: draws a map.
         """
@@ -87,7 +87,7 @@ def _shine(light: Light) -> tuple[float, ...]:
 def _views(
     light: Light, centre: FloatArray, radius: float
 ) -> Iterator[tuple[FloatArray, float, float, float]]:
-    """Return eye, focal length, near and far distance of each of a light's maps."""
+    """Return eye, focal length, near and far distance of each map of a light."""
     place, direction = np.array(light.pose.position), np.array(light.direction, float)
     if light.kind == "directional":
         away = FAR * radius

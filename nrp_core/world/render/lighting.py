@@ -1,4 +1,4 @@
-"""What light of a lamp falls on a point: how far it shines, and what lies in whose shadow."""
+"""The light of a lamp at a point: attenuation and shadows."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from nrp_core._support.jit import inlined
 from nrp_core.world.render.pixels import NearnessArray
 
 BIAS = 1.5
-"""How far a point is lifted off its surface before it is looked up in a shadow map, in texels."""
+"""Offset of a point from its surface for the look-up in a shadow map, in texels."""
 
 
 @inlined
 def way_to(lamps: FloatArray, lamp: int, place: FloatArray) -> tuple[float, float, float, float]:
-    """Return the unit vector from a point to a lamp, and how far that is; 0 where it has no place."""
+    """Return the unit vector from a point to a lamp, and the distance; 0 for a directional lamp."""
     if lamps[lamp, 9] <= 0:
         return -lamps[lamp, 3], -lamps[lamp, 4], -lamps[lamp, 5], 0.0
     x, y, z = lamps[lamp, 0] - place[0], lamps[lamp, 1] - place[1], lamps[lamp, 2] - place[2]
@@ -33,17 +33,17 @@ def add_light(
     map_focals: FloatArray,
     light: FloatArray,
 ) -> None:
-    """Add what comes from one lamp to a point.
+    """Add the light from one lamp at a point.
 
     Args:
         place: the point.
-        normal: of the surface there; nothing comes from behind it.
-        lamps: one a row, as :class:`~nrp_core.world.render.lamps.Lamps` lays them out.
-        lamp: which one.
-        maps: nearness seen from the lamps, shape ``(k, size, size)``.
+        normal: normal of the surface there; light from behind does not count.
+        lamps: one in each row, in the layout of :class:`~nrp_core.world.render.lamps.Lamps`.
+        lamp: row of the lamp.
+        maps: reciprocal depths seen from the lamps, shape ``(k, size, size)``.
         map_eyes: rotation and translation of each map's eye to the world, shape ``(k, 3, 4)``.
-        map_focals: theirs.
-        light: red, green and blue of what falls on the surface; a white one that is matt shows as much.
+        map_focals: focal lengths of the maps.
+        light: the sum: red, green and blue light on the surface; a white matt surface shows the same values.
     """
     x, y, z, distance = way_to(lamps, lamp, place)
     strength = 1.0
@@ -70,7 +70,7 @@ def add_light(
 def _lit(
     place: FloatArray, normal: FloatArray, maps: NearnessArray, eyes: FloatArray, focal: float, number: int
 ) -> float:
-    """Return which share of a point's surroundings a lamp's eye sees; 1 for what is outside its map."""
+    """Return the share of a point's surroundings that is lit by a lamp; 1 outside its map."""
     size = maps.shape[1]
     depth = 0.0
     for axis in range(3):

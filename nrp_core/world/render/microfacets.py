@@ -1,15 +1,16 @@
-"""How a rough surface reflects: a face of many facets, each of them a mirror.
+"""The reflection of a rough surface, modelled by many facets, each of them a mirror.
 
 The facets' slopes are distributed as Trowbridge and Reitz have it (GGX; Walter et al., Microfacet models for
 refraction through rough surfaces, EGSR 2007), they hide each other as Smith assumed (with the correlation
 of Heitz, Understanding the masking-shadowing function, JCGT 2014), and each reflects by Schlick's form of
 Fresnel's law. The width of the distribution is the square of the roughness (Burley, Physically based shading
-at Disney, SIGGRAPH 2012). What all directions send back to the eye is two numbers for each slope and
-roughness, the split of Karis (Real shading in Unreal Engine 4, SIGGRAPH 2013). What the facets send to each
-other first comes back to all sides (Kulla and Conty, Revisiting physically based shading at Imageworks,
-SIGGRAPH 2017).
+at Disney, SIGGRAPH 2012). Uniform light from all directions is reflected by two numbers for each angle and
+roughness, the split of Karis (Real shading in Unreal Engine 4, SIGGRAPH 2013). Light between facets is
+returned in all directions (Kulla and Conty, Revisiting physically based shading at Imageworks, SIGGRAPH
+2017).
 
-Cosines are those of the normal with the directions to the light, to the eye and halfway between them.
+Cosines are of the angles between the normal and the directions to the light, to the eye and halfway between
+them.
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import inlined, jit
 
 SMOOTHEST = 0.07
-"""What is less rough counts as this: it shows the sun half a degree wide, as it is."""
+"""Minimum roughness: it shows the sun half a degree wide, its real size."""
 STEPS = 64
-"""Into how many parts a table divides the cosines from 0 to 1."""
-_HEIGHTS, _TURNS = 256, 64  # facets that are looked at for an entry of a table
+"""Number of intervals in a table of cosines from 0 to 1."""
+_HEIGHTS, _TURNS = 256, 64  # facets sampled for an entry of a table
 
 
 def width_of(roughness: float) -> float:
@@ -35,7 +36,7 @@ def width_of(roughness: float) -> float:
 
 @inlined
 def schlick(cosine: float) -> float:
-    """Return Schlick's weight: of the way from what is reflected head-on to all, by the facet's cosine."""
+    """Return Schlick's weight between the reflectance at normal incidence and 1, by the facet's cosine."""
     rest = 1.0 - cosine
     weight: float = rest * rest * rest * rest * rest
     return weight
@@ -43,7 +44,7 @@ def schlick(cosine: float) -> float:
 
 @inlined
 def hiding(to_light: float, to_eye: float, width: float) -> float:
-    """Return the share of facets that both see, by four times the product of the cosines."""
+    """Return the share of facets visible from both directions, over four times the product of the cosines."""
     square = width * width
     light = to_eye * sqrt(to_light * to_light * (1 - square) + square)
     eye = to_light * sqrt(to_eye * to_eye * (1 - square) + square)
@@ -52,7 +53,7 @@ def hiding(to_light: float, to_eye: float, width: float) -> float:
 
 @inlined
 def lobe(to_light: float, to_eye: float, halfway: float, width: float) -> float:
-    """Return pi times what facets that reflect all light send to the eye, by what falls on the surface."""
+    """Return pi times the light from perfect facets to the eye, divided by the light on the surface."""
     square = width * width
     spread = halfway * halfway * (square - 1) + 1
     return square / (spread * spread) * hiding(to_light, to_eye, width)
@@ -60,10 +61,10 @@ def lobe(to_light: float, to_eye: float, halfway: float, width: float) -> float:
 
 @jit
 def tabulate(width: float, table: FloatArray) -> None:
-    """Find what a surface reflects of equal light from everywhere.
+    """Compute the reflection of uniform light from all directions.
 
     Args:
-        width: of the distribution of slopes.
+        width: width of the distribution of slopes.
         table: the result, shape ``(STEPS + 1, 2)``, for cosines to the eye from 0 to 1: a surface that
             reflects ``f`` head-on reflects ``f * table[:, 0] + table[:, 1]``.
     """
@@ -72,7 +73,7 @@ def tabulate(width: float, table: FloatArray) -> None:
         across = sqrt(1 - to_eye * to_eye)
         table[entry, :] = 0.0
         for height in range(_HEIGHTS):
-            share = (height + 0.5) / _HEIGHTS  # equal shares of the facets that a beam from above meets
+            share = (height + 0.5) / _HEIGHTS  # equal shares of the facets that a beam from above hits
             halfway = sqrt((1 - share) / (1 + (width * width - 1) * share))
             aside = sqrt(1 - halfway * halfway)
             for turn in range(_TURNS):
@@ -88,7 +89,7 @@ def tabulate(width: float, table: FloatArray) -> None:
 
 @inlined
 def looked_up(table: FloatArray, part: int, cosine: float) -> float:
-    """Return an entry of a table, between those beside it."""
+    """Return a value of a table by linear interpolation."""
     at = cosine * STEPS
     below = min(int(at), STEPS - 1)
     value: float = table[below, part] + (at - below) * (table[below + 1, part] - table[below, part])
@@ -96,18 +97,18 @@ def looked_up(table: FloatArray, part: int, cosine: float) -> float:
 
 
 def returning(head_on: FloatArray, mean: FloatArray) -> FloatArray:
-    """Return the share that comes back of what the facets send to each other.
+    """Return the returned share of light between facets.
 
     Args:
-        head_on: what a facet reflects head-on, 0..1.
-        mean: of what facets that reflect all light send back at once.
+        head_on: reflectance of a facet at normal incidence, 0..1.
+        mean: mean share that perfect facets return by a single reflection.
     """
-    facet = head_on + (1 - head_on) / 21  # Schlick's form over all directions
+    facet = head_on + (1 - head_on) / 21  # Schlick's formula averaged over all directions
     share: FloatArray = facet * facet * mean / (1 - facet * (1 - mean))
     return share
 
 
 def mean_of(tables: FloatArray) -> FloatArray:
-    """Return the means of tables over all directions, each by its cosine; shape ``(k, 2)``."""
+    """Return the means of tables over all directions, weighted by cosine; shape ``(k, 2)``."""
     cosines = np.linspace(0.0, 1.0, STEPS + 1)
     return np.asarray(np.trapezoid(2 * cosines[:, None] * tables, cosines, axis=1))

@@ -1,4 +1,4 @@
-"""Which way surfaces face: smooth where they are curved, sharp at their edges."""
+"""Normals of surfaces: smooth where they are curved, sharp at edges."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
 
-_CREASE = 0.77  # cosine of the angle (40 degrees) up to which two triangles are one smooth surface
+_CREASE = 0.77  # cosine of the maximum angle (40 degrees) between two triangles of one smooth surface
 
 
 @jit
@@ -21,13 +21,13 @@ def corner_normals(
     Args:
         vertices: shape ``(n, 3)``.
         faces: indices of vertices, counter-clockwise from outside, shape ``(m, 3)``.
-        corners: numbers of corners (``3 * face + corner``), those of one vertex beside each other.
-        starts: where those of each vertex start, shape ``(n + 1,)``.
+        corners: numbers of corners (``3 * face + corner``), grouped by vertex.
+        starts: index of the first corner of each vertex, shape ``(n + 1,)``.
 
     Returns:
         Normals, shape ``(m, 3, 3)``: face, corner, axis.
     """
-    flat = np.empty((len(faces), 3))  # normals by twice the area
+    flat = np.empty((len(faces), 3))  # normals weighted by twice the area
     for face in range(len(faces)):
         a, b, c = vertices[faces[face, 0]], vertices[faces[face, 1]], vertices[faces[face, 2]]
         ux, uy, uz, vx, vy, vz = b[0] - a[0], b[1] - a[1], b[2] - a[2], c[0] - a[0], c[1] - a[1], c[2] - a[2]
@@ -68,7 +68,7 @@ def find_normal(
     frame: int,
     normal: FloatArray,
 ) -> None:
-    """Write the unit normal at a point of a triangle, in the world, between those of the corners."""
+    """Write the unit normal at a point of a triangle, in the world, interpolated between its corners."""
     a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
     uu = uv = vv = wu = wv = 0.0
     for axis in range(3):

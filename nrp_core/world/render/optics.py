@@ -1,7 +1,7 @@
-"""What a picture is, the same for every renderer.
+"""The definition of an image, the same for every renderer.
 
-Pictures are flat: a visual's colour arrives exactly, whatever the light, and behind everything is the sky.
-A visual is seen from outside only (not by a camera inside it), opaque or, with alpha 0, not at all.
+Images are flat: a visual shows exactly its colour, whatever the light, in front of the sky. A visual is seen
+from outside only (not by a camera inside it); it is opaque or, with alpha 0, invisible.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from nrp_core.world.scene.model import Box, Geometry, Plane, Rgba, Scene
 from nrp_core.world.scene.sensing import View
 
 SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
-"""What nothing covers: the grey that SDF gives a scene by default."""
+"""Colour of the background: SDF's default grey."""
 
 CameraPath = tuple[str, str, str]
 """Names of a camera's model, link and sensor."""
@@ -24,11 +24,11 @@ CameraPath = tuple[str, str, str]
 
 @dataclass(frozen=True, slots=True)
 class Optics:
-    """A camera as a renderer needs it.
+    """The optics of a camera for a renderer.
 
     Args:
-        width, height: pixels.
-        vertical_fov: radians.
+        width, height: size of the image, pixels.
+        vertical_fov: vertical field of view, rad.
         near, far: clip distances along the line of sight, m.
     """
 
@@ -40,16 +40,16 @@ class Optics:
 
     @property
     def focal(self) -> float:
-        """Distance of the picture's plane from the eye, in pixels."""
+        """Focal length, in pixels."""
         return self.height / 2 / tan(self.vertical_fov / 2)
 
     @classmethod
     def of(cls, view: View, scale: float) -> Optics:
-        """Return the optics of a view at a lower resolution; pixels are square and the field's width stays.
+        """Return the optics of a view at a lower resolution, with square pixels and the same width of field.
 
         Args:
-            view: as the robot's file has it.
-            scale: of width and height, at most 1.
+            view: the view in the robot's file.
+            scale: factor of width and height, at most 1.
         """
         width = max(1, round(view.width * scale))
         height = max(1, round(view.height * scale))
@@ -58,7 +58,7 @@ class Optics:
 
 
 def optics_of(scene: Scene, scale: float) -> Mapping[CameraPath, Optics]:
-    """Return the optics of every sensor of a scene that sees."""
+    """Return the optics of every camera of a scene."""
     return {
         (model.name, link.name, sensor.name): Optics.of(sensor.view, scale)
         for model, link in scene.links()
@@ -73,7 +73,7 @@ def eye_of(bodies: Sequence[Body], path: CameraPath) -> tuple[int, Pose]:
     index = body_of(bodies, link_name)
     link = next(link for link in bodies[index].links if link.name == link_name)
     view = next(sensor.view for sensor in link.sensors if sensor.name == sensor_name)
-    assert view is not None  # the path is that of a camera
+    assert view is not None  # it is the path of a camera
     return index, looking(link.pose @ view.pose)
 
 
@@ -89,13 +89,13 @@ def flat(rgba: Rgba) -> Rgba:
 
 
 def bytes_of(rgba: Rgba) -> tuple[int, int, int]:
-    """Return red, green and blue of a flat colour as they come in a picture."""
+    """Return red, green and blue of a flat colour as in images, 0..255."""
     red, green, blue = (round(255 * channel) for channel in rgba[:3])
     return red, green, blue
 
 
 def drawn(geometry: Geometry, pose: Pose) -> tuple[Geometry, Pose]:
-    """Return how a visual's geometry is drawn: a plane is a thin plate of its size, its top in the plane."""
+    """Return the geometry to draw for a visual: for a plane, a thin plate with its top in the plane."""
     if not isinstance(geometry, Plane):
         return geometry, pose
     thickness = 0.002

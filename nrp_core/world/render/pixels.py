@@ -1,7 +1,7 @@
-"""Triangles to pixels: which surface is seen at the centre of each pixel.
+"""Rasterise triangles: find the surface visible at the centre of each pixel.
 
 Cameras look along -z of their frame, x to the right, y up. Depths are kept as reciprocals, which are linear
-in the picture; 0 is infinitely far.
+in the image; 0 is infinitely far.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
 
 NearnessArray = npt.NDArray[np.float32]
-"""Reciprocals of depths: seven digits tell surfaces apart, in half of a processor's cache."""
+"""Type of reciprocal depths: seven digits distinguish surfaces, in half the memory."""
 
 NOTHING = -1
-"""The surface of a pixel that nothing covers."""
+"""The surface of a pixel of the background."""
 
 
 @jit
@@ -37,22 +37,22 @@ def draw(
     nearness: NearnessArray,
     seen: IndexArray,
 ) -> None:
-    """Fill ``seen`` with the surface that each pixel shows.
+    """Fill ``seen`` with the surface at each pixel.
 
     Args:
-        vertices: in their frames, shape ``(n, 3)``.
-        vertex_frames: the frame of each, shape ``(n,)``.
+        vertices: vertices in their frames, shape ``(n, 3)``.
+        vertex_frames: the frame of each vertex, shape ``(n,)``.
         faces: indices of vertices, counter-clockwise from outside, shape ``(m, 3)``.
-        surfaces: what each face belongs to, shape ``(m,)``.
+        surfaces: the surface of each face, shape ``(m,)``.
         shown: which surfaces are visible.
         frames: rotation and translation of each frame to the world, shape ``(f, 3, 4)``.
         eye_frame: the frame that holds the camera.
         eye: rotation and translation of the camera to that frame, shape ``(3, 4)``.
-        focal: distance of the picture's plane in pixels.
+        focal: focal length, in pixels.
         near: distance in front of which nothing is seen.
         far: distance beyond which nothing is seen.
-        nearness: work space of the picture's shape ``(height, width)``.
-        seen: the result, of the same shape; :data:`NOTHING` where there is none.
+        nearness: work array of the image's shape ``(height, width)``.
+        seen: the result, of the same shape; :data:`NOTHING` for the background.
     """
     points = to_camera(vertices, vertex_frames, frames, eye_frame, eye)
     nearness.fill(1.0 / far)
@@ -67,24 +67,24 @@ def draw(
 
 
 @jit
-def paint(seen: IndexArray, palette: npt.NDArray[np.uint8], picture: npt.NDArray[np.uint8]) -> None:
-    """Fill a picture, shape ``(height, width, 3)``, with the colours of what is seen.
+def paint(seen: IndexArray, palette: npt.NDArray[np.uint8], image: npt.NDArray[np.uint8]) -> None:
+    """Fill an image, shape ``(height, width, 3)``, with the colours of the visible surfaces.
 
     Args:
-        seen: the surface that each pixel shows, shape ``(height, width)``.
-        palette: the colours of all surfaces, and last that of :data:`NOTHING`, shape ``(n + 1, 3)``.
-        picture: the result.
+        seen: the surface at each pixel, shape ``(height, width)``.
+        palette: the colours of all surfaces, and last of :data:`NOTHING`, shape ``(n + 1, 3)``.
+        image: the result.
     """
     for row in range(seen.shape[0]):
-        surface = NOTHING  # which finds the last one
+        surface = NOTHING  # index -1 is the last one
         red, green, blue = palette[surface]
         for column in range(seen.shape[1]):
-            if seen[row, column] != surface:  # mostly it is that of the pixel before
+            if seen[row, column] != surface:  # usually the same as at the previous pixel
                 surface = seen[row, column]
                 red, green, blue = palette[surface]
-            picture[row, column, 0] = red
-            picture[row, column, 1] = green
-            picture[row, column, 2] = blue
+            image[row, column, 0] = red
+            image[row, column, 1] = green
+            image[row, column, 2] = blue
 
 
 @jit
@@ -134,7 +134,7 @@ def _faces_eye(points: FloatArray, faces: IndexArray, face: int) -> bool:
 
 @inlined
 def _clip(points: FloatArray, faces: IndexArray, face: int, near: float, polygon: FloatArray) -> int:
-    """Write what of a triangle lies beyond the near plane; return its number of corners, 0, 3 or 4."""
+    """Clip a triangle at the near plane; return the number of corners, 0, 3 or 4."""
     corners = 0
     for i in range(3):
         a, b = faces[face, i], faces[face, (i + 1) % 3]
@@ -152,7 +152,7 @@ def _clip(points: FloatArray, faces: IndexArray, face: int, near: float, polygon
 
 @inlined
 def _project(polygon: FloatArray, corners: int, focal: float, middle: float, centre: float) -> None:
-    """Turn points into columns, rows and nearness, in place."""
+    """Project points to columns, rows and reciprocal depths, in place."""
     for i in range(corners):
         near = -1.0 / polygon[i, 2]
         polygon[i, 0] = middle + focal * polygon[i, 0] * near
@@ -162,7 +162,7 @@ def _project(polygon: FloatArray, corners: int, focal: float, middle: float, cen
 
 @inlined
 def _fill(polygon: FloatArray, corners: int, surface: int, nearness: NearnessArray, seen: IndexArray) -> None:
-    """Draw a convex polygon where nothing is nearer."""
+    """Draw a convex polygon with a depth test."""
     height, width = seen.shape
     x, y, w = polygon[0, 0], polygon[0, 1], polygon[0, 2]
     ax, ay, aw = polygon[1, 0] - x, polygon[1, 1] - y, polygon[1, 2] - w
@@ -180,7 +180,7 @@ def _fill(polygon: FloatArray, corners: int, surface: int, nearness: NearnessArr
         if first >= last:
             continue
         start = w + across * (0.5 - x) + down * (row + 0.5 - y)
-        nearest, shown = nearness[row, first:last], seen[row, first:last]  # many pixels in one instruction
+        nearest, shown = nearness[row, first:last], seen[row, first:last]  # vectorised
         for i in range(last - first):
             near = np.float32(start + across * (first + i))
             if near > nearest[i]:
@@ -190,12 +190,12 @@ def _fill(polygon: FloatArray, corners: int, surface: int, nearness: NearnessArr
 
 @inlined
 def _span(polygon: FloatArray, corners: int, y: float) -> tuple[float, float]:
-    """Return where a row enters and leaves a polygon."""
+    """Return the first and last column of a polygon in a row."""
     left, right = np.inf, -np.inf
     for i in range(corners):
         j = (i + 1) % corners
         if (polygon[i, 1] <= y) != (polygon[j, 1] <= y):
-            # from the upper end, so that neighbours who share an edge find the same column
+            # from the upper end, so that neighbours with a common edge get the same column
             low, high = (i, j) if polygon[i, 1] < polygon[j, 1] else (j, i)
             slope = (polygon[high, 0] - polygon[low, 0]) / (polygon[high, 1] - polygon[low, 1])
             at = polygon[low, 0] + (y - polygon[low, 1]) * slope

@@ -1,6 +1,6 @@
 """The renderer that all engines share: it draws on the CPU and needs no graphics library.
 
-It makes the same picture wherever bodies are at the same places, whatever engine put them there.
+The image depends only on the poses of the bodies and not on the engine.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class RasterCameras(Cameras):
     """Draws any camera of a scene.
 
     Args:
-        bodies: of each model.
-        optics: of each camera.
-        reader: is given the paths of the moving bodies that matter for pictures, once, and returns what
-            writes where these are.
+        bodies: bodies of each model.
+        optics: optics of each camera.
+        reader: called once with the paths of the moving bodies in images; returns a function that writes
+            their poses.
     """
 
     draws_depth = True
@@ -40,7 +40,7 @@ class RasterCameras(Cameras):
         reader: Callable[[Sequence[BodyPath]], ReadFrames],
     ) -> None:
         numbers = frames_of(bodies)
-        self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))  # the first one is the world's
+        self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))  # the first one is the world
         self._read = reader(list(numbers))
         self._mesh = SceneMesh(bodies, numbers)
         self._optics = optics
@@ -49,18 +49,18 @@ class RasterCameras(Cameras):
         self._work = {path: np.empty(size, np.float32) for path, size in sizes.items()}
         self._seen = {path: np.empty(size, np.int32) for path, size in sizes.items()}
 
-    def picture(self, path: CameraPath) -> ImageArray:
+    def image(self, path: CameraPath) -> ImageArray:
         surfaces = self._draw(path)
-        picture = np.empty((*surfaces.shape, 3), np.uint8)
-        paint(surfaces, self._mesh.palette, picture)
-        return picture
+        image = np.empty((*surfaces.shape, 3), np.uint8)
+        paint(surfaces, self._mesh.palette, image)
+        return image
 
     def depth(self, path: CameraPath) -> DepthArray:
         surfaces = self._draw(path)
         return np.where(surfaces == NOTHING, np.inf, 1.0 / self._work[path]).astype(np.float32)
 
     def _draw(self, path: CameraPath) -> npt.NDArray[np.int32]:
-        """Return the visual that each pixel shows, and leave their nearness; both until the next call."""
+        """Return the visual at each pixel and store the reciprocal depths; valid until the next call."""
         self._read(self._frames[WORLD_FRAME + 1 :])
         optics, (frame, eye), mesh = self._optics[path], self._eyes[path], self._mesh
         surfaces = self._seen[path]
@@ -79,7 +79,7 @@ class RasterCameras(Cameras):
     def _eye(
         bodies: Sequence[Body], path: CameraPath, numbers: Mapping[BodyPath, int]
     ) -> tuple[int, FloatArray]:
-        """Return the frame that a camera moves with and how it looks from there."""
+        """Return the frame that a camera moves with and its pose there."""
         index, pose = eye_of(bodies, path)
         frame = numbers.get((path[0], index), WORLD_FRAME)
         return frame, matrix_of(place_in_frame(bodies[index]) @ pose)

@@ -1,13 +1,13 @@
-"""Pictures with light and shadows, drawn on the CPU like the flat ones and alike for every engine.
+"""Images with light and shadows, drawn on the CPU and the same for every engine, like the flat ones.
 
-Surfaces are matt (Lambert's law), or shine as their finish says
+Surfaces are matt (Lambert's law), or glossy by their finish
 (:mod:`nrp_core.world.render.microfacets`); their edges are sharp and their curves smooth. Shadows come from
-maps of what each light sees (Williams, Casting curved shadows on curved surfaces, SIGGRAPH 1978). Light is
-added to the ambient light that SDF gives a scene by default, which comes from everywhere, so that a metal
-mirrors it and not what stands around; what glows lights nothing else, and there are no textures.
+shadow maps (Williams, Casting curved shadows on curved surfaces, SIGGRAPH 1978). Light is added to SDF's
+default ambient light, which comes from all directions; metals reflect it and not other objects. Glowing
+surfaces do not light others, and there are no textures.
 
-Colours and pictures are linear: a byte is in proportion to the light, without a gamma, and what gets as much
-light as white needs to be white has the bytes of a flat picture.
+Colours and images are linear: a byte is proportional to the light, without gamma. A surface in the light that
+makes white surfaces white has the bytes of a flat image.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ _WORLD = np.eye(3, 4)
 
 
 class RealisticCameras(RasterCameras):
-    """Draws any camera of a scene as it is lit.
+    """Draws any camera of a scene with its lights.
 
     Args:
-        bodies: of each model.
-        optics: of each camera.
+        bodies: bodies of each model.
+        optics: optics of each camera.
         reader: as of :class:`~nrp_core.world.render.raster.RasterCameras`.
-        lights: of the scene.
+        lights: lights of the scene.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class RealisticCameras(RasterCameras):
         self._lamps = Lamps(lights)
         self._mapped = ()
 
-    def picture(self, path: CameraPath) -> ImageArray:
+    def image(self, path: CameraPath) -> ImageArray:
         self._read(self._frames[WORLD_FRAME + 1 :])
         mesh, lamps, optics, nearness = self._mesh, self._lamps, self._optics[path], self._work[path]
         points = to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD)
@@ -84,12 +84,12 @@ class RealisticCameras(RasterCameras):
         looks = (self._frame_of_face, mesh.surfaces, colors, mesh.glowing, *finishes)
         shapes = (points, mesh.faces, self._normals, self._frames, *looks)
         light = (np.array([SKY[:3]]), AMBIENT, lamps.rows, lamps.maps, lamps.eyes, lamps.focals)
-        picture = np.empty((optics.height, optics.width, 3), np.uint8)
-        shade(seen, nearness, optics.focal, eye, *shapes, *light, picture)
-        return picture
+        image = np.empty((optics.height, optics.width, 3), np.uint8)
+        shade(seen, nearness, optics.focal, eye, *shapes, *light, image)
+        return image
 
     def _map_shadows(self, points: FloatArray) -> None:
-        """Draw the shadow maps, unless they show what is there: for another camera at the same time."""
+        """Draw the shadow maps, unless they are up to date, as for a second camera at the same time."""
         now = points, self._mesh.shown.copy()
         if self._mapped and all(map(np.array_equal, now, self._mapped)):
             return
@@ -104,7 +104,7 @@ class RealisticCameras(RasterCameras):
         return np.column_stack([turn @ eye[:, :3], turn @ eye[:, 3] + place])
 
     def _lit_sphere(self, points: FloatArray) -> tuple[FloatArray, float]:
-        """Return centre and radius of what directional lights throw shadows in."""
+        """Return centre and radius of the region in which directional lights cast shadows."""
         if not len(points):
             return np.zeros(3), 1.0
         low, high = points[self._framed].min(axis=0), points[self._framed].max(axis=0)

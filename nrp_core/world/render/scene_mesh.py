@@ -17,21 +17,21 @@ from nrp_core.world.scene.model import Rgba, Visual
 from nrp_core.world.scene.tessellation import triangles_of
 
 MAX_EXTENT_M = 60.0
-"""A visual larger than this is scenery, which need not fit into a picture or a light's beam."""
+"""A larger visual (m) is scenery, which need not fit into an image or a light's beam."""
 
 
 class SceneMesh:
     """Vertices, triangles and colours of all visuals.
 
     Attributes:
-        vertices: in their frames, shape ``(n, 3)``.
-        vertex_frames: the frame that each moves with, shape ``(n,)``.
+        vertices: vertices in their frames, shape ``(n, 3)``.
+        vertex_frames: the frame of each vertex, shape ``(n,)``.
         faces: indices of vertices, shape ``(m, 3)``.
         surfaces: the number of the visual of each face, shape ``(m,)``.
         shown: which visuals are visible.
-        glowing: which have their colour in any light.
-        finishes: how each of them shines, None where it is matt.
-        palette: their colours, and last, where the index -1 finds it, the sky's; shape ``(visuals + 1, 3)``.
+        glowing: which visuals have their colour in any light.
+        finishes: the finish of each visual, None for a matt one.
+        palette: the colours of the visuals, and at index -1 of the sky; shape ``(visuals + 1, 3)``.
     """
 
     def __init__(self, bodies: Mapping[str, Sequence[Body]], frames: Mapping[BodyPath, int]) -> None:
@@ -52,8 +52,18 @@ class SceneMesh:
         for path, visual, *_ in placed:
             self.set_color(path, visual.rgba)
 
+    def in_world(self, frames: FloatArray) -> FloatArray:
+        """Return all vertices in the world, shape ``(n, 3)``.
+
+        Args:
+            frames: rotation and translation to the world of each frame, shape ``(m, 3, 4)``.
+        """
+        held = frames[self.vertex_frames]
+        placed: FloatArray = np.einsum("nij,nj->ni", held[:, :, :3], self.vertices) + held[:, :, 3]
+        return placed
+
     def framed(self, points: FloatArray) -> npt.NDArray[np.bool_]:
-        """Return which vertices, given in the world, belong to visuals that are no scenery; if none: all."""
+        """Return which vertices, given in the world, are not those of scenery; all if there are no others."""
         framed = np.zeros(len(points), bool)
         for surface in np.unique(self.surfaces):
             mine = np.unique(self.faces[self.surfaces == surface])
@@ -61,13 +71,13 @@ class SceneMesh:
         return framed if framed.any() else ~framed
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
-        """Colour a visual, named by its path."""
+        """Set the colour of a visual, named by its path."""
         number, color = self._numbers[visual], flat(rgba)
         self.palette[number] = bytes_of(color)
         self.shown[number] = color[3] > 0
 
     def set_glow(self, visual: str, glows: bool) -> None:
-        """Let a visual have its colour in any light, or not."""
+        """Set whether a visual has its colour in any light."""
         self.glowing[self._numbers[visual]] = glows
 
 
@@ -85,7 +95,7 @@ def frames_of(bodies: Mapping[str, Sequence[Body]]) -> dict[BodyPath, int]:
 def _placed_visuals(
     bodies: Mapping[str, Sequence[Body]], frames: Mapping[BodyPath, int]
 ) -> Iterable[tuple[str, Visual, Pose, int]]:
-    """Return each visual with its path, its place in a frame, and that frame."""
+    """Return each visual with its path, its pose in a frame, and that frame."""
     for model, parts in bodies.items():
         for index, body in enumerate(parts):
             for link in body.links:

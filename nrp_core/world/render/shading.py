@@ -1,4 +1,4 @@
-"""The light that each pixel's surface sends to the eye."""
+"""The light from the surface at each pixel to the eye."""
 
 from __future__ import annotations
 
@@ -37,32 +37,32 @@ def shade(
     maps: NearnessArray,
     map_eyes: FloatArray,
     map_focals: FloatArray,
-    picture: npt.NDArray[np.uint8],
+    image: npt.NDArray[np.uint8],
 ) -> None:
-    """Fill a picture with the light that the surfaces send to the eye.
+    """Fill an image with the light from the surfaces to the eye.
 
     Args:
-        seen: the face that each pixel shows, shape ``(height, width)``.
+        seen: the face at each pixel, shape ``(height, width)``.
         nearness: reciprocals of their depths, of the same shape.
-        focal: distance of the picture's plane, in pixels.
+        focal: focal length, in pixels.
         eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
-        points: vertices in the world.
+        points: vertices in the world, shape ``(n, 3)``.
         faces: indices of vertices, shape ``(m, 3)``.
-        normals: of their corners, in their frames, shape ``(m, 3, 3)``.
+        normals: normals of their corners, in their frames, shape ``(m, 3, 3)``.
         turns: rotation and translation of each frame to the world, shape ``(f, 3, 4)``.
         face_frames: the frame of each face, shape ``(m,)``.
         surfaces: the surface of each face, shape ``(m,)``.
         albedo: colour of each surface, 0..1, shape ``(n, 3)``.
         glowing: which surfaces have their colour in any light, shape ``(n,)``.
-        gloss: how surfaces shine, as :class:`~nrp_core.world.render.gloss.Gloss` has it.
-        tables: of it.
-        sky: colour where nothing is seen, 0..1, shape ``(1, 3)``.
-        ambient: light from everywhere.
-        lamps: one a row, as :class:`~nrp_core.world.render.lamps.Lamps` lays them out.
-        maps: nearness seen from the lamps, shape ``(k, size, size)``.
+        gloss: rows of finishes, see :class:`~nrp_core.world.render.gloss.Gloss`.
+        tables: tables of the finishes.
+        sky: colour of the background, 0..1, shape ``(1, 3)``.
+        ambient: ambient light.
+        lamps: one in each row, in the layout of :class:`~nrp_core.world.render.lamps.Lamps`.
+        maps: reciprocal depths seen from the lamps, shape ``(k, size, size)``.
         map_eyes: rotation and translation of each map's eye to the world, shape ``(k, 3, 4)``.
-        map_focals: theirs.
-        picture: the result, RGB.
+        map_focals: focal lengths of the maps.
+        image: the result, RGB.
     """
     height, width = seen.shape
     place, normal, light = np.empty(3), np.empty(3), np.empty(3)
@@ -71,11 +71,11 @@ def shade(
         for column in range(width):
             face = seen[row, column]
             if face == NOTHING:
-                _show(sky, NOTHING, picture, row, column)
+                _show(sky, NOTHING, image, row, column)
                 continue
             surface = surfaces[face]
             if glowing[surface]:
-                _show(albedo, surface, picture, row, column)
+                _show(albedo, surface, image, row, column)
                 continue
             depth = 1.0 / nearness[row, column]
             x, y = (column + 0.5 - width / 2) * depth / focal, (height / 2 - row - 0.5) * depth / focal
@@ -97,19 +97,19 @@ def shade(
                     towards = way_to(lamps, lamp, place)[:3]
                     add_gloss(finish, table, normal, to_eye, view, towards, leaving, arriving, light)
             for channel in range(3):
-                picture[row, column, channel] = int(255 * min(1.0, light[channel]) + 0.5)
+                image[row, column, channel] = int(255 * min(1.0, light[channel]) + 0.5)
 
 
 @inlined
-def _show(colors: FloatArray, index: int, picture: npt.NDArray[np.uint8], row: int, column: int) -> None:
-    """Give a pixel one of some colours as it is, in any light."""
+def _show(colors: FloatArray, index: int, image: npt.NDArray[np.uint8], row: int, column: int) -> None:
+    """Set a pixel to one of some colours, in any light."""
     for channel in range(3):
-        picture[row, column, channel] = int(255 * colors[index, channel] + 0.5)
+        image[row, column, channel] = int(255 * colors[index, channel] + 0.5)
 
 
 @inlined
 def _find_place(eye: FloatArray, x: float, y: float, depth: float, place: FloatArray) -> None:
-    """Write where in the world a point is that is given in the camera's frame."""
+    """Write the position in the world of a point given in the camera's frame."""
     for axis in range(3):
         place[axis] = eye[axis, 0] * x + eye[axis, 1] * y - eye[axis, 2] * depth + eye[axis, 3]
 
@@ -125,4 +125,4 @@ def _look(eye: FloatArray, place: FloatArray, normal: FloatArray, view: FloatArr
     for axis in range(3):
         view[axis] /= length
         cosine += view[axis] * normal[axis]
-    return min(max(cosine, 1e-3), 1.0)  # a smooth normal may be turned away where its face is not
+    return min(max(cosine, 1e-3), 1.0)  # a smooth normal may point away from the eye while its face does not

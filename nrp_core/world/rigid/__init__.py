@@ -1,1 +1,1 @@
-"""Poses, rotations and motions of rigid bodies: values that every other room of a world uses."""
+"""Poses, rotations and motions of rigid bodies, used by all other packages of a world."""

@@ -9,7 +9,7 @@ from nrp_core.world.rigid.pose import Pose, Quaternion
 
 
 def rotation_matrix(orientation: Quaternion) -> FloatArray:
-    """Return the matrix that turns a vector like a quaternion does."""
+    """Return the rotation matrix of a quaternion."""
     pose = Pose(orientation=orientation)
     return np.array([pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
 

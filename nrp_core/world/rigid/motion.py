@@ -1,4 +1,4 @@
-"""How bodies and joints move, what they are to do, and what acts on them."""
+"""Motions of bodies and joints, their commands, and the forces on them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ModelMotion:
     angular: Vector = (0.0, 0.0, 0.0)
 
     def at(self, offset: Pose) -> ModelMotion:
-        """Return how a frame moves that is rigidly held at ``offset`` in this one."""
+        """Return the motion of a frame fixed at ``offset`` in this one."""
         pose = self.pose @ offset
         (px, py, pz), (ox, oy, oz) = pose.position, self.pose.position
         x, y, z = px - ox, py - oy, pz - oz
@@ -36,9 +36,9 @@ class ModelMotion:
 
 @dataclass(frozen=True, slots=True)
 class BodyVelocity:
-    """A velocity in the body's own frame: forward and left in m/s, turn (about z) in rad/s.
+    """A velocity in the body's frame: forward and left in m/s, turn (about z) in rad/s.
 
-    ``steer`` is the angle (rad) of steered wheels that goes with it.
+    ``steer`` is the corresponding angle (rad) of steered wheels.
     """
 
     forward: float = 0.0
@@ -59,7 +59,7 @@ class JointStates:
 
 @dataclass(frozen=True, slots=True)
 class JointAim:
-    """What a joint's servo aims at from now on.
+    """The target of a joint's servo.
 
     Its effort is ``stiffness * (position - q) + damping * (velocity - dq/dt) + effort``, taken at the end of
     each physics step (backward Euler, so that any gains are stable) and bounded by the joint's limit.
@@ -74,14 +74,14 @@ class JointAim:
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """Where two bodies touched in the last physics step.
+    """A contact of two bodies in the last physics step.
 
     Args:
-        bodies: model and index of the body of each.
-        position: in the world, m.
+        bodies: model and body index of both.
+        position: position in the world, m.
         normal: unit vector out of the second body.
-        depth: how deep they overlap, m.
-        force: what the second does to the first, N, along the world's axes.
+        depth: penetration depth, m.
+        force: force of the second on the first, N, along the world's axes.
     """
 
     bodies: tuple[BodyPath, BodyPath]
@@ -100,4 +100,4 @@ class Wrench:
 
 
 ReadFrames = Callable[[FloatArray], None]
-"""Writes rotation and translation to the world of some bodies, shape ``(n, 3, 4)``."""
+"""A function that writes rotation and translation of bodies to the world, shape ``(n, 3, 4)``."""

@@ -8,15 +8,15 @@ from math import atan2, copysign, cos, hypot, sin, sqrt
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
-_LEVEL = 1e-300  # shorter vectors have too few digits for a direction
-_GIMBAL_LOCK = 1e-7  # below this cosine of the pitch, roll and yaw are one angle and rounding would split it
+_LEVEL = 1e-300  # the direction of shorter vectors is inaccurate
+_GIMBAL_LOCK = 1e-7  # below this cosine of the pitch, roll and yaw cannot be separated numerically
 
 
 @dataclass(frozen=True, slots=True)
 class Pose:
     """A position in metres and an orientation as a unit quaternion (x, y, z, w).
 
-    ``a @ b`` is the pose of ``b``, given in the frame of ``a``, in the frame that ``a`` is given in.
+    ``a @ b`` is the pose ``b``, given in the frame ``a``, in the frame in which ``a`` is given.
     """
 
     position: Vector = (0.0, 0.0, 0.0)
@@ -38,7 +38,7 @@ class Pose:
 
     @classmethod
     def pointing(cls, direction: Vector) -> Pose:
-        """Build the shortest turn that takes z to a unit vector."""
+        """Build the shortest rotation that takes z to a unit vector."""
         x, y, z = direction
         level = hypot(x, y)
         half = atan2(level, z) / 2
@@ -68,25 +68,25 @@ class Pose:
         return Pose((px + x, py + y, pz + z), multiply(self.orientation, other.orientation))
 
     def inverse(self) -> Pose:
-        """Return the pose that undoes this one."""
+        """Return the inverse pose."""
         x, y, z, w = self.orientation
         turned_back = Pose(orientation=(-x, -y, -z, w))
         px, py, pz = turned_back.rotate(self.position)
         return Pose((-px, -py, -pz), turned_back.orientation)
 
     def rotate(self, vector: Vector) -> Vector:
-        """Turn a vector by the orientation."""
+        """Rotate a vector by the orientation."""
         x, y, z, w = self.orientation
         return rotated(x, y, z, w, vector)
 
     def rotate_back(self, vector: Vector) -> Vector:
-        """Turn a vector against the orientation, as the inverse pose does."""
+        """Rotate a vector by the inverse orientation."""
         x, y, z, w = self.orientation
         return rotated(-x, -y, -z, w, vector)
 
 
 def rotation_vector(orientation: Quaternion) -> Vector:
-    """Return a rotation as a vector: along its axis, as long as its angle (rad, at most half a turn)."""
+    """Return a rotation as a rotation vector: along its axis, with its angle as length (rad, at most pi)."""
     x, y, z, w = orientation
     half = hypot(x, y, z)
     if half < _LEVEL:
@@ -96,7 +96,7 @@ def rotation_vector(orientation: Quaternion) -> Vector:
 
 
 def rotation_by(vector: Vector) -> Quaternion:
-    """Return the rotation about a vector by as many radians as it is long."""
+    """Return the rotation about a vector by its length in radians."""
     x, y, z = vector
     angle = hypot(x, y, z)
     times = sin(angle / 2) / angle if angle > _LEVEL else 0.5
@@ -104,7 +104,7 @@ def rotation_by(vector: Vector) -> Quaternion:
 
 
 def rotated(x: float, y: float, z: float, w: float, vector: Vector) -> Vector:
-    """Return a vector turned by a unit quaternion."""
+    """Return a vector rotated by a unit quaternion."""
     vx, vy, vz = vector
     tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
     return (

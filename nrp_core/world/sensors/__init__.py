@@ -1,1 +1,1 @@
-"""Sensors: each reads the engine and makes messages of it."""
+"""Sensors: each reads the engine and creates messages."""

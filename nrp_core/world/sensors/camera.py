@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.sensor_msgs import CameraInfo, Image
 from nrp_core.world.render.cameras import ImageArray
@@ -24,6 +25,8 @@ from nrp_core.world.sensors.sensor import Sensor, SensorPart
 from nrp_core.world.topics import resolve_name
 
 _COLOR_FORMATS = ("", "R8G8B8", "RGB_INT8", "B8G8R8", "BGR_INT8")
+_MOST_PIXELS = 2**28
+"""An image of more takes over 1 GB as depth, and several times that in a renderer."""
 _CAMERA_PLUGIN = "gazebo_ros_camera"
 _DEPTH = ("depth", "depth_camera", "rgbd", "rgbd_camera")
 _DEPTH_PLUGINS = ("gazebo_ros_openni_kinect", "gazebo_ros_depth_camera")
@@ -31,16 +34,16 @@ _DEPTH_PLUGINS = ("gazebo_ros_openni_kinect", "gazebo_ros_depth_camera")
 
 @dataclass(frozen=True, slots=True)
 class Camera(Sensor):
-    """A colour camera that looks along x of its pose, z up; with a ``depth_topic`` it sees depth, too.
+    """A colour camera that looks along x of its pose, z up; with a ``depth_topic`` it also measures depth.
 
     Args:
-        name: of the sensor.
+        name: the name of the sensor.
         topic: absolute topic of its images.
-        rate_hz: images a second.
-        horizontal_fov: radians.
-        width, height: pixels.
-        near, far: clip distances in m.
-        depth_topic: absolute topic of its depth images, None for a camera without.
+        rate_hz: images per second.
+        horizontal_fov: horizontal field of view, rad.
+        width, height: size of the image, pixels.
+        near, far: clip distances, m.
+        depth_topic: absolute topic of its depth images, None for none.
         info_topic: absolute topic of its optics, None for none.
     """
 
@@ -59,7 +62,7 @@ class Camera(Sensor):
 
     @property
     def view(self) -> View:
-        """The images that it is made of."""
+        """The images that it consists of."""
         return View(self.pose, self.horizontal_fov, self.width, self.height, self.near, self.far)
 
     @classmethod
@@ -68,10 +71,10 @@ class Camera(Sensor):
         fov = camera.positive("horizontal_fov", 1.047)
         if fov >= pi:
             raise camera.error(f"the <horizontal_fov> must be below pi, not {fov:g}")
-        width, height = _size(camera.section("image"), reading)
+        width, height = _size(sensor.attribute("name"), camera.section("image"), reading)
         near, far = _clip(camera.section("clip"))
         if camera.find("distortion"):
-            reading.notes.warn(camera, "the <distortion> of cameras is not simulated")
+            reading.notes.warn(camera, Code.NRP262, "the <distortion> of cameras is not simulated")
         topic, depth, info = _topics(sensor, mount, reading)
         return cls(
             sensor.attribute("name"),
@@ -93,7 +96,7 @@ class Camera(Sensor):
 
 
 class CameraPart(SensorPart):
-    """Serves one camera."""
+    """Publishes the images of one camera."""
 
     def __init__(self, camera: Camera, model: str, link: str, engine: Engine) -> None:
         super().__init__(camera, model, link, engine)
@@ -119,14 +122,14 @@ class CameraPart(SensorPart):
                 depth.flags.writeable = False
             height, width = depth.shape
             return Image(header, height, width, "32FC1", 0, 4 * width, depth)  # type: ignore[arg-type]
-        picture = self._engine.render(*self._path)
+        image = self._engine.render(*self._path)
         if self._is_noisy:
-            picture = self._with_noise(picture, topic, now_ns)
-        height, width, channels = picture.shape
-        return Image(header, height, width, "rgb8", 0, width * channels, picture)
+            image = self._with_noise(image, topic, now_ns)
+        height, width, channels = image.shape
+        return Image(header, height, width, "rgb8", 0, width * channels, image)
 
-    def _with_noise(self, picture: ImageArray, topic: str, now_ns: int) -> ImageArray:
-        noisy = picture + 255 * self._noise(topic, now_ns, picture.shape)
+    def _with_noise(self, image: ImageArray, topic: str, now_ns: int) -> ImageArray:
+        noisy = image + 255 * self._noise(topic, now_ns, image.shape)
         result: ImageArray = np.rint(noisy).clip(0, 255).astype(np.uint8)
         result.flags.writeable = False
         return result
@@ -140,12 +143,17 @@ class CameraPart(SensorPart):
         return CameraInfo(*size, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())
 
 
-def _size(image: Element, reading: Reading) -> tuple[int, int]:
+def _size(name: str, image: Element, reading: Reading) -> tuple[int, int]:
     if image.word("format") not in _COLOR_FORMATS:
-        reading.notes.warn(image, f"camera images are RGB, not {image.word('format')}")
+        reading.notes.warn(image, Code.NRP262, f"camera images are RGB, not {image.word('format')}")
     width, height = image.positive("width", 320), image.positive("height", 240)
     if width != int(width) or height != int(height):
         raise image.error(f"an image must have a whole number of pixels, not {width:g} x {height:g}")
+    if width * height > _MOST_PIXELS:
+        raise image.error(
+            f"the image of camera '{name}' has {width:g} x {height:g} pixels; at most {_MOST_PIXELS:,} are "
+            "possible"
+        )
     return int(width), int(height)
 
 
@@ -157,21 +165,21 @@ def _clip(clip: Element) -> tuple[float, float]:
 
 
 def _topics(sensor: Element, mount: Mount, reading: Reading) -> tuple[str, str | None, str | None]:
-    """Return the topics of pictures, depth and optics: those that the ROS plugin names, else Gazebo's."""
+    """Return the topics of images, depth and optics: those of the ROS plugin, else Gazebo's."""
     name, deep = sensor.attribute("name"), sensor.attribute("type") in _DEPTH
-    picture = sensor.word("topic", reading.topic_of(mount.name, f"{name}/image"))
-    depth = f"{picture.removesuffix('/image')}/depth_image" if deep else ""
+    image = sensor.word("topic", reading.topic_of(mount.name, f"{name}/image"))
+    depth = f"{image.removesuffix('/image')}/depth_image" if deep else ""
     info = ""
     for plugin in sensor.all("plugin"):
         kind = plugin_name(plugin)
         if kind in (_CAMERA_PLUGIN, *_DEPTH_PLUGINS):
             camera = plugin.word("cameraName") or plugin.word("camera_name") or name
             base = join(ros_namespace(plugin), camera)
-            picture = join(base, plugin.word("imageTopicName", "image_raw"))
+            image = join(base, plugin.word("imageTopicName", "image_raw"))
             info = join(base, plugin.word("cameraInfoTopicName", "camera_info"))
             if deep or kind in _DEPTH_PLUGINS:
                 depth = join(base, plugin.word("depthImageTopicName", "depth/image_raw"))
         else:
             warn_of_plugin(plugin, reading)
     deep_topic, info_topic = (resolve_name(each, reading.robot) if each else None for each in (depth, info))
-    return resolve_name(picture, reading.robot), deep_topic, info_topic
+    return resolve_name(image, reading.robot), deep_topic, info_topic

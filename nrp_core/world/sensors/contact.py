@@ -1,4 +1,4 @@
-"""Contact sensors: what touches a link."""
+"""What touches what: contact sensors on links, and all contacts of a world."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from typing import ClassVar
 import numpy as np
 
 from nrp_core.world.engine import Engine
+from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import ContactsState, ContactState
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
+from nrp_core.world.messages.std_msgs import Header
+from nrp_core.world.part import Part
 from nrp_core.world.rigid.motion import Touch
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Model
@@ -19,7 +22,9 @@ from nrp_core.world.scene.reading.sensor_elements import rate_of, topic_of
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
+from nrp_core.world.topics import Direction, TopicInfo
 
+CONTACTS = "/gazebo/contact_point_data"
 _TOPICS = {"gazebo_ros_bumper": "bumperTopicName"}
 
 Named = tuple[Touch, tuple[str, str]]
@@ -27,7 +32,7 @@ Named = tuple[Touch, tuple[str, str]]
 
 @dataclass(frozen=True, slots=True)
 class ContactSensor(Sensor):
-    """Tells what touches its link; ``collisions`` names those that feel, by default all."""
+    """A sensor of the contacts of its link; ``collisions`` are the sensitive ones, by default all."""
 
     tag: ClassVar[str] = "contact"
 
@@ -49,7 +54,7 @@ class ContactSensor(Sensor):
 
 
 class ContactPart(SensorPart):
-    """Serves what touches one link, as of the last physics step; its own collisions come first."""
+    """Publishes the contacts of one link in the last physics step; the link's collisions come first."""
 
     def __init__(self, sensor: ContactSensor, model: str, link: str, engine: Engine) -> None:
         super().__init__(sensor, model, link, engine)
@@ -61,17 +66,34 @@ class ContactPart(SensorPart):
         mine: dict[tuple[str, str], list[Touch]] = {}
         for touch, names in self._engine.touches():
             for seen, pair in ((touch, names), (_reversed(touch), names[::-1])):
-                if self._feels(pair[0]):
+                if self._is_measured(pair[0]):
                     mine.setdefault((pair[0], pair[1]), []).append(seen)
         states = [contact_message(*names, touches) for names, touches in mine.items()]
         return ContactsState(self._header(now_ns), states)
 
-    def _feels(self, collision: str) -> bool:
+    def _is_measured(self, collision: str) -> bool:
         return collision in self._feeling if self._feeling else collision.startswith(self._prefix)
 
 
+class ContactsPart(Part):
+    """Serves everything that touches something, as of the last physics step; each pair of shapes once."""
+
+    topics = (TopicInfo(CONTACTS, ContactsState, Direction.OUT, None, "contacts of all models"),)
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+
+    def read(self, topic: str, now_ns: int) -> ContactsState:
+        pairs: dict[tuple[str, str], list[Touch]] = {}
+        for touch, (one, other) in self._engine.touches():
+            in_order = touch if one <= other else _reversed(touch)
+            pairs.setdefault((min(one, other), max(one, other)), []).append(in_order)
+        states = [contact_message(*names, pairs[names]) for names in sorted(pairs)]
+        return ContactsState(Header(Time.from_ns(now_ns), "world"), states)
+
+
 def contact_message(one: str, other: str, touches: Iterable[Touch]) -> ContactState:
-    """Return the contacts of two collisions as Gazebo tells them."""
+    """Return the contacts of two collisions as a message of Gazebo."""
     found = list(touches)
     total = np.sum([touch.force for touch in found], axis=0).tolist()
     return ContactState(
@@ -87,7 +109,7 @@ def contact_message(one: str, other: str, touches: Iterable[Touch]) -> ContactSt
 
 
 def _reversed(touch: Touch) -> Touch:
-    """Return a contact as the other body feels it."""
+    """Return a contact as seen from the other body."""
     one, other = touch.bodies
     return Touch((other, one), touch.position, _minus(touch.normal), touch.depth, _minus(touch.force))
 

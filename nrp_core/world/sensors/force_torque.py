@@ -23,11 +23,11 @@ _TOPICS = {"gazebo_ros_ft_sensor": "topicName"}
 
 @dataclass(frozen=True, slots=True)
 class ForceTorque(Sensor):
-    """The force and torque that a joint carries; the sensor belongs to the joint's child link.
+    """A sensor of the force and torque in a joint; it belongs to the joint's child link.
 
     Args:
-        joint: which joint of the model.
-        frame: along whose axes: ``child``, ``parent`` or ``sensor``.
+        joint: the name of the joint.
+        frame: the frame of the axes: ``child``, ``parent`` or ``sensor``.
         onto_child: whether it is the force of the parent on the child, or the reverse.
     """
 
@@ -43,11 +43,11 @@ class ForceTorque(Sensor):
 
     @property
     def measured_joints(self) -> tuple[str, ...]:
-        """The joints of its model whose forces it measures."""
+        """The joints of its model in which it measures forces."""
         return (self.joint,)
 
     def renamed(self, named: Callable[[str], str]) -> ForceTorque:
-        """Return the sensor of a model whose links and joints have other names."""
+        """Return the same sensor for a model whose links and joints are renamed."""
         return replace(self, joint=named(self.joint))
 
     @classmethod
@@ -72,7 +72,7 @@ class ForceTorque(Sensor):
 
 
 class ForceTorquePart(SensorPart):
-    """Serves what a joint carries, at the origin of its child link."""
+    """Publishes the wrench in a joint, at the origin of its child link."""
 
     def __init__(self, sensor: ForceTorque, model: Model, link: str, engine: Engine) -> None:
         super().__init__(sensor, model.name, link, engine)

@@ -1,10 +1,11 @@
-"""True poses of links, as Gazebo's ``p3d`` plugin tells them."""
+"""True poses of links, as from Gazebo's ``p3d`` plugin."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar
 
+from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, TwistWithCovariance
 from nrp_core.world.messages.nav_msgs import Odometry
@@ -51,7 +52,9 @@ class GroundTruth(Sensor):
         link, offset = model.link(plugin.require("bodyName")).name, offset_of(plugin)
         frame = plugin.word("frameName", "world").strip("/")
         if frame not in ("map", "world", "odom"):
-            reading.notes.warn(plugin, f"the true pose is given in the world frame, not in '{frame}'")
+            reading.notes.warn(
+                plugin, Code.NRP262, f"the true pose is given in the world frame, not in '{frame}'"
+            )
         return link, cls(name, topic, rate_hz, offset, noise=noise)
 
     @classmethod
@@ -67,7 +70,7 @@ class GroundTruth(Sensor):
 
 
 class GroundTruthPart(SensorPart):
-    """Serves where one link is and how it moves, both in the frame of reference."""
+    """Publishes pose and velocity of one link in the frame of reference."""
 
     def __init__(self, sensor: GroundTruth, model: str, link: str, engine: Engine) -> None:
         super().__init__(sensor, model, link, engine)

@@ -1,10 +1,10 @@
-"""Sensors made worse than their files have them: noise, delays, losses."""
+"""Sensors with additional imperfections: noise, delays, losses."""
 
 from __future__ import annotations
 
 from dataclasses import fields, replace
 
-from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import MountedSensor, Noise
 
@@ -17,23 +17,23 @@ def with_imperfection(
     delay: float | None = None,
     drop_out: float | None = None,
 ) -> Scene:
-    """Return a scene whose sensor on a topic is as told; what is None stays as its file has it.
+    """Return a scene with changed properties of the sensor on a topic; None keeps the value of the file.
 
     Args:
         scene: the scene.
-        topic: absolute.
-        noise: on every number of the sensor.
-        delay: s.
-        drop_out: share of the messages that get lost.
+        topic: its absolute topic.
+        noise: noise on every number of the sensor.
+        delay: delay of messages, s.
+        drop_out: share of lost messages.
 
     Raises:
-        SceneError: no sensor serves that topic.
+        TopicError: no sensor publishes on that topic.
     """
     given = {"noise": noise, "delay": delay, "drop_out": drop_out}
     changes = {name: value for name, value in given.items() if value is not None}
     served = [each for _, link in scene.links() for sensor in link.sensors for each in _topics(sensor)]
     if topic not in served:
-        raise SceneError(f"no sensor publishes '{topic}'{did_you_mean(topic, served)}")
+        raise TopicError(f"no sensor publishes '{topic}'{did_you_mean(topic, served)}")
 
     def changed(model: Model) -> Model:
         if all(topic not in _topics(sensor) for link in model.links for sensor in link.sensors):
@@ -48,6 +48,6 @@ def with_imperfection(
 
 
 def _topics(sensor: MountedSensor) -> list[str]:
-    """Return the topics that a sensor serves: what it measures may be told in several forms."""
+    """Return the topics of a sensor, which may publish several forms of its measurement."""
     topics = (getattr(sensor, field.name) for field in fields(sensor) if field.name.endswith("topic"))
     return [topic for topic in topics if topic is not None]

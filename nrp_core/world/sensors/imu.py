@@ -24,7 +24,7 @@ _TOPICS = {"gazebo_ros_imu_sensor": "topicName"}
 
 @dataclass(frozen=True, slots=True)
 class Imu(Sensor):
-    """Orientation, turn rate and acceleration (that of free fall is 0) in the frame of its pose."""
+    """A sensor of orientation, turn rate and acceleration (0 in free fall) in the frame of its pose."""
 
     tag: ClassVar[str] = "imu"
 
@@ -34,7 +34,7 @@ class Imu(Sensor):
 
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Imu:
-        """Read an inertial sensor; its noise is that of its acceleration along x."""
+        """Read an inertial sensor; the noise of the acceleration along x is used for all."""
         name = sensor.attribute("name")
         noise = noise_of(sensor.section("imu").section("linear_acceleration").section("x"), reading)
         for plugin in sensor.all("plugin") if not noise else ():
@@ -54,10 +54,11 @@ class Imu(Sensor):
 
 
 class ImuPart(SensorPart):
-    """Serves one inertial sensor.
+    """Publishes the measurements of one inertial sensor.
 
-    An accelerometer measures how its velocity changes against free fall; here over the last physics step, in
-    every engine alike. Right after the start, and after its model was put elsewhere, it feels gravity alone.
+    An accelerometer measures the change of its velocity relative to free fall; here over the last physics
+    step, in the same way in every engine. After the start, and after its model was moved, it measures gravity
+    alone.
     """
 
     foresees = True

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.point_cloud2 import create_cloud
 from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2
@@ -31,7 +32,7 @@ _OUTPUTS = {
     "gazebo_ros_block_laser": _POINTS,
     "gazebo_ros_velodyne_laser": _POINTS,
     "gazebo_ros_velodyne_gpu_laser": _POINTS,
-    "gazebo_ros_ray_sensor": _POINTS,  # unless it says otherwise
+    "gazebo_ros_ray_sensor": _POINTS,  # default
 }
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2")])
 """A point of a cloud in the frame of its link; its ring is its layer, from the lowest."""
@@ -43,11 +44,11 @@ class Laser(Sensor):
 
     Args:
         topic: absolute topic of the scans of its middle layer.
-        angle_min, angle_max: of the first and last ray of a layer, rad.
+        angle_min, angle_max: angles of the first and last ray of a layer, rad.
         samples: number of rays of a layer, spread evenly from one to the other; a single one is at 0.
-        range_min, range_max: distances that are measured, m.
-        layers: how many, from the lowest; a single one is in the plane z = 0.
-        elevation_min, elevation_max: of the first and last layer, rad, upwards from the plane.
+        range_min, range_max: limits of the measured distances, m.
+        layers: number of layers, from the lowest; a single one is in the plane z = 0.
+        elevation_min, elevation_max: elevations of the first and last layer above the plane, rad.
         points_topic: absolute topic of the points of all layers, None for none.
     """
 
@@ -88,6 +89,8 @@ class Laser(Sensor):
         low, high = reach.number("min", 0.0), reach.number("max", 10.0)
         if not 0 <= low < high:
             raise reach.error(f"a laser's <min> range ({low:g} m) must be below its <max> ({high:g} m)")
+        for scan in (horizontal, vertical):
+            _require_sensible(scan, reading)
         scans, points = _topics(sensor, mount, layers, reading)
         return cls(
             sensor.attribute("name"),
@@ -111,7 +114,7 @@ class Laser(Sensor):
 
 
 class LaserPart(SensorPart):
-    """Serves the scans of one laser: what its rays meet of the collision shapes of everything else."""
+    """Publishes the scans of one laser, whose rays hit the collision shapes of other bodies."""
 
     def __init__(self, laser: Laser, model: str, link: str, engine: Engine) -> None:
         super().__init__(laser, model, link, engine)
@@ -135,7 +138,7 @@ class LaserPart(SensorPart):
         if laser.noise:
             ranges = np.clip(
                 ranges + self._noise(laser.topic, now_ns, ranges.shape), 0.0, None
-            )  # equal in all forms
+            )  # the same in all forms
         return ranges
 
     def _scan(self, ranges: npt.NDArray[np.float64], now_ns: int) -> LaserScan:
@@ -144,7 +147,7 @@ class LaserPart(SensorPart):
         return LaserScan(self._header(now_ns), right, left, step, 0.0, 0.0, nearest, farthest, middle)
 
     def _points(self, ranges: npt.NDArray[np.float64], now_ns: int) -> PointCloud2:
-        """Return a row of points for each layer; where nothing was met they are no numbers."""
+        """Return a row of points for each layer; NaN for rays that hit nothing."""
         laser = self._laser
         points = np.zeros(ranges.shape, POINT)
         met = np.where(np.isfinite(ranges), ranges, np.nan)
@@ -154,13 +157,24 @@ class LaserPart(SensorPart):
         return create_cloud(self._header(now_ns), points)
 
 
+def _require_sensible(scan: Element, reading: Reading) -> None:
+    """Warn of angles that are not those of a scanner."""
+    low, high = scan.number("min_angle", 0.0), scan.number("max_angle", 0.0)
+    if high - low > 2 * pi + 0.01:
+        message = f"rays from {low:g} to {high:g} rad are more than a turn; angles are in radians"
+        reading.notes.warn(scan, Code.NRP264, message)
+    elif scan.find("min_angle") and scan.find("max_angle") and low > high:
+        message = f"the <min_angle> of a laser, {low:g} rad, is above its <max_angle>, {high:g} rad"
+        reading.notes.warn(scan, Code.NRP264, message)
+
+
 def _count(angles: Element, default: int) -> int:
-    """Return how many rays there are from one angle to the other."""
+    """Return the number of rays from one angle to the other."""
     return max(1, round(angles.positive("samples", default) * angles.positive("resolution", 1.0)))
 
 
 def _topics(sensor: Element, mount: Mount, layers: int, reading: Reading) -> tuple[str, str | None]:
-    """Return the topics of scans and points: those that ROS plugins name, else those of gz-sim."""
+    """Return the topics of scans and points: those of ROS plugins, else those of gz-sim."""
     scans = sensor.word("topic", reading.topic_of(mount.name, f"{sensor.attribute('name')}/scan"))
     points = f"{scans}/points" if layers > 1 else None
     for plugin in sensor.all("plugin"):
@@ -172,14 +186,14 @@ def _topics(sensor: Element, mount: Mount, layers: int, reading: Reading) -> tup
             scans = plugin_topic(plugin, "topicName", scans)
         else:
             if output != _POINTS:
-                reading.notes.warn(plugin, f"points are published as {_POINTS}, not as {output}")
+                reading.notes.warn(plugin, Code.NRP262, f"points are published as {_POINTS}, not as {output}")
             points = plugin_topic(plugin, "topicName", points or f"{scans}/points")
     return resolve_name(scans, reading.robot), resolve_name(points, reading.robot) if points else None
 
 
 @cache
 def _constants(laser: Laser) -> list[float]:
-    """Return angles, the step between them, and reach: of single precision, as a message carries them."""
+    """Return angles, the step between them, and range limits in single precision, as in a message."""
     step = (laser.angle_max - laser.angle_min) / max(1, laser.samples - 1)
     numbers = laser.angle_min, laser.angle_max, step, laser.range_min, laser.range_max
     return [float(np.float32(number)) for number in numbers]

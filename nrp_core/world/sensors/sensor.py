@@ -1,4 +1,4 @@
-"""The base classes of sensors: the data that a file has of one, and the part of a world that serves it.
+"""The base classes of sensors: their data in a file, and the part of a world that publishes them.
 
 A sensor is a subclass of :class:`Sensor` and a subclass of :class:`SensorPart`, in one module. It is found by
 entry points in the group ``nrp_core.sensors``: their names are the types of ``<sensor>`` that it reads, or
@@ -29,7 +29,7 @@ from nrp_core.world.topics import Direction, TopicInfo
 
 
 class Sensor(MountedSensor, ABC):
-    """The data of a sensor; a subclass is a frozen dataclass with slots whose fields are what can be set.
+    """The data of a sensor; a subclass is a frozen dataclass with slots whose fields are its parameters.
 
     Attributes:
         on_joint: whether its ``<sensor>`` is in a ``<joint>`` instead of a ``<link>``.
@@ -41,18 +41,18 @@ class Sensor(MountedSensor, ABC):
 
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Sensor:
-        """Read a ``<sensor>``; needed where the sensor is registered for a type.
+        """Read a ``<sensor>``; needed if the sensor is registered for a type.
 
         Args:
             sensor: the element.
             mount: the link or joint that holds it.
-            reading: takes warnings, and resolves topics.
+            reading: receives warnings and resolves topics.
         """
         raise NotImplementedError(f"{cls.__name__} cannot be read from a <sensor>")
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, Sensor]:
-        """Read a ``<plugin>`` of a model; needed where the sensor is registered for a plugin.
+        """Read a ``<plugin>`` of a model; needed if the sensor is registered for a plugin.
 
         Returns:
             The link that it measures, and the sensor.
@@ -61,17 +61,17 @@ class Sensor(MountedSensor, ABC):
 
     @abstractmethod
     def part(self, model: Model, link: str, engine: Engine) -> SensorPart:
-        """Return the part that serves the sensor on a link of a model."""
+        """Return the part that publishes the sensor on a link of a model."""
 
 
 class SensorPart(Part):
-    """The part of a world that serves a sensor on a link.
+    """The part of a world that publishes a sensor on a link.
 
     Args:
         sensor: its data.
         model: its model.
         link: its link.
-        engine: measures.
+        engine: the engine that is measured.
     """
 
     def __init__(self, sensor: Sensor, model: str, link: str, engine: Engine) -> None:
@@ -91,7 +91,7 @@ class SensorPart(Part):
         return Header(Time.from_ns(now_ns), self._frame)
 
     def _noise(self, topic: str, now_ns: int, shape: Any) -> npt.NDArray[np.float64] | float:
-        """Return noise for numbers of a shape; equal times of equal runs, equal noise."""
+        """Return noise for an array of a shape; it depends only on the seed, the topic and the time."""
         noise = self._imperfect.noise
         if not noise:
             return 0.0

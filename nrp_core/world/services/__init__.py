@@ -1,1 +1,1 @@
-"""The services of Gazebo, in any world."""
+"""The services of Gazebo, for any world."""

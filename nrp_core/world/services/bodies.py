@@ -1,4 +1,4 @@
-"""Requests about bodies and joints: where they are, where they shall be, what pushes them."""
+"""Requests about bodies and joints: states, commands and forces."""
 
 from __future__ import annotations
 
@@ -45,33 +45,33 @@ class BodyRequests:
     """Answers requests about bodies and joints.
 
     Args:
-        live: the scene of now.
+        live: the current scene.
     """
 
     def __init__(self, live: LiveScene) -> None:
         self._live = live
 
     def model_state(self, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
-        """Tell where a model is."""
+        """Return the state of a model."""
         model = self._live.scene.model(request.model_name)
         motion = self._seen(self._motion(model), request.relative_entity_name)
         header = Header(Time.from_ns(self._live.now_ns), request.relative_entity_name)
         return srv.GetModelStateResponse(header, *state_messages(motion))
 
     def set_model_state(self, request: srv.SetModelStateRequest) -> srv.SetModelStateResponse:
-        """Put a model somewhere."""
+        """Set the state of a model."""
         state = request.model_state
         self._live.place(state.model_name, self._given(state))
         return srv.SetModelStateResponse()
 
     def link_state(self, request: srv.GetLinkStateRequest) -> srv.GetLinkStateResponse:
-        """Tell where a link is."""
+        """Return the state of a link."""
         motion = self._seen(self._named(request.link_name), request.reference_frame)
         state = LinkState(request.link_name, *state_messages(motion), request.reference_frame)
         return srv.GetLinkStateResponse(state)
 
     def set_link_state(self, request: srv.SetLinkStateRequest) -> srv.SetLinkStateResponse:
-        """Put the base link of a model somewhere; the others follow."""
+        """Set the state of the base link of a model; the others follow."""
         state = request.link_state
         model, link = self._link(state.link_name)
         base = model.links[0]
@@ -83,19 +83,19 @@ class BodyRequests:
         return srv.SetLinkStateResponse()
 
     def joint_properties(self, request: srv.GetJointPropertiesRequest) -> srv.GetJointPropertiesResponse:
-        """Tell how a joint stands."""
+        """Return the properties and the state of a joint."""
         model, joint = self._joint(request.joint_name)
         joints = self._live.engine.joint_states(model)
         index = joints.names.index(joint)
         position, rate = float(joints.positions[index]), float(joints.velocities[index])
-        told = next(each for each in self._live.scene.model(model).joints if joint in each.coordinates)
-        kind = getattr(srv.GetJointPropertiesResponse, told.kind.upper())
-        return srv.GetJointPropertiesResponse(kind, [told.damping], [position], [rate])
+        found = next(each for each in self._live.scene.model(model).joints if joint in each.coordinates)
+        kind = getattr(srv.GetJointPropertiesResponse, found.kind.upper())
+        return srv.GetJointPropertiesResponse(kind, [found.damping], [position], [rate])
 
     def set_configuration(
         self, request: srv.SetModelConfigurationRequest
     ) -> srv.SetModelConfigurationResponse:
-        """Put joints somewhere."""
+        """Set the positions of joints."""
         names, positions = request.joint_names, request.joint_positions
         if len(names) != len(positions):
             raise SceneError(f"{len(names)} joints need {len(names)} positions, not {len(positions)}")
@@ -104,7 +104,7 @@ class BodyRequests:
         return srv.SetModelConfigurationResponse()
 
     def apply_wrench(self, request: srv.ApplyBodyWrenchRequest) -> srv.ApplyBodyWrenchResponse:
-        """Push a link at a point of it; the push keeps its direction in the world."""
+        """Apply a wrench to a link at one of its points; it keeps its direction in the world."""
         model, link = self._link(request.body_name)
         here = self._live.engine.link_motion(model.name, link).pose
         reference = request.reference_frame
@@ -113,7 +113,7 @@ class BodyRequests:
         torque = frame.pose.rotate(vector_of(request.wrench.torque))
         inertial = model.link(link).inertial
         centre = (here @ inertial.pose).position if inertial else here.position
-        # Gazebo takes the point relative to the link where the world is the frame of reference
+        # in Gazebo the point is relative to the link if the world is the frame of reference
         origin = here.position if reference in _WORLD else frame.pose.position
         offset = frame.pose.rotate(vector_of(request.reference_point))
         lever = np.add(origin, offset) - centre if any(offset) else np.zeros(3)
@@ -122,13 +122,13 @@ class BodyRequests:
         return srv.ApplyBodyWrenchResponse()
 
     def clear_wrenches(self, request: srv.BodyRequestRequest) -> srv.BodyRequestResponse:
-        """End all pushes on a link."""
+        """End all wrenches on a link."""
         model, link = self._link(request.body_name)
         self._live.forces.clear(model.name, link, Wrench, self._live.now_ns)
         return srv.BodyRequestResponse()
 
     def apply_effort(self, request: srv.ApplyJointEffortRequest) -> srv.ApplyJointEffortResponse:
-        """Drive a joint."""
+        """Apply an effort to a joint."""
         self._push(*self._joint(request.joint_name), float(request.effort), request)
         return srv.ApplyJointEffortResponse()
 
@@ -140,7 +140,7 @@ class BodyRequests:
     # -- names
 
     def _link(self, name: str) -> tuple[Model, str]:
-        """Return the model and link of ``model::link``; of a name alone, the one model that has it."""
+        """Return the model and link of ``model::link``; for a name alone, the only model that has it."""
         model_name, found, link = name.replace("/", "::").rpartition("::")
         if found:
             model = self._live.scene.model(model_name)
@@ -153,7 +153,7 @@ class BodyRequests:
         return owners[0], name
 
     def _joint(self, name: str) -> tuple[str, str]:
-        """Return the model and joint of ``model::joint``; of a name alone, the one model that has it."""
+        """Return the model and joint of ``model::joint``; for a name alone, the only model that has it."""
         model_name, found, joint = name.replace("/", "::").rpartition("::")
         models = [self._live.scene.model(model_name)] if found else list(self._live.scene.models)
         owners = [m.name for m in models if any(joint in j.coordinates for j in m.joints)]
@@ -176,7 +176,7 @@ class BodyRequests:
         return self._live.engine.link_motion(model.name, name)
 
     def _reference(self, name: str) -> ModelMotion:
-        """Return the motion of a frame of reference: a model, or a link of one."""
+        """Return the motion of a frame of reference: a model or a link."""
         names = [model.name for model in self._live.scene.models]
         return self._motion(self._live.scene.model(name)) if name in names else self._named(name)
 
@@ -184,7 +184,7 @@ class BodyRequests:
         return motion if reference in _WORLD else seen_from(self._reference(reference), motion)
 
     def _given(self, state: Any) -> ModelMotion:
-        """Return the motion in the world of a model's or link's state."""
+        """Return the motion in the world for a model's or link's state."""
         twist = state.twist
         motion = ModelMotion(pose_of(state.pose), vector_of(twist.linear), vector_of(twist.angular))
         reference = state.reference_frame

@@ -11,10 +11,11 @@ from dataclasses import fields
 from typing import Any
 
 from nrp_core.errors import NrpError, TopicError, did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.live import LiveScene
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.part import Part
-from nrp_core.world.services.service import SERVICES, Service, response_of
+from nrp_core.world.services.service import SERVICES, Service
 from nrp_core.world.topics import Direction, TopicInfo
 
 
@@ -22,7 +23,7 @@ class Services(Part):
     """All services of a world.
 
     Args:
-        live: the scene of now.
+        live: the current scene.
 
     Raises:
         BackendError: a provider of services cannot be used.
@@ -40,17 +41,25 @@ class Services(Part):
                     )
                 self._table[service.name] = service
         self.topics = tuple(
-            TopicInfo(name, service.request, Direction.IN, what=f"service: {service.request.__doc__}")
+            TopicInfo(
+                name,
+                service.request,
+                Direction.IN,
+                what=f"service: {service.request.__doc__}",
+                response=service.response,
+            )
             for name, service in self._table.items()
         )
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         answer = self.answer(topic, message)
         if not getattr(answer, "success", True):
-            self._live.warnings.append(f"{topic}: {answer.status_message}")
+            reason = reason_field(type(answer))
+            message = f"{topic}: {getattr(answer, reason) if reason else 'failed'}"
+            self._live.warnings.add(Code.NRP280, message, subject=topic)
 
     def request(self, name: str, values: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
-        """Return the request made of values and named fields.
+        """Build a request from values and named fields.
 
         Raises:
             TopicError: the service does not exist, or its request has no such field.
@@ -71,7 +80,18 @@ class Services(Part):
         try:
             return service.answer(request)
         except NrpError as error:
-            response = response_of(service.request)
-            if not fields(response):
-                raise  # the answer has no field for a reason
-            return response(success=False, status_message=getattr(error, "message", str(error)))
+            reason = reason_field(service.response)
+            if reason is None:
+                raise
+            return service.response(success=False, **{reason: getattr(error, "message", str(error))})
+
+
+def reason_field(response: type) -> str | None:
+    """Return the field in which an answer says why it failed; None where it has no such field.
+
+    Gazebo's services call it ``status_message``, those of ``std_srvs`` ``message``.
+    """
+    names = {field.name for field in fields(response)}
+    if "success" not in names:
+        return None
+    return next((name for name in ("status_message", "message") if name in names), None)

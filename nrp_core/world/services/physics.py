@@ -1,4 +1,4 @@
-"""Requests about how physics computes."""
+"""Requests about the settings of physics."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class PhysicsRequests:
     """Answers requests about physics.
 
     Args:
-        live: the scene of now.
+        live: the current scene.
     """
 
     def __init__(self, live: LiveScene) -> None:
         self._live = live
 
     def properties(self, _request: srv.GetPhysicsPropertiesRequest) -> srv.GetPhysicsPropertiesResponse:
-        """Tell the physics step and gravity; for what is Gazebo's alone, the defaults there."""
+        """Return the physics step and gravity; for Gazebo's other settings, their defaults."""
         step_s, gravity = seconds(self._live.engine.step_ns), Vector3(*self._live.scene.gravity)
         return srv.GetPhysicsPropertiesResponse(step_s, self._live.paused, 1.0 / step_s, gravity)
 

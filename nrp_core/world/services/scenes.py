@@ -1,4 +1,4 @@
-"""Requests about the scene: what is in it, what comes and goes, how it looks, whether it moves."""
+"""Requests about the scene: its models and lights, their look, and the pause."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ class SceneRequests:
     """Answers requests about the scene.
 
     Args:
-        live: the scene of now.
+        live: the current scene.
     """
 
     def __init__(self, live: LiveScene) -> None:
         self._live = live
 
     def model_properties(self, request: srv.GetModelPropertiesRequest) -> srv.GetModelPropertiesResponse:
-        """Tell what a model is made of."""
+        """Return the parts of a model."""
         model = self._live.scene.model(request.model_name)
         return srv.GetModelPropertiesResponse(
             canonical_body_name=model.links[0].name,
@@ -63,7 +63,7 @@ class SceneRequests:
         )
 
     def world_properties(self, _request: srv.GetWorldPropertiesRequest) -> srv.GetWorldPropertiesResponse:
-        """Tell which models there are."""
+        """Return the names of the models."""
         names = [model.name for model in self._live.scene.models]
         return srv.GetWorldPropertiesResponse(seconds(self._live.now_ns), names)
 
@@ -84,12 +84,12 @@ class SceneRequests:
         return srv.SpawnModelResponse()
 
     def delete(self, request: srv.DeleteModelRequest) -> srv.DeleteModelResponse:
-        """Take a model out."""
+        """Delete a model."""
         self._live.delete(request.model_name)
         return srv.DeleteModelResponse()
 
     def set_visual(self, request: srv.SetVisualPropertiesRequest) -> srv.SetVisualPropertiesResponse:
-        """Give a visual another colour."""
+        """Set the colour of a visual."""
         path = f"{request.model_name}/{request.link_name}/{request.visual_name}"
         known = self._live.scene.visuals
         if path not in known:
@@ -98,16 +98,16 @@ class SceneRequests:
         return srv.SetVisualPropertiesResponse()
 
     def light_names(self, _request: srv.GetLightsNameRequest) -> srv.GetLightsNameResponse:
-        """Tell which lights there are."""
+        """Return the names of the lights."""
         return srv.GetLightsNameResponse([light.name for light in self._live.scene.lights])
 
     def light(self, request: srv.GetLightPropertiesRequest) -> srv.GetLightPropertiesResponse:
-        """Tell the colour of a light, and how it fades."""
+        """Return the colour and attenuation of a light."""
         light = self._light(request.light_name)
         return srv.GetLightPropertiesResponse(ColorRGBA(*light.diffuse), *light.attenuation[1:])
 
     def set_light(self, request: srv.SetLightPropertiesRequest) -> srv.SetLightPropertiesResponse:
-        """Give a light another colour."""
+        """Set the colour of a light."""
         light, color = self._light(request.light_name), request.diffuse
         diffuse = float(color.r), float(color.g), float(color.b), float(color.a)
         self._live.set_lights(
@@ -116,28 +116,28 @@ class SceneRequests:
         return srv.SetLightPropertiesResponse()
 
     def delete_light(self, request: srv.DeleteLightRequest) -> srv.DeleteLightResponse:
-        """Take a light out."""
+        """Delete a light."""
         light = self._light(request.light_name)
         self._live.set_lights(each for each in self._live.scene.lights if each is not light)
         return srv.DeleteLightResponse()
 
     def pause(self, _request: EmptyRequest) -> EmptyResponse:
-        """Let nothing move."""
+        """Pause all motion."""
         self._live.paused = True
         return EmptyResponse()
 
     def unpause(self, _request: EmptyRequest) -> EmptyResponse:
-        """Let things move again."""
+        """Resume all motion."""
         self._live.paused = False
         return EmptyResponse()
 
     def reset_world(self, _request: EmptyRequest) -> EmptyResponse:
-        """Put everything where it was at first; time goes on."""
+        """Reset the poses of all models; the time continues."""
         self._live.return_home()
         return EmptyResponse()
 
     def reset_simulation(self, _request: EmptyRequest) -> EmptyResponse:
-        """Let everything be as it was at first; time goes on, for it is the run's."""
+        """Reset everything except the time, which belongs to the run."""
         self._live.start_over()
         return EmptyResponse()
 
@@ -149,8 +149,8 @@ class SceneRequests:
 
 
 def _read(name: str, text: str, pose: Pose) -> Model | Light:
-    """Return what the text of a file holds, a model or else a light, under a name and at a pose."""
-    from nrp_core.world.scene.sdf import read_model, read_scene  # readers of files are needed by few runs
+    """Return the model or light in the text of a file, with a name and at a pose."""
+    from nrp_core.world.scene.sdf import read_model, read_scene  # few runs need readers of files
 
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.sdf"
@@ -164,7 +164,7 @@ def _read(name: str, text: str, pose: Pose) -> Model | Light:
 
 
 def _look(kind: str, value: str) -> tuple[Rgba, bool | None]:
-    """Return the colour that a property of a visual stands for, and whether it glows; None: as before."""
+    """Return the colour in a property of a visual, and whether it glows; None: as before."""
     if kind in _COLORS:
         try:
             red, green, blue, *alpha = map(float, value.split())

@@ -37,15 +37,15 @@ class Service:
     request: type
     answer: Callable[[Any], Any]
 
+    @property
+    def response(self) -> type:
+        """The class of its answers."""
+        found = base.type_of(type_name(self.request).removesuffix("Request") + "Response")
+        assert found is not None
+        return found
+
 
 Provider: TypeAlias = Callable[[LiveScene], Iterable[Service]]
 
 SERVICES: Registry[Provider] = Registry("nrp_core.services", "provider of services")
 """Functions that return the services of a world, by any name."""
-
-
-def response_of(request: type) -> type:
-    """Return the class of the answers to requests of a class."""
-    found = base.type_of(type_name(request).removesuffix("Request") + "Response")
-    assert found is not None
-    return found

@@ -1,0 +1,209 @@
+"""Package foxglove_msgs: scenes as Foxglove and Lichtblick draw them; SI units.
+
+Fields as in Foxglove's schemas, https://docs.foxglove.dev/docs/sdk/schemas.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.messages.base import Duration, Time, message
+from nrp_core.world.messages.geometry_msgs import Point, Pose, Vector3
+
+
+def _no_bytes() -> npt.NDArray[np.uint8]:
+    return np.empty(0, np.uint8)
+
+
+def _no_indices() -> npt.NDArray[np.uint32]:
+    return np.empty(0, np.uint32)
+
+
+@message("foxglove_msgs/msg/Color")
+@dataclass(slots=True)
+class Color:
+    """A colour, each component 0..1."""
+
+    r: float = 0.0
+    g: float = 0.0
+    b: float = 0.0
+    a: float = 0.0
+
+
+@message("foxglove_msgs/msg/KeyValuePair")
+@dataclass(slots=True)
+class KeyValuePair:
+    """An entry of the metadata of an entity."""
+
+    key: str = ""
+    value: str = ""
+
+
+@message("foxglove_msgs/msg/ArrowPrimitive")
+@dataclass(slots=True)
+class ArrowPrimitive:
+    """An arrow along x."""
+
+    pose: Pose = field(default_factory=Pose)
+    shaft_length: float = 0.0
+    shaft_diameter: float = 0.0
+    head_length: float = 0.0
+    head_diameter: float = 0.0
+    color: Color = field(default_factory=Color)
+
+
+@message("foxglove_msgs/msg/CubePrimitive")
+@dataclass(slots=True)
+class CubePrimitive:
+    """A box; ``pose`` is at its centre."""
+
+    pose: Pose = field(default_factory=Pose)
+    size: Vector3 = field(default_factory=Vector3)
+    color: Color = field(default_factory=Color)
+
+
+@message("foxglove_msgs/msg/SpherePrimitive")
+@dataclass(slots=True)
+class SpherePrimitive:
+    """An ellipsoid; ``size`` has its diameters."""
+
+    pose: Pose = field(default_factory=Pose)
+    size: Vector3 = field(default_factory=Vector3)
+    color: Color = field(default_factory=Color)
+
+
+@message("foxglove_msgs/msg/CylinderPrimitive")
+@dataclass(slots=True)
+class CylinderPrimitive:
+    """A cylinder or cone along z; the scales are those of its two ends."""
+
+    pose: Pose = field(default_factory=Pose)
+    size: Vector3 = field(default_factory=Vector3)
+    bottom_scale: float = 1.0
+    top_scale: float = 1.0
+    color: Color = field(default_factory=Color)
+
+
+_LINE = """\
+uint8 LINE_STRIP=0
+uint8 LINE_LOOP=1
+uint8 LINE_LIST=2
+uint8 type
+geometry_msgs/Pose pose
+float64 thickness
+bool scale_invariant
+geometry_msgs/Point[] points
+foxglove_msgs/Color color
+foxglove_msgs/Color[] colors
+uint32[] indices"""
+
+
+@message("foxglove_msgs/msg/LinePrimitive", _LINE)
+@dataclass(slots=True)
+class LinePrimitive:
+    """A series of points connected by lines."""
+
+    LINE_STRIP: ClassVar[int] = 0
+    LINE_LOOP: ClassVar[int] = 1
+    LINE_LIST: ClassVar[int] = 2
+
+    type: int = 0
+    pose: Pose = field(default_factory=Pose)
+    thickness: float = 0.0
+    scale_invariant: bool = False
+    points: list[Point] = field(default_factory=list)
+    color: Color = field(default_factory=Color)
+    colors: list[Color] = field(default_factory=list)
+    indices: npt.NDArray[np.uint32] = field(default_factory=_no_indices)
+
+
+@message("foxglove_msgs/msg/TriangleListPrimitive")
+@dataclass(slots=True)
+class TriangleListPrimitive:
+    """Triangles; each three points, or indices of points, are one."""
+
+    pose: Pose = field(default_factory=Pose)
+    points: list[Point] = field(default_factory=list)
+    color: Color = field(default_factory=Color)
+    colors: list[Color] = field(default_factory=list)
+    indices: npt.NDArray[np.uint32] = field(default_factory=_no_indices)
+
+
+@message("foxglove_msgs/msg/TextPrimitive")
+@dataclass(slots=True)
+class TextPrimitive:
+    """A text label."""
+
+    pose: Pose = field(default_factory=Pose)
+    billboard: bool = False
+    font_size: float = 0.0
+    scale_invariant: bool = False
+    color: Color = field(default_factory=Color)
+    text: str = ""
+
+
+@message("foxglove_msgs/msg/ModelPrimitive")
+@dataclass(slots=True)
+class ModelPrimitive:
+    """A mesh, by its address or with its file in ``data``; ``media_type`` is that of the file."""
+
+    pose: Pose = field(default_factory=Pose)
+    scale: Vector3 = field(default_factory=Vector3)
+    color: Color = field(default_factory=Color)
+    override_color: bool = False
+    url: str = ""
+    media_type: str = ""
+    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+
+
+_DELETION = "uint8 MATCHING_ID=0\nuint8 ALL=1\nbuiltin_interfaces/Time timestamp\nuint8 type\nstring id"
+
+
+@message("foxglove_msgs/msg/SceneEntityDeletion", _DELETION)
+@dataclass(slots=True)
+class SceneEntityDeletion:
+    """Removes entities that are not newer than ``timestamp``: one, or all."""
+
+    MATCHING_ID: ClassVar[int] = 0
+    ALL: ClassVar[int] = 1
+
+    timestamp: Time = field(default_factory=Time)
+    type: int = 0
+    id: str = ""
+
+
+@message("foxglove_msgs/msg/SceneEntity")
+@dataclass(slots=True)
+class SceneEntity:
+    """Shapes that belong together, in one frame; replaces the entity of the same ``id``.
+
+    ``frame_locked`` entities move with their frame. With a ``lifetime`` of 0 they stay.
+    """
+
+    timestamp: Time = field(default_factory=Time)
+    frame_id: str = ""
+    id: str = ""
+    lifetime: Duration = field(default_factory=Duration)
+    frame_locked: bool = False
+    metadata: list[KeyValuePair] = field(default_factory=list)
+    arrows: list[ArrowPrimitive] = field(default_factory=list)
+    cubes: list[CubePrimitive] = field(default_factory=list)
+    spheres: list[SpherePrimitive] = field(default_factory=list)
+    cylinders: list[CylinderPrimitive] = field(default_factory=list)
+    lines: list[LinePrimitive] = field(default_factory=list)
+    triangles: list[TriangleListPrimitive] = field(default_factory=list)
+    texts: list[TextPrimitive] = field(default_factory=list)
+    models: list[ModelPrimitive] = field(default_factory=list)
+
+
+@message("foxglove_msgs/msg/SceneUpdate")
+@dataclass(slots=True)
+class SceneUpdate:
+    """Entities to remove, and then entities to add or replace."""
+
+    deletions: list[SceneEntityDeletion] = field(default_factory=list)
+    entities: list[SceneEntity] = field(default_factory=list)

@@ -1,0 +1,75 @@
+"""Where a model starts: how deep in the static room, and whether anything is below it.
+
+Both answers avoid false alarms: static meshes count as ground, but only height maps as something to be
+inside of, because engines treat the inside of other meshes differently.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrp_core.world.raycast.solids import Solid, solids_of
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.model import Heightmap, Model, Plane, Scene
+
+_LEAST_M, _MOST_M = 0.02, 0.05
+"""Limits of the overlap that is tolerated: models settle by as much without being thrown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Overlap:
+    """A collision of a model inside another one of the room, both as ``model/link/collision``."""
+
+    part: str
+    room: str
+    depth_m: float
+    tolerated_m: float
+
+
+def deepest_overlap(model: Model, room: Sequence[Solid]) -> Overlap | None:
+    """Return where a model is deepest inside a room at the start, if that is more than can be tolerated."""
+    parts = list(solids_of(model))
+    if not parts:
+        return None
+    points = np.vstack([part.points for part in parts])
+    height_m = float(np.ptp(points[:, 2]))
+    overlaps = [
+        Overlap(part.name, solid.name, solid.depth_of(part.points), _tolerated_m(height_m, solid))
+        for part in parts
+        for solid in room
+        if _near(part, solid)
+    ]
+    too_deep = (overlap for overlap in overlaps if overlap.depth_m > overlap.tolerated_m)
+    return max(too_deep, key=lambda overlap: overlap.depth_m, default=None)
+
+
+def _tolerated_m(height_m: float, solid: Solid) -> float:
+    """Return the tolerated overlap: less for low models, and in thin solids, where nothing is deep inside."""
+    return max(_LEAST_M, min(_MOST_M, 0.2 * height_m, solid.half_thickness_m / 2))
+
+
+def has_ground(model: Model, scene: Scene) -> bool:
+    """Return whether some shape of another model is below a model at the start."""
+    points = np.vstack([solid.points for solid in solids_of(model)])
+    others = (solid for other in scene.models if other.name != model.name for solid in solids_of(other))
+    return any(solid.is_below(points) for solid in others)
+
+
+def can_fall(model: Model, scene: Scene) -> bool:
+    """Return whether gravity moves a model that has collision shapes, because nothing holds it."""
+    held = model.static or any(joint.parent == WORLD for joint in model.joints)
+    return scene.gravity[2] < 0 and not held and any(link.collisions for link in model.links)
+
+
+def _near(part: Solid, solid: Solid) -> bool:
+    """Return whether the boxes around two shapes meet."""
+    if isinstance(solid.geometry, Plane):
+        return True
+    (low, high), (room_low, room_high) = part.box, solid.box
+    apart = (low > room_high) | (high < room_low)
+    if isinstance(solid.geometry, Heightmap):
+        apart[2] = low[2] > room_high[2]  # below its surface everything is inside
+    return not bool(apart.any())
