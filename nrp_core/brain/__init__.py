@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from nrp_core._support.arrays import IntArray as IntArray
     from nrp_core._support.closing import Closing as Closing
     from nrp_core._support.diagnosis import Diagnosis as Diagnosis
+    from nrp_core._support.subnormals import flushing_subnormals as flushing_subnormals
     from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
     from nrp_core.brain.changes import PARAMETERS as PARAMETERS
     from nrp_core.brain.changes import WEIGHTS as WEIGHTS
@@ -59,6 +60,12 @@ if TYPE_CHECKING:
     from nrp_core.brain.report import Table as Table
     from nrp_core.brain.spikes import Spikes as Spikes
     from nrp_core.brain.spikes import SynapticEvents as SynapticEvents
+    from nrp_core.findings import Code as Code
+    from nrp_core.findings import Finding as Finding
+    from nrp_core.findings import Findings as Findings
+    from nrp_core.findings import Level as Level
+    from nrp_core.findings import Weight as Weight
+    from nrp_core.findings.capabilities import no_variable as no_variable
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
@@ -66,6 +73,7 @@ else:
             "nrp_core._support.arrays": "FloatArray IndexArray IntArray",
             "nrp_core._support.closing": "Closing",
             "nrp_core._support.diagnosis": "Diagnosis",
+            "nrp_core._support.subnormals": "flushing_subnormals",
             "nrp_core.brain.capabilities": "BrainCapabilities",
             "nrp_core.brain.changes": "PARAMETERS ParameterChange WEIGHTS",
             "nrp_core.brain.devices.ports": "SourcePort SourceSpec",
@@ -89,5 +97,7 @@ else:
             "nrp_core.brain.remote": "RemoteBrain RemoteOptions Sole",
             "nrp_core.brain.report": "Fact Quantity Report Table",
             "nrp_core.brain.spikes": "Spikes SynapticEvents",
+            "nrp_core.findings": "Code Finding Findings Level Weight",
+            "nrp_core.findings.capabilities": "no_variable",
         },
     )

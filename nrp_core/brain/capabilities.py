@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nrp_core.brain.network.data import Network
-from nrp_core.errors import CapabilityError, nearest
+from nrp_core.findings.capabilities import no_cells, no_synapses
 from nrp_core.simulation import Determinism
 
 
@@ -50,13 +50,7 @@ class BrainCapabilities:
         """
         for population in network.populations.values():
             if not population.is_source and population.cell_type not in self.cells:
-                raise CapabilityError(
-                    f"{name} has no cells of type {population.cell_type} (population '{population.label}'); "
-                    f"{nearest(population.cell_type, self.cells)}"
-                )
+                raise no_cells(name, population.cell_type, population.label, self.cells)
         for projection in network.projections:
             if projection.synapse_type not in self.synapses:
-                raise CapabilityError(
-                    f"{name} has no {projection.synapse_type} synapses (projection '{projection.label}'); "
-                    f"{nearest(projection.synapse_type, self.synapses)}"
-                )
+                raise no_synapses(name, projection.synapse_type, projection.label, self.synapses)

@@ -32,7 +32,9 @@ from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.report import Report
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
-from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError, SnapshotError
+from nrp_core.errors import DivergedError, NeuronSelectionError, SnapshotError
+from nrp_core.findings import Finding, Findings
+from nrp_core.findings.capabilities import SNAPSHOTS, no_change, no_variable, not_shown, refusal
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
 
@@ -62,7 +64,7 @@ class Brain(Simulation):
         super().__init__(seed=seed, identity=f"{identity},network {network.digest}")
         self.network = network
         self.capabilities = capabilities
-        self.warnings: list[str] = []
+        self.warnings = Findings()
         capabilities.require(network, type(self).__name__)
         step_ns = capabilities.resolution_ns
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
@@ -141,13 +143,10 @@ class Brain(Simulation):
         """Return a state variable (``v`` in mV, ...) of neurons (global ids) at the current time."""
         self.require_ready()
         if variable not in self.capabilities.state_variables:
-            known = ", ".join(sorted(self.capabilities.state_variables)) or "none"
-            raise CapabilityError(f"{type(self).__name__} does not show '{variable}'; it shows: {known}")
+            raise not_shown(self, variable, self.capabilities.state_variables)
         ids = self._selected(neurons)
         if (label := self._source_among(ids)) is not None:
-            raise CapabilityError(
-                f"the cells of population '{label}' have no '{variable}', they only emit spikes"
-            )
+            raise no_variable(label, variable, source=True)
         with guarded(self, "read state"):
             return self._do_read_state(variable, ids)
 
@@ -196,7 +195,7 @@ class Brain(Simulation):
         index, arrays = changes.spike_trains(self.network, population, trains, cells)
         own = next((train for train in self._trains if train.label == population), None)
         if own is None:
-            raise CapabilityError(f"{type(self).__name__} cannot change the spikes of '{population}'")
+            raise refusal(self, f"cannot change the spikes of '{population}'")
         own.set_spike_times(index, arrays, milliseconds(self.now_ns))
 
     @final
@@ -356,14 +355,11 @@ class Brain(Simulation):
 
     def _require_change(self, what: str) -> None:
         if what not in self.capabilities.changes:
-            known = ", ".join(sorted(self.capabilities.changes)) or "nothing"
-            raise CapabilityError(
-                f"{type(self).__name__} cannot change {what} while it runs; it can change: {known}"
-            )
+            raise no_change(self, what, self.capabilities.changes)
 
     def _require_snapshot(self) -> None:
         if not self.capabilities.snapshot:
-            raise CapabilityError(f"{type(self).__name__} cannot save and restore its state")
+            raise refusal(self, SNAPSHOTS)
 
     # -- for backends: the operations that cannot be derived from others
 
@@ -436,11 +432,11 @@ class BrainBackend(ABC):
         """Return the backend's capabilities with these options, without loading the simulator."""
 
     def diagnose(self) -> list[Diagnosis]:
-        """Check whether this machine has what the backend needs; may load the simulator."""
+        """Check this machine for the requirements of the backend; may load the simulator."""
         return []
 
-    def warnings(self, network: Network, options: BrainOptions) -> list[str]:
-        """Return the parts of a network that the simulator would change or ignore, one sentence each.
+    def warnings(self, network: Network, options: BrainOptions) -> Sequence[Finding | str]:
+        """Return the parts of a network that the simulator would change or ignore: findings, or texts.
 
         Called before every run.
 

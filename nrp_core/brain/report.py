@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from nrp_core.findings import Finding
+
 Value: TypeAlias = str | int | float | bool | None
 
 
@@ -88,7 +90,7 @@ class Report:
         title: heading in text.
         facts: values about the whole network.
         tables: values about its parts.
-        warnings: what would be lost or would not work, one sentence each.
+        warnings: what would be lost or would not work.
         advice: possible improvements, one sentence each.
         notes: how accurate the numbers are.
     """
@@ -97,7 +99,7 @@ class Report:
     title: str
     facts: tuple[Fact, ...] = ()
     tables: tuple[Table, ...] = ()
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Finding, ...] = ()
     advice: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -108,7 +110,7 @@ class Report:
             "title": self.title,
             "facts": {fact.quantity.name: fact.value for fact in self.facts},
             "tables": {table.name: _rows(table) for table in self.tables},
-            "warnings": list(self.warnings),
+            "warnings": [warning.to_dict() for warning in self.warnings],
             "advice": list(self.advice),
             "notes": list(self.notes),
         }

@@ -34,7 +34,7 @@ class Recorder(recording.Recorder):
         self._rows: dict[str, list[tuple[IntArray, FloatArray]]] = {}
         self._begin_ns = 0
 
-    # -- what the running simulation calls
+    # -- called by the running simulation
 
     @property
     def rhythm_ns(self) -> tuple[int, int] | None:

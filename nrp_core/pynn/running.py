@@ -19,6 +19,7 @@ from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError
+from nrp_core.findings import Findings
 from nrp_core.pynn.currents import Current, Waveform
 from nrp_core.pynn.shares import shares_of
 from nrp_core.seeds import Seeds
@@ -54,7 +55,7 @@ class RunningState(State):
             seed: seed of all random numbers that the script does not seed itself.
         """
         self._backend, self._options, self._seed = backend, dict(options), seed
-        self._told: set[str] = set()
+        self._told = Findings()
         self._seeds = Seeds(seed).child("network")
         self._unnamed_streams = 0
 
@@ -168,8 +169,8 @@ class RunningState(State):
         self.brain = backend.open(network_of(self), seed=self._seed, options=options)
         for warning in self.brain.warnings:
             if warning not in self._told:  # a reset may open the brain again
-                self._told.add(warning)
-                _logger.warning("%s: %s", self._backend, warning)
+                self._told.append(warning)
+                _logger.warning("%s: %s", self._backend, warning.text)
         self._changed = False
         self._shares = shares_of(self, self.brain.network)
         for device in (*self.recorders, *self._currents):

@@ -7,6 +7,7 @@ Every PyNN simulator that the script imports, including ``nrp_core.pynn``, is th
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.util import find_spec
@@ -36,6 +37,7 @@ def load_network(
     *,
     populations: Mapping[str, Selection] | None = None,
     seed: int = 0,
+    parameters: Mapping[str, object] = MappingProxyType({}),
     simulators: Iterable[str] = (),
     compiled: Callable[[Path], CodeType] | None = None,
     adapt: Callable[[ModuleType], None] | None = None,
@@ -53,6 +55,7 @@ def load_network(
         populations: names for neurons of the script's ``circuit``, a population, view or assembly. A
             ``circuit`` that is a dictionary names its populations by its keys instead.
         seed: the seed of all random numbers that the script does not seed itself.
+        parameters: values of the parameters that the script declares; others have their defaults.
         simulators: further modules, ``package.module``, that the script imports as its simulator.
         compiled: returns the code of the script or of a file that it imports, if it is not plain Python.
         adapt: changes the simulator before the script runs, e.g. to add the names of another version.
@@ -76,14 +79,17 @@ def load_network(
         file = existing_file(path)
     except MissingFileError as error:
         raise NetworkError(str(error)) from None
-    sim = builder(seed)
+    sim = builder(seed, parameters)
     if adapt is not None:
         adapt(sim)
     scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled)
+    given, sys.argv = sys.argv, [str(file)]  # those of the command that runs the experiment are not for it
     try:
         module = scope.run(file)
     except (Exception, SystemExit) as error:
         raise scope.located(error, NetworkError, file) from error
+    finally:
+        sys.argv = given
     try:
         network = other(vars(module)) if other is not None else None
         if network is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -56,21 +56,19 @@ def picked(name: str, selection: Selection, circuit: IntArray) -> IntArray:
     except (ValueError, TypeError, KeyError):
         raise NeuronSelectionError(
             f"population '{name}': cells are picked by '0:5', '0:6:2', 5, [0, 2], "
-            f"{{from: 0, to: 6, step: 2}} or {{list: [0, 2]}}, not by {selection!r}"
+            f"{{from: 0, to: 6, step: 2}} or {{list: [0, 2]}}, not by {selection!r}",
+            subject=name,
         ) from None
     if not _is_inside(index, size):
         raise NeuronSelectionError(
-            f"population '{name}': {selection!r} reaches outside the circuit, whose cells are 0..{size - 1}"
+            f"population '{name}': {selection!r} reaches outside the circuit, whose cells are 0..{size - 1}",
+            subject=name,
         )
     picked = np.atleast_1d(circuit[index])
     if not picked.size:
-        raise NeuronSelectionError(f"population '{name}': {selection!r} picks no cell of the circuit")
+        message = f"population '{name}': {selection!r} picks no cell of the circuit"
+        raise NeuronSelectionError(message, subject=name)
     return picked
-
-
-def blamed(error: NeuronSelectionError, names: Iterable[str]) -> str:
-    """Return the population that an error of :func:`picked` is about, or an empty string."""
-    return next((name for name in names if error.message.startswith(f"population '{name}':")), "")
 
 
 def _is_inside(index: slice | IntArray, size: int) -> bool:

@@ -6,14 +6,15 @@ Nothing is simulated here. :func:`builder` returns the simulator module of a scr
 
 from __future__ import annotations
 
-from types import ModuleType
+from collections.abc import Mapping
+from types import MappingProxyType, ModuleType
 
 from nrp_core.brain.pynn.api import programming_interface
 from nrp_core.brain.pynn.simulator import Simulator, State
 from nrp_core.seeds import Seeds
 
 
-def builder(seed: int = 0) -> ModuleType:
+def builder(seed: int = 0, parameters: Mapping[str, object] = MappingProxyType({})) -> ModuleType:
     """Return a fresh PyNN simulator module that builds a network.
 
     Example::
@@ -25,5 +26,6 @@ def builder(seed: int = 0) -> ModuleType:
 
     Args:
         seed: the seed of all random numbers that the script does not seed itself.
+        parameters: the values that ``sim.parameter`` returns; others have their defaults.
     """
-    return programming_interface(Simulator(State(Seeds(seed).child("network"))))
+    return programming_interface(Simulator(State(Seeds(seed).child("network"))), parameters=parameters)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import difflib
 from collections.abc import Callable, Mapping
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any, NoReturn
 
 import numpy as np
@@ -22,10 +22,14 @@ from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
 from nrp_core.brain.pynn.recording import Recorder
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.parameters import GivenParameters
 
 NAME = "nrp_core.pynn"
 SIMULATOR_NAME = "nrp"
 """The simulator name that scripts see."""
+
+_SETTINGS = frozenset({"timestep", "min_delay", "max_delay", "backend", "seed", "options"})
+"""The arguments of ``setup`` that mean something here; those of other simulators are passed over."""
 
 _BOUND = (
     populations.Population, populations.PopulationView, populations.Assembly, projections.Projection,
@@ -38,14 +42,20 @@ _UNBOUND = (
 )  # fmt: skip
 
 
-def programming_interface(simulator: Simulator, recorder: type = Recorder) -> ModuleType:
+def programming_interface(
+    simulator: Simulator,
+    recorder: type = Recorder,
+    parameters: Mapping[str, object] = MappingProxyType({}),
+) -> ModuleType:
     """Return a module with every name of a PyNN simulator.
 
-    ``network()``, not part of PyNN, returns a :class:`~nrp_core.brain.network.data.Network`.
+    Two are not part of PyNN: ``network()`` returns a :class:`~nrp_core.brain.network.data.Network`, and
+    ``parameter`` declares a :class:`~nrp_core.parameters.Parameter`.
 
     Args:
         simulator: the simulator that the module belongs to.
         recorder: the class that stores the recordings of populations.
+        parameters: the values of parameters; others have their defaults.
     """
     api = ModuleType(NAME, "A PyNN simulator that builds a network as data.")
     simulator.bind(recorder, "Recorder")
@@ -61,6 +71,7 @@ def programming_interface(simulator: Simulator, recorder: type = Recorder) -> Mo
         "native_cell_type": models.native_model("cell type", list(CELLS)),
         "native_synapse_type": models.native_model("synapse type", [law.pynn for law in LAWS.values()]),
         "list_standard_models": lambda: list(CELLS),
+        "parameter": GivenParameters(parameters).parameter,
         "network": lambda: network_of(simulator.state),
         "get_simulator": lambda *arguments: (api, _defaults(arguments)),
         "get_script_args": _script_arguments,
@@ -82,6 +93,13 @@ def overlaid(module: ModuleType, names: Mapping[str, Any]) -> ModuleType:
     return copy
 
 
+def _require_settings(given: Mapping[str, Any]) -> None:
+    """Refuse misspelt arguments of ``setup``; those of other simulators are passed over."""
+    for name in given.keys() - _SETTINGS:
+        if difflib.get_close_matches(name, _SETTINGS, cutoff=0.8):
+            raise NetworkError(f"setup: there is no setting '{name}'{did_you_mean(name, _SETTINGS)}")
+
+
 def _control(simulator: Simulator) -> dict[str, Any]:
     state = simulator.state
 
@@ -91,6 +109,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         """Discard the network and start again; times in ms."""
         if not (isinstance(timestep, (int, float, np.number)) and timestep > 0):
             raise NetworkError(f"setup: the time step must be more than 0 ms, not {timestep}")
+        _require_settings(extra)
         try:
             common.setup(timestep, min_delay, **extra)
         except Exception as error:  # noqa: BLE001 - PyNN's own about times that do not fit

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import difflib
 import reprlib
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -18,7 +19,13 @@ from pyNN.space import BaseStructure
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.limits import check_cells, check_spike_times, check_values
 from nrp_core.brain.network.memory import require_memory
-from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape, require_values
+from nrp_core.brain.pynn.arguments import (
+    UnknownParameterError,
+    require_kind,
+    require_names,
+    require_shape,
+    require_values,
+)
 from nrp_core.brain.pynn.invalid import (
     InvalidValueError,
     UnknownCellError,
@@ -55,6 +62,17 @@ class _Cells(common.BasePopulation):
     def _assembly_class(self) -> type:
         bound: type = self._simulator.types["Assembly"]
         return bound
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set an attribute of one's own; parameters have :meth:`set`, and PyNN would ignore others."""
+        kind = vars(self).get("celltype") or getattr(vars(self).get("parent"), "celltype", None)
+        known = [] if kind is None else list(kind.default_parameters)
+        meant = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+        if meant and not hasattr(type(self), name):
+            raise UnknownParameterError(
+                f"'{self.label}' has no attribute '{name}'; a parameter is set by .set({meant[0]}=...)"
+            )
+        super().__setattr__(name, value)
 
     def _owner(self) -> Population:
         """Return the population that owns the arrays."""

@@ -24,7 +24,7 @@ def views_of(
     Args:
         variables: the script's variables.
         populations: selections of cells of the variable ``circuit``, by name.
-        state: what the script built.
+        state: the objects built by the script.
 
     Raises:
         NetworkError: there is no circuit to select from, or it no longer exists.

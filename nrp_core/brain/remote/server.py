@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
@@ -14,6 +14,7 @@ from nrp_core.brain.remote.columns import SharedColumns
 from nrp_core.brain.remote.messages import Channel
 from nrp_core.brain.remote.step import carry_out, write_spikes
 from nrp_core.errors import BackendLoadError, NrpError, SimulationError
+from nrp_core.findings import Finding
 
 
 class Opened(NamedTuple):
@@ -24,7 +25,7 @@ class Opened(NamedTuple):
         emitting: labels of the source populations whose spikes the simulator emits itself.
     """
 
-    warnings: list[str]
+    warnings: Sequence[Finding | str]
     emitting: frozenset[str]
 
 
