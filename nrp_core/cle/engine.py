@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from typing import Any, Literal, TypeVar
 
 from nrp_core._support.closing import Closing
@@ -100,7 +101,7 @@ class ClosedLoop(Closing):
     @property
     def now_ns(self) -> int:
         """The time that brain and world have reached, ns."""
-        return self.world.now_ns
+        return min(self.brain.now_ns, self.world.now_ns)  # they differ after one of them failed
 
     # -- running
 
@@ -128,11 +129,13 @@ class ClosedLoop(Closing):
             while self.now_ns < t_ns and not self._stopping:
                 with DeferredInterrupt():
                     self._requests.serve()
+                    if self._stopping:
+                        break
                     self._step()
                 self.pacing.wait(self.now_ns)
 
     def stop(self) -> None:
-        """End the run after its current step; any thread or hook may call this."""
+        """End the run after its current step; any thread or hook may call this, between two steps too."""
         self._stopping = True
 
     def _step(self) -> None:
@@ -210,6 +213,18 @@ class ClosedLoop(Closing):
     def between_steps(self, call: Callable[[], T]) -> T:
         """Make a call between two steps and return its result; any thread may call this."""
         return self._requests.make(call)
+
+    def attended(self) -> AbstractContextManager[None]:
+        """Let this thread make the calls of all others until the end of the block, between runs too."""
+        return self._requests.running()
+
+    def attend(self, longest_s: float) -> None:
+        """Make the calls of other threads; wait for one if there is none.
+
+        Args:
+            longest_s: wall time after which it returns without a call, s.
+        """
+        self._requests.wait(longest_s)
 
     def change(self, add: Iterable[TransferFunction] = (), remove: Iterable[str] = ()) -> None:
         """Add, replace and remove functions between two steps; if anything is wrong, change nothing.

@@ -43,13 +43,14 @@ class Failure:
 
     def __str__(self) -> str:
         return "\n".join([
-            f"{self.path}:{self.line}: transfer function '{self.function}' {self._what}",
+            f"{self.path}:{self.line}: transfer function '{self.function}' {self.reason}",
             f"  in step {self.step}, at {seconds(self.t_ns):g} s{', with' if self.inputs else ''}",
             *(f"    {name}: {seen}" for name, seen in self.inputs.items()),
         ])  # fmt: skip
 
     @property
-    def _what(self) -> str:
+    def reason(self) -> str:
+        """The failure as the rest of a sentence that begins with the function."""
         error = self.error
         message = error.message if isinstance(error, ExperimentError) else str(error)
         if isinstance(error, TimeLimitExceeded):

@@ -7,33 +7,37 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any, Self
 
+INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that ask a process to end."""
+
 
 class DeferredInterrupt:
-    """Delays Ctrl-C until the end of the block.
+    """Delays Ctrl-C until the end of the block, and other signals that raise KeyboardInterrupt as it does.
 
-    So brain and world stop at the same time. A second Ctrl-C is not delayed, for code that never returns.
-    Outside the main thread, and where Ctrl-C is not handled by a Python function, nothing changes.
+    So brain and world stop at the same time. A second one is not delayed, for code that never returns.
+    Outside the main thread, and where a signal is not handled by a Python function, nothing changes.
     """
 
     def __enter__(self) -> Self:
-        self._held = False
-        self._handler: Any = None
+        self._held: int | None = None
+        self._handlers: dict[signal.Signals, Any] = {}
         if threading.current_thread() is threading.main_thread():
-            handler = signal.getsignal(signal.SIGINT)
-            if callable(handler):
-                self._handler = handler
-                signal.signal(signal.SIGINT, self._hold)
+            for number in INTERRUPTS:
+                handler = signal.getsignal(number)
+                if handler is signal.default_int_handler or (number == signal.SIGINT and callable(handler)):
+                    self._handlers[number] = handler
+                    signal.signal(number, self._hold)
         return self
 
     def _hold(self, number: int, frame: FrameType | None) -> None:
-        if self._held:
-            self._handler(number, frame)
-        self._held = True
+        if self._held is not None:
+            self._handlers[signal.Signals(number)](number, frame)
+        self._held = number
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._handler is not None:
-            signal.signal(signal.SIGINT, self._handler)
-            if error is None and self._held:
-                self._handler(signal.SIGINT, None)
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+        if error is None and self._held is not None:
+            self._handlers[signal.Signals(self._held)](self._held, None)

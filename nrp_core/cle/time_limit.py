@@ -1,4 +1,4 @@
-"""A limit to the wall time that one call of a transfer function may take.
+"""A limit to the wall time that one call of a transfer function, or a brain script, may take.
 
 A watching thread checks a few times a second whether the same call is still in progress, and interrupts it
 after too many checks. The loop only stores a number, which costs 0.2 us a call. Checks are counted instead
@@ -39,10 +39,11 @@ class TimeLimit:
 
     Args:
         limit_s: longest wall time of a call, s; None: no limit.
+        name: the key of the experiment that sets it, for messages.
     """
 
-    def __init__(self, limit_s: float | None = DEFAULT_S) -> None:
-        self.limit_s = limit_s
+    def __init__(self, limit_s: float | None = DEFAULT_S, name: str = "function_time_limit") -> None:
+        self.limit_s, self._name = limit_s, name
         self._look_s = _LOOK_S if limit_s is None else min(_LOOK_S, limit_s / _LOOKS)
         self._lock = threading.Lock()
         self._calls = 0
@@ -64,7 +65,7 @@ class TimeLimit:
         try:
             return function(*arguments)
         except TimeLimitExceeded as error:
-            error.args = (f"did not return within {self.limit_s:g} s, its function_time_limit",)
+            error.args = (f"did not return within {self.limit_s:g} s, its {self._name}",)
             raise
         finally:
             self._current = 0  # first of all: from here on, no new interrupt can hit this call

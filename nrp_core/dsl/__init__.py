@@ -1,4 +1,4 @@
-"""The transfer function language: what a file calls ``nrp``.
+"""The transfer function language: the module ``nrp`` in files.
 
 ::
 
@@ -41,6 +41,10 @@ from nrp_core.dsl.functions.variables import GLOBAL, TRANSFER_FUNCTION_LOCAL
 from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
 from nrp_core.dsl.selection.regions import Box, Sphere
 from nrp_core.dsl.selection.selectors import brain, chain_neurons, map_neurons, nrange, resolve
+from nrp_core.parameters import GivenParameters
+
+parameter = GivenParameters().parameter
+"""Declares a parameter; in a file of an experiment it has the value that the experiment gives."""
 
 __all__ = [
     "GLOBAL",
@@ -72,6 +76,7 @@ __all__ = [
     "map_neurons",
     "nc_source",
     "nrange",
+    "parameter",
     "poisson",
     "population_rate",
     "resolve",

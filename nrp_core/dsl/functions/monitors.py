@@ -31,7 +31,7 @@ _KINDS = {
 
 
 class NeuronMonitor(Neuron2Robot):
-    """Marks a function that says whether its device is shown: it is, unless the function returns None.
+    """Marks a function that selects whether its device is shown: it is, unless the function returns None.
 
     Args:
         neurons: a selector; of a list of selections each is shown by a message of its own.
@@ -61,7 +61,7 @@ class MonitoringFunction(TransferFunction):
     """A transfer function with a device of its own that it shows on a topic.
 
     Args:
-        function: says whether the device is shown.
+        function: returns whether the device is shown.
         sink: the device.
         monitored: the topic.
 

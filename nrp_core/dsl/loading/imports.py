@@ -34,7 +34,7 @@ def file_scope(
         substitutes: further modules, by their dotted names.
         folders: where modules are looked for that do not stand beside the file.
         missing: returns what stands in for modules that are nowhere.
-        compiled: returns what a file that is imported means; by default it is Python.
+        compiled: compiles an imported file; by default as Python.
     """
     known = {f"{name}.msg": package.msg for name, package in message_packages().items()}
     known |= {f"{name}.srv": services for name, services in service_packages().items()}
@@ -46,7 +46,7 @@ def file_scope(
 
 
 class _MessageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Answers for the message packages where nobody else does."""
+    """Finds the message packages if they are not installed."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
@@ -75,6 +75,6 @@ def _parts_of(package: str) -> dict[str, ModuleType]:
 
 
 def provide_messages() -> None:
-    """Let ``import geometry_msgs.msg`` work in plain scripts and notebooks without ROS."""
+    """Make ``import geometry_msgs.msg`` work in plain scripts and notebooks without ROS."""
     if not any(isinstance(finder, _MessageFinder) for finder in sys.meta_path):
         sys.meta_path.append(_MessageFinder())

@@ -24,7 +24,7 @@ class PythonSource:
 
     Args:
         path: the file that it comes from.
-        tree: what it says; its lines are those of that file.
+        tree: its syntax tree, with the lines of that file.
         has_columns: whether its columns are too.
     """
 
@@ -65,7 +65,7 @@ class PythonSource:
 
 
 def relocate(tree: ast.AST, line_of: Callable[[int], int]) -> None:
-    """Let each line of a tree be another one, whose columns are not known."""
+    """Map each line of a tree to another one, with unknown columns."""
     for node in ast.walk(tree):
         if isinstance(node, _PLACED):
             node.lineno = node.end_lineno = line_of(node.lineno)
@@ -78,9 +78,9 @@ class Listing:
 
     Args:
         sources: the pieces, in the order in which they would be executed.
-        names: what they find there already.
-        scope: what they can import.
-        folders: whose modules they can import, besides those beside them.
+        names: their initial names.
+        scope: the modules that they can import.
+        folders: further folders whose modules they can import.
     """
 
     sources: tuple[PythonSource, ...]
@@ -90,7 +90,7 @@ class Listing:
 
     @property
     def imports(self) -> Scope:
-        """What the pieces can import."""
+        """The modules that the pieces can import."""
         return self.scope or file_scope(self.names["nrp"])
 
 

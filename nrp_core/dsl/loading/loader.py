@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import CodeType, MappingProxyType, ModuleType
 from typing import Any
 
 from nrp_core import dsl
@@ -14,6 +15,7 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.imports import file_scope
 from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.errors import TransferFunctionError, did_you_mean
+from nrp_core.parameters import GivenParameters
 
 
 def load_transfer_functions(
@@ -22,6 +24,7 @@ def load_transfer_functions(
     module: ModuleType | None = None,
     code: CodeType | None = None,
     scope: Scope | None = None,
+    parameters: Mapping[str, object] = MappingProxyType({}),
 ) -> list[TransferFunction]:
     """Execute a file and return the transfer functions that it declares, in their order.
 
@@ -29,20 +32,21 @@ def load_transfer_functions(
 
     Args:
         path: the file.
-        module: what the file's names go into; by default a fresh one for each file.
-        code: what the file means, where it is not Python itself.
-        scope: what the file can import, where several files share that; see :func:`file_scope`.
+        module: the module for the file's names; by default a new one for each file.
+        code: the compiled file, if it is not plain Python.
+        scope: the modules that the file can import, if several files share them; see :func:`file_scope`.
+        parameters: values of the parameters that the file declares; others have their defaults.
 
     Raises:
         TransferFunctionError: the file cannot be read or executed, or declares nothing.
-        ExperimentError: something in it is wrong; it says where.
+        ExperimentError: the file is invalid; the message names the place.
     """
     path = Path(path)
     if not path.is_file():
         siblings = [found.name for found in path.parent.glob(f"*{path.suffix}")]
         hint = did_you_mean(path.name, siblings) if siblings else ""
         raise TransferFunctionError(f"there is no such file{hint}", path=path)
-    names = file_names()
+    names = file_names(parameters)
     scope = scope or file_scope(names["nrp"])
     target = ModuleType(path.stem) if module is None else module
     vars(target).update({name: value for name, value in names.items() if name not in vars(target)})
@@ -60,13 +64,17 @@ def load_transfer_functions(
     return functions
 
 
-def file_names() -> dict[str, Any]:
+def file_names(parameters: Mapping[str, object] = MappingProxyType({})) -> dict[str, Any]:
     """Return the names that a transfer function file begins with.
 
     What can be changed, such as ``nrp.tf_lib.cam``, is its own.
+
+    Args:
+        parameters: the values that ``nrp.parameter`` returns; others have their defaults.
     """
     library = _copy(tf_lib, cam=tf_lib.PinholeCamera())
-    return {**message_packages(), "nrp": _copy(dsl, tf_lib=library), "Topic": dsl.Topic}
+    framework = _copy(dsl, tf_lib=library, parameter=GivenParameters(parameters).parameter)
+    return {**message_packages(), "nrp": framework, "Topic": dsl.Topic}
 
 
 def _copy(package: ModuleType, **changes: Any) -> ModuleType:

@@ -1,4 +1,4 @@
-"""What a transfer function is given for a parameter."""
+"""The values of the parameters of transfer functions."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from typing import Any
 
 
 class Adapter:
-    """What a transfer function finds in a parameter."""
+    """The value of a parameter in a transfer function."""
 
     __slots__ = ()
 
     def refresh(self, now_ns: int) -> None:
-        """Take in what is new, right before the function runs."""
+        """Update it right before the function runs."""
 
     def reset(self) -> None:
         """Return to the state at time 0."""
 
     def set_active(self, active: bool) -> None:
-        """Work or fall silent; what is set stays."""
+        """Activate or silence it; settings stay."""
 
     def release(self) -> None:
-        """Give back what was taken from brain and world."""
+        """Release its resources in brain and world."""
 
     def save(self) -> Any:
         """Return its own state; brain and world save theirs."""
@@ -30,5 +30,5 @@ class Adapter:
         """Return to what :meth:`save` gave."""
 
     def shown(self) -> str:
-        """Return what the function sees, for reports; empty where it only writes."""
+        """Return the value that the function sees, for reports; empty if it only writes."""
         return ""

@@ -1,4 +1,4 @@
-"""What a parameter of a transfer function is bound to, and how."""
+"""The binding of a parameter of a transfer function."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from nrp_core.world.world import World
 
 @dataclass(frozen=True, slots=True)
 class Binding:
-    """What the parameters of one function are bound to.
+    """The bindings of the parameters of one function.
 
     Args:
         function: its name.
@@ -37,7 +37,7 @@ class Binding:
 
 
 class Mapping(ABC):
-    """Says what a parameter is bound to; remembers the line that says so.
+    """The binding of a parameter, with its line in the file.
 
     Args:
         parameter: name of the parameter.
@@ -58,10 +58,11 @@ class Mapping(ABC):
 
     @final
     def bind(self, binding: Binding) -> Adapter:
-        """Return what the function finds in the parameter.
+        """Return the parameter's value for the function.
 
         Raises:
-            ExperimentError: neurons, topic or settings do not exist; it says where this was asked for.
+            ExperimentError: neurons, topic or settings do not exist; the message names the place of the
+                binding.
             CapabilityError: the backend does not have it.
         """
         context = f"transfer function '{binding.function}', parameter '{self.parameter}'"
@@ -79,4 +80,4 @@ class Mapping(ABC):
 
     @abstractmethod
     def __str__(self) -> str:
-        """What the parameter is bound to, in a few words."""
+        """A short description of the binding."""

@@ -86,7 +86,7 @@ def message_type(given: Any) -> type:
         return _named(name)
     if isinstance(given, type):
         return given
-    raise TopicError(f"{given!r:.60} is no message type; name one such as std_msgs.msg.Float64")
+    raise TopicError(f"{given!r:.60} is not a message type; name one such as std_msgs.msg.Float64")
 
 
 def _foreign_name(given: Any) -> str | None:

@@ -74,10 +74,10 @@ class Topic:
 
 @dataclass(frozen=True, slots=True)
 class PreprocessedTopic(Topic):
-    """A topic whose messages are changed on their way.
+    """A topic with converted messages.
 
     Args:
-        name, topic_type: what the topic carries.
+        name, topic_type: the name and the message type of the topic.
         pre_processing: called with each message: of one that is read, it makes the ``value`` that the
             function sees; of what the function sends, the message.
     """
@@ -124,7 +124,7 @@ class SubscribedTopic(Adapter):
 
     @property
     def info(self) -> TopicInfo:
-        """What is known of the topic."""
+        """The description of the topic."""
         return self._subscription.topic
 
     @property
@@ -186,7 +186,7 @@ class PublishedTopic(Adapter):
 
     @property
     def info(self) -> TopicInfo:
-        """What is known of the topic."""
+        """The description of the topic."""
         return self._publication.topic
 
     def send_message(self, message: Any) -> None:

@@ -60,7 +60,7 @@ class Sphere(Region):
         radius: um.
 
     Raises:
-        NeuronSelectionError: that is no point, or no radius.
+        NeuronSelectionError: the point or the radius is invalid.
     """
 
     def __init__(self, center: Sequence[float], radius: float) -> None:
@@ -80,7 +80,7 @@ def point(value: Any, what: str, *, finite: bool = False) -> FloatArray:
 
     Args:
         value: the numbers, um.
-        what: what the point is, for the message.
+        what: name of the point, for the message.
         finite: whether infinity is refused; NaN always is.
 
     Raises:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,15 @@ from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
-from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Wrench
+from nrp_core.world.rigid.motion import (
+    BodyPath,
+    BodyVelocity,
+    JointAim,
+    JointStates,
+    ModelMotion,
+    Touch,
+    Wrench,
+)
 from nrp_core.world.scene.model import Rgba, Scene
 from nrp_core.world.world import World
 
@@ -90,7 +98,7 @@ class MockBrain(Brain):
 
 
 class MockEngine(Engine):
-    """Models that never move and do nothing; it has no cameras.
+    """Models that never move, touch nothing and do nothing; it has no cameras.
 
     Args:
         scene: the models.
@@ -98,7 +106,7 @@ class MockEngine(Engine):
     """
 
     def __init__(self, scene: Scene = _EMPTY, *, step_ns: int = NS_PER_MS) -> None:
-        capabilities = WorldCapabilities(step_ns, ball_joints=True, coupled_joints=True)
+        capabilities = WorldCapabilities(step_ns, contacts=True, ball_joints=True, coupled_joints=True)
         super().__init__(scene, capabilities, seed=0, identity="mock")
 
     def _do_advance(self, steps: int) -> None: ...
@@ -112,6 +120,9 @@ class MockEngine(Engine):
         names = tuple(name for joint in self.scene.model(model).joints for name in joint.coordinates)
         return JointStates(names, *np.zeros((3, len(names))))
 
+    def _do_touches(self) -> Sequence[Touch]:
+        return ()
+
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None: ...
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None: ...
@@ -124,7 +135,7 @@ class MockEngine(Engine):
 
 
 class MockWorld(World):
-    """Topics without anything behind them: they carry what is put on them.
+    """Topics without a world: they carry only published messages.
 
     Args:
         topics: message class of each topic, by name.
