@@ -1,4 +1,5 @@
-"""Experiments: read one from a file, check it, run it, and judge the result.
+"""Experiments: read, check and run them, and evaluate the results.
 
-``find`` reads, ``validate`` checks, ``run`` runs; ``model`` and ``happenings`` say what a file can hold.
+``reading`` reads files, ``making`` makes the parts, ``running`` runs them; ``model`` defines the contents of
+a file.
 """

@@ -28,7 +28,7 @@ def load_backend(
     """Load a backend and read its options.
 
     Args:
-        registry: of the backends of that side.
+        registry: the registry of the backends of that side.
         side: ``brain`` or ``world``, the section of the experiment.
         name: the backend's name.
         options: as written.
@@ -38,7 +38,7 @@ def load_backend(
         the backend and its typed options.
 
     Raises:
-        BackendError: it is not there or does not load.
+        BackendError: it is not installed or does not load.
         InvalidExperimentError: an option is wrong.
     """
     backend = registry.load(name)
@@ -52,14 +52,14 @@ def load_backend(
 
 @contextmanager
 def named(backend: str, action: str) -> Iterator[None]:
-    """Let whatever a backend raises in this block become one error that names it.
+    """Convert any exception of a backend in this block to an error that names it.
 
     Args:
         backend: its name.
-        action: what it does not do then.
+        action: the failed action, for the message.
 
     Raises:
-        BackendLoadError: it raised something that is none of our errors.
+        BackendLoadError: it raised an exception that is not one of our errors.
     """
     try:
         yield
@@ -73,7 +73,7 @@ def named(backend: str, action: str) -> Iterator[None]:
 def option_findings(source: Tree) -> list[Finding]:
     """Check the options of both sides in an experiment whose other values may be wrong.
 
-    A backend that is not there is none of these findings: an experiment can be read without it.
+    A missing backend is not a finding here: an experiment can be read without it.
     """
     findings: list[Finding] = []
     registries: tuple[tuple[str, Registry[Any]], ...] = (("brain", brains()), ("world", worlds()))

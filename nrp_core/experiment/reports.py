@@ -1,4 +1,4 @@
-"""What a brain backend has to say about the network of an experiment that does not run."""
+"""Reports of a brain backend about the network of an experiment, without a run."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.report import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named
-from nrp_core.experiment.making.prepare import ProgressCallback, network_of, no_progress, side_of
+from nrp_core.experiment.making.maker import build_here
+from nrp_core.experiment.making.parameters import with_parameters
+from nrp_core.experiment.making.prepare import ProgressCallback, building, network_of, no_progress, side_of
 from nrp_core.experiment.model.collector import Collector
-from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.findings import Code
 
 
@@ -24,7 +26,7 @@ class Account:
         brain: the backend's name.
         neurons, synapses: the size of the network.
         digest: of the network.
-        reports: what the backend says.
+        reports: the reports of the backend.
     """
 
     experiment: str
@@ -35,8 +37,15 @@ class Account:
     reports: tuple[Report, ...]
 
 
-def account_of(experiment: Experiment, progress: ProgressCallback = no_progress) -> Account:
+def account_of(
+    experiment: Experiment, progress: ProgressCallback = no_progress, build: Build = build_here
+) -> Account:
     """Build the network of an experiment and return what its brain backend reports about it.
+
+    Args:
+        experiment: the experiment.
+        progress: called with the name of each task as it begins.
+        build: makes the network; by default in this process.
 
     Raises:
         BackendError: the backend is missing or broken.
@@ -52,8 +61,9 @@ def account_of(experiment: Experiment, progress: ProgressCallback = no_progress)
         raise CapabilityError(
             f"the brain backend '{name}' reports nothing about networks; these do: {others}"
         )
-    progress("building the network")
-    network = network_of(experiment, collector)
+    progress(building(experiment))
+    experiment, _ = with_parameters(experiment, collector)
+    network = network_of(experiment, collector, build)
     collector.raise_errors()
     assert network is not None
     side.capabilities.require(network, name)

@@ -9,26 +9,27 @@ from operator import attrgetter
 from typing import Any
 
 from nrp_core.errors import TopicError
-from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
+from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity, require_poses
 from nrp_core.experiment.model.event_schema import Event, TopicIs, When
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.world import World
 
 Times = Mapping[str, int]
-"""When each event that has happened did, ns."""
+"""Times of past events, ns."""
 
 _NUMBER, _TRUTH, _TEXT = "a number", "true or false", "a text"
 
 Condition = Callable[[int, Times], bool]
-"""Whether something holds now (ns), given what has happened."""
+"""Returns whether a condition holds now (ns), given the past events."""
 
 
 def trigger(event: Event, world: World, where: GroundPositions) -> Condition:
-    """Return what an event waits for.
+    """Return the condition of an event.
 
     Raises:
         TopicError: a condition names a topic or a field that does not exist.
-        SceneError: a condition names something that is not in the scene.
+        SceneError: a condition names an object that is not in the scene.
+        CapabilityError: it needs a distance, and the world does not report poses of models.
     """
     if event.when is not None:
         return _all_of(event.when, world, where)
@@ -41,6 +42,7 @@ def _all_of(when: When, world: World, where: GroundPositions) -> Condition:
     if when.event is not None:
         conditions.append(partial(_has_happened, when.event, when.after))
     if when.near is not None:
+        require_poses(world)
         proximity, within = Proximity(when.near, world.scene), when.near.within
         conditions.append(lambda _now_ns, _times: proximity.distance(where) <= within)
     if when.topic is not None:
@@ -53,11 +55,11 @@ def _has_happened(event: str, after_ns: int, now_ns: int, times: Times) -> bool:
 
 
 class TopicSays:
-    """Whether a topic says something; as long as it has said nothing, it does not.
+    """A condition on the last message of a topic; false before the first message.
 
     Raises:
-        TopicError: there is no such topic, its message has no such field, or what that holds cannot be
-            compared with what is wanted.
+        TopicError: there is no such topic, its message does not have the field, or the values cannot be
+            compared.
     """
 
     def __init__(self, wanted: TopicIs, world: World) -> None:
@@ -72,7 +74,7 @@ class TopicSays:
 
     @property
     def value(self) -> Any:
-        """What it said last, None for nothing."""
+        """The last value, None before the first message."""
         stamped = self._subscription.latest
         return None if stamped is None else self._field(stamped.message)
 
@@ -99,7 +101,7 @@ def _require_comparable(wanted: TopicIs, said: Any) -> None:
 
 
 def _kind(value: Any) -> str:
-    """Return in words what a value can be compared with."""
+    """Return a text with the types that a value can be compared with."""
     if isinstance(value, bool):
         return _TRUTH
     if isinstance(value, Real):

@@ -1,9 +1,8 @@
-"""Criteria of a running experiment: look at every step, say passed, failed or not decided yet."""
+"""Criteria of a running experiment: evaluated at every step as passed, failed or not decided yet."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot, inf
 from numbers import Real
@@ -12,7 +11,7 @@ from typing import Any, final
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.conditions import Times, TopicSays
 from nrp_core.experiment.events.geometry import GroundPoint
-from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
+from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity, require_poses
 from nrp_core.experiment.model.event_schema import (
     START,
     Criterion,
@@ -33,10 +32,10 @@ class Verdict:
     Args:
         passed: None: not decided.
         decided_s: simulated time of the decision, s.
-        took_s: from when the criterion began to count until then, s.
-        distance: what decides, m: the least distance of a ``near``, the greatest of a ``stays_within``.
-        limit: what it is compared with, m; None where no distance decides.
-        reason: the same in words.
+        took_s: time from the start of the criterion to the decision, s.
+        distance: the decisive distance, m: the smallest of a ``near``, the largest of a ``stays_within``.
+        limit: the limit of the distance, m; None for other criteria.
+        reason: the outcome as a text.
     """
 
     passed: bool | None
@@ -51,8 +50,8 @@ class Judge(ABC):
     """Decides one criterion.
 
     Args:
-        begins: the moment from which on it counts.
-        limit: the distance that decides, m, if one does.
+        begins: the start of its evaluation.
+        limit: the limit of the distance, m, if there is one.
     """
 
     def __init__(self, begins: int | str, limit: float | None = None) -> None:
@@ -65,7 +64,7 @@ class Judge(ABC):
 
     @final
     def look(self, now_ns: int, times: Times, where: GroundPositions) -> None:
-        """Take one step into account; ``times`` are those of the events so far."""
+        """Evaluate one step; ``times`` are those of the past events."""
         if self._passed is not None:
             return
         if self._began_ns is None:
@@ -77,7 +76,7 @@ class Judge(ABC):
 
     @final
     def finish(self, now_ns: int) -> None:
-        """Decide what is left at the end of a whole run (one that was cut short decides nothing)."""
+        """Decide at the end of a complete run (a run that ended early does not decide)."""
         if self._passed is not None:
             return
         if self._began_ns is None:
@@ -87,18 +86,29 @@ class Judge(ABC):
 
     @property
     def outcome(self) -> Verdict:
-        """What is known by now."""
+        """The outcome so far."""
         decided, began = self._decided_ns, self._began_ns
         took_s = None if decided is None or began is None else seconds(decided - began)
         decided_s = None if decided is None else seconds(decided)
         return Verdict(self._passed, decided_s, took_s, self._distance, self._limit, self._reason)
 
+    def outcome_at(self, end_ns: int | None) -> Verdict:
+        """Return the outcome so far, or if the run ended at ``end_ns``; the judge stays as it is."""
+        if end_ns is None:
+            return self.outcome
+        before = self.save()
+        try:
+            self.finish(end_ns)
+            return self.outcome
+        finally:
+            self.restore(before)
+
     def save(self) -> Any:
-        """Return what changes while running."""
+        """Return the state that changes during a run."""
         return self._began_ns, self._decided_ns, self._passed, self._distance, self._reason
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         self._began_ns, self._decided_ns, self._passed, self._distance, self._reason = saved
 
     def _decide(self, passed: bool, now_ns: int, reason: str) -> None:
@@ -112,7 +122,7 @@ class Judge(ABC):
 
 
 class ComesNear(Judge):
-    """A model comes near something, soon enough."""
+    """A model comes near a target in time."""
 
     def __init__(self, near: Near, within_of: WithinOf | None, scene: Scene) -> None:
         super().__init__(START if within_of is None else within_of.event, near.within)
@@ -136,7 +146,7 @@ class ComesNear(Judge):
 
 
 class Throughout(Judge):
-    """Something is so at every step of a part of the run."""
+    """A condition holds at every step of a part of the run."""
 
     def __init__(self, during: During, limit: float | None = None) -> None:
         super().__init__(during.since, limit)
@@ -154,7 +164,7 @@ class Throughout(Judge):
 
     @abstractmethod
     def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
-        """Return in words what is not as it should be now, if anything is."""
+        """Return a description of a violation now, if there is one."""
 
 
 class Stays(Throughout):
@@ -184,7 +194,7 @@ class Stays(Throughout):
 
 
 class StaysSo(Throughout):
-    """A topic keeps saying something."""
+    """The values of a topic stay in limits."""
 
     def __init__(self, stays: TopicStays, world: World) -> None:
         super().__init__(stays.during)
@@ -205,30 +215,25 @@ class StaysSo(Throughout):
 
 
 def judge_of(criterion: Criterion, world: World) -> Judge:
-    """Return what decides a criterion.
+    """Return the judge of a criterion.
 
     Raises:
-        SceneError: it names something that is not in the scene.
+        SceneError: it names an object that is not in the scene.
         TopicError: it names a topic or a field that does not exist.
+        CapabilityError: it needs a distance, and the world does not report poses of models.
     """
     if criterion.stays_within is not None:
+        require_poses(world)
         return Stays(criterion.stays_within, world.scene)
     if criterion.topic_stays is not None:
         return StaysSo(criterion.topic_stays, world)
     assert criterion.near is not None  # checked when it was read
+    require_poses(world)
     return ComesNear(criterion.near, criterion.within_of, world.scene)
 
 
 def moment_ns(moment: int | str, times: Times) -> int | None:
-    """Return when a moment is or was: a time, ``start``, or an event; None for what has not come."""
+    """Return the time of a moment: a time, ``start``, or an event; None for a future event."""
     if isinstance(moment, int):
         return moment
     return 0 if moment == START else times.get(moment)
-
-
-def all_passed(outcomes: Iterable[Verdict]) -> bool | None:
-    """Return whether all passed: False as soon as one failed, None while one is not decided."""
-    decisions = {outcome.passed for outcome in outcomes}
-    if False in decisions:
-        return False
-    return None if None in decisions else True

@@ -11,14 +11,14 @@ from nrp_core.experiment.model.event_schema import Publish
 from nrp_core.world.world import World
 
 Action = Callable[[], None]
-"""What happens in an event."""
+"""An action of an event."""
 
 
 def action_of(publish: Publish, world: World) -> Action:
-    """Return what publishes a message.
+    """Return a function that publishes a message.
 
     Raises:
-        TopicError: the topic does not exist, takes no messages, or cannot carry the value.
+        TopicError: the topic does not exist, cannot be published on, or the value does not fit it.
     """
     publication = world.advertise(publish.topic)
     message = to_message(publication.topic, publish.value)
@@ -28,9 +28,8 @@ def action_of(publish: Publish, world: World) -> Action:
 class Events:
     """The events of a running experiment.
 
-    They happen between two steps, so that what one publishes at ``t`` acts from ``t`` on. Those that fall
-    on one time happen in the order in which they were added, but an event that waits for another one
-    comes after it, wherever it stands.
+    They happen between two steps, so that a message published at ``t`` acts from ``t`` on. Events at the same
+    time happen in the order in which they were added, but an event that waits for another one comes after it.
     """
 
     def __init__(self) -> None:
@@ -38,32 +37,32 @@ class Events:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew at time 0: nothing has happened."""
+        """Reset to time 0, without past events."""
         self._waiting = dict(self._all)
         self._times: dict[str, int] = {}
 
     @property
     def times(self) -> Times:
-        """When each event that has happened did, ns, in the order in which they did."""
+        """Times of past events, ns, in order."""
         return self._times
 
     def restore(self, times: Times) -> None:
-        """Go back to when these events had happened, and no others."""
+        """Restore the state after these events."""
         self._times = dict(times)
         self._waiting = {name: event for name, event in self._all.items() if name not in times}
 
     def add(self, name: str, condition: Condition, actions: Sequence[Action] = ()) -> None:
-        """Wait for an event from now on.
+        """Add an event.
 
         Args:
-            name: what it is called.
-            condition: when it happens.
-            actions: what happens then, in this order.
+            name: its name.
+            condition: its condition.
+            actions: its actions, in order.
         """
         self._all[name] = self._waiting[name] = condition, actions
 
     def fire_due(self, now_ns: int) -> list[str]:
-        """Let everything happen that is due now; return the names, in order."""
+        """Execute all events that are due now; return their names, in order."""
         fired: list[str] = []
         while due := [name for name, (holds, _) in self._waiting.items() if holds(now_ns, self._times)]:
             for name in due:

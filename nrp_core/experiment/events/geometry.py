@@ -1,7 +1,7 @@
 """Horizontal distances to the shapes of a scene, seen from above.
 
-What a shape covers on the ground is the convex hull of a few points, grown by a radius. That is exact
-but for cylinders, whose rims are taken as polygons of 64 corners (0.12 % of the radius).
+The footprint of a shape is the convex hull of a few points, extended by a radius. This is exact except for
+cylinders, whose rims are polygons of 64 corners (0.12 % of the radius).
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _RIM = [(cos(2 * pi * k / 64), sin(2 * pi * k / 64)) for k in range(64)]
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """What a shape covers on the ground.
+    """The footprint of a shape on the ground.
 
     Args:
-        corners: of a convex polygon, counter-clockwise; two for a line, one for a point.
-        radius: how far the footprint reaches beyond it; infinite: it is everywhere.
+        corners: corners of a convex polygon, counter-clockwise; two for a line, one for a point.
+        radius: extension of the footprint beyond it, m; infinite for a plane.
     """
 
     corners: tuple[GroundPoint, ...]
@@ -45,7 +45,7 @@ class Footprint:
         return cls(convex_hull([point.position[:2] for point in points]), radius)
 
     def distance(self, point: GroundPoint) -> float:
-        """Return how far a point is from the footprint; 0 inside."""
+        """Return the distance of a point from the footprint; 0 inside."""
         corners = self.corners
         edges = [*pairwise(corners), (corners[-1], corners[0])]
         if len(corners) > 2 and all(_cross(a, b, point) >= 0 for a, b in edges):

@@ -1,10 +1,11 @@
-"""Where the models of a running world are, and how far from each other on the ground."""
+"""Positions of the models of a running world, and horizontal distances."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
-from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.errors import CapabilityError, SceneError, did_you_mean
 from nrp_core.experiment.events.geometry import Footprint, GroundPoint
 from nrp_core.experiment.model.event_schema import Near
 from nrp_core.world.model_states import MODEL_STATES
@@ -14,18 +15,21 @@ from nrp_core.world.world import World
 
 
 class GroundPositions:
-    """The poses of all models, as the world publishes them; read once a step, used by many.
+    """The poses of all models from the world's topic, read once per step.
 
     Args:
-        world: a world, opened.
+        world: an open world; without poses if its engine does not report them.
     """
 
     def __init__(self, world: World) -> None:
-        self._states = world.subscribe(MODEL_STATES)
+        self._states = world.subscribe(MODEL_STATES) if world.capabilities.poses else None
+        self._poses: dict[str, Any] = {}
         self.refresh()
 
     def refresh(self) -> None:
-        """Read where everything is now."""
+        """Read the present poses."""
+        if self._states is None:
+            return
         stamped = self._states.latest
         assert stamped is not None  # a topic without a rate always has a value
         self._poses = dict(zip(stamped.message.name, stamped.message.pose, strict=True))
@@ -39,20 +43,31 @@ class GroundPositions:
         return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
     def ground(self, model: str) -> GroundPoint:
-        """Return where a model's origin is, seen from above."""
+        """Return the horizontal position of a model's origin."""
         position = self._poses[model].position
         return position.x, position.y
+
+
+def require_poses(world: World) -> None:
+    """Refuse a world without poses of models.
+
+    Raises:
+        CapabilityError: its engine does not report poses of models.
+    """
+    if not world.capabilities.poses:
+        raise CapabilityError("the world does not report where models are, so no distance is known")
 
 
 class Proximity:
     """The horizontal distance that a :class:`~nrp_core.experiment.model.event_schema.Near` speaks of.
 
     Args:
-        near: from which model to what.
-        scene: what the world is opened with.
+        near: the model and the target.
+        scene: the scene of the world.
 
     Raises:
-        SceneError: the scene has no such model or visual, or a joint moves the visual against its model.
+        SceneError: the scene does not have the model or visual, or a joint moves the visual relative to its
+            model.
         CapabilityError: the visual is a mesh.
     """
 
@@ -77,7 +92,7 @@ def _target(near: Near, scene: Scene) -> Callable[[GroundPositions], Footprint]:
 
 
 class _VisualFootprint:
-    """What a visual covers on the ground; computed anew only when its model has moved."""
+    """The footprint of a visual, computed again only after a motion of its model."""
 
     def __init__(self, path: str, scene: Scene) -> None:
         if path not in scene.visuals:
@@ -103,7 +118,7 @@ class _VisualFootprint:
 
 
 def _require_rigid(model: Model, link: Link) -> None:
-    """Refuse a link that a joint moves against its model."""
+    """Refuse a link that a joint moves relative to its model."""
     holding = {joint.child: joint for joint in model.joints}
     name = link.name
     while name in holding:

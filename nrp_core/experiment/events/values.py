@@ -1,4 +1,4 @@
-"""Messages as people write them in YAML or on a command line: a number, a colour, fields by name."""
+"""Messages in the notation of YAML or the command line: a number, a colour, fields by name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nrp_core.world.topics import TopicInfo, check_message
 
 
 def to_message(topic: TopicInfo, value: Any) -> Any:
-    """Return the message that a topic shall carry.
+    """Return a message for a topic.
 
     Args:
         topic: the topic.
@@ -24,7 +24,7 @@ def to_message(topic: TopicInfo, value: Any) -> Any:
             Gazebo material, or 3 or 4 numbers; for any other the fields by name or in order.
 
     Raises:
-        TopicError: the topic cannot carry it.
+        TopicError: it does not fit the topic.
     """
     try:
         message = _converted(topic.type, value)

@@ -1,14 +1,15 @@
-"""How the parts of an experiment are made from what it names.
+"""Make the parts of an experiment from its file.
 
-A reader of another format brings a :class:`Maker` of its own where a part is not simply a file in ours.
+A reader of another format has its own :class:`Maker` if a part is not simply a file in our format.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeAlias
 
 from nrp_core.brain.network.data import Network
@@ -19,12 +20,13 @@ from nrp_core.experiment.making.networks import network_from
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
 from nrp_core.findings import Code, Level
+from nrp_core.parameters import FUNCTIONS, read_parameters
 from nrp_core.registry import Registry
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.left_out import read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
 
-Loader: TypeAlias = Callable[[Path], list[TransferFunction]]
+Loader: TypeAlias = Callable[..., list[TransferFunction]]
 Lister: TypeAlias = Callable[[Path], Listing]
 
 LOADERS: Registry[Loader] = Registry("nrp_core.transfer_functions", "loader of transfer functions")
@@ -37,7 +39,7 @@ def build_here(make: Callable[[], Network]) -> Network:
 
 
 class Maker(PartMaker):
-    """Makes each part from the file that the experiment names; override what is made otherwise."""
+    """Makes each part from the file that the experiment names; subclasses replace methods for others."""
 
     def room(self, experiment: Experiment) -> Scene:
         """Return the scene without robots; if the experiment is not strict, without what cannot be used.
@@ -67,12 +69,17 @@ class Maker(PartMaker):
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain = experiment.brain
-        return build(partial(network_from, brain.model, populations=brain.populations, seed=experiment.seed))
+        return build(
+            partial(
+                network_from, brain.model, populations=brain.populations, seed=experiment.seed,
+                parameters=brain.parameters,
+            )
+        )  # fmt: skip
 
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         for i, path in enumerate(experiment.transfer_functions):
             with collector.during(Code.NRP210, "transfer_functions", i):
-                yield from load_functions(path)
+                yield from load_functions(path, experiment.function_parameters)
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
         for i, path in enumerate(experiment.transfer_functions):
@@ -85,21 +92,30 @@ class Maker(PartMaker):
 
 
 def maker_of(experiment: Experiment) -> PartMaker:
-    """Return what makes the parts of an experiment: its own maker, or the one for our formats."""
+    """Return the maker of an experiment: its own, or the one for our formats."""
     return experiment.maker or Maker()
 
 
-def load_functions(path: Path) -> list[TransferFunction]:
-    """Return the transfer functions of a file of any kind that is known.
+def load_functions(
+    path: Path, parameters: Mapping[str, object] = MappingProxyType({})
+) -> list[TransferFunction]:
+    """Return the transfer functions of a file of any supported kind.
+
+    Args:
+        path: the file.
+        parameters: values of parameters; a loader gets those that its file declares.
 
     Raises:
-        ExperimentError: it is of no kind that is known, or something in it is wrong.
+        ExperimentError: the kind is not supported, or the file is invalid.
     """
-    return LOADERS.load(_suffix(path))(path)
+    loader = LOADERS.load(_suffix(path))
+    declared = read_parameters(path, FUNCTIONS).parameters if parameters else ()
+    given = {name: parameters[name] for name in declared if name in parameters}
+    return loader(path, parameters=given) if given else loader(path)
 
 
 def _suffix(path: Path) -> str:
-    """Return the suffix of a file that some loader knows."""
+    """Return the registered suffix of a file."""
     if path.suffix not in LOADERS.names():
         valid = did_you_mean(path.suffix, LOADERS.names())
         raise ExperimentError(f"no transfer functions are read from '{path.name}'{valid}")

@@ -1,4 +1,4 @@
-"""The network of an experiment, whatever kind of file it is in.
+"""The network of an experiment, from any kind of file.
 
 An entry point in ``nrp_core.networks``, named by a suffix, is a function
 ``read(path, populations=..., seed=...)`` that returns a :class:`~nrp_core.brain.network.data.Network`.
@@ -17,20 +17,28 @@ from nrp_core.registry import Registry
 READERS: Registry[Callable[..., Network]] = Registry("nrp_core.networks", "reader of networks")
 
 
-def network_from(path: Path, *, populations: Mapping[str, Selection] | None = None, seed: int = 0) -> Network:
-    """Read a brain script or any other file that a reader is installed for.
+def network_from(
+    path: Path,
+    *,
+    populations: Mapping[str, Selection] | None = None,
+    seed: int = 0,
+    parameters: Mapping[str, object] | None = None,
+) -> Network:
+    """Read a brain script or any other file with an installed reader.
 
     Args:
         path: the file.
         populations: names for neurons of its circuit.
-        seed: what its random numbers follow from.
+        seed: the seed of its random numbers.
+        parameters: values of the parameters that a script declares; only such a reader gets them.
 
     Raises:
-        NetworkError: nobody reads such files, or it cannot be read.
+        NetworkError: there is no reader for such files, or it cannot be read.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
-        CapabilityError: it holds what networks cannot.
+        CapabilityError: it contains elements that networks do not support.
     """
     if path.suffix not in READERS.names():
         valid = did_you_mean(path.suffix, READERS.names())
         raise NetworkError(f"no network is read from files that end in '{path.suffix}'{valid}", path=path)
-    return READERS.load(path.suffix)(path, populations=populations, seed=seed)
+    given = {"parameters": parameters} if parameters else {}
+    return READERS.load(path.suffix)(path, populations=populations, seed=seed, **given)

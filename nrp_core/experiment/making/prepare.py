@@ -1,32 +1,33 @@
-"""Make everything that an experiment needs but its engines, and find all that is wrong with it."""
+"""Make all parts of an experiment except its engines, and find all mistakes in it."""
 
 from __future__ import annotations
 
-import re
+import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import reduce
-from pathlib import Path
+from functools import partial, reduce
 from typing import Any, Generic, TypeVar
 
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.picking import blamed
+from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, seconds
 from nrp_core.dsl.functions.collector import require_new_name
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
-from nrp_core.errors import NeuronSelectionError, did_you_mean
+from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.maker import maker_of
+from nrp_core.experiment.making.parameters import Parameters, with_parameters
+from nrp_core.experiment.making.start_poses import things_fall, wrong_starts
 from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
-from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.event_schema import END, START
-from nrp_core.experiment.model.experiment import BackendSection, Experiment
+from nrp_core.experiment.model.experiment import BackendSection, Build, Experiment
 from nrp_core.experiment.model.tree import Key
-from nrp_core.findings import Code, Finding, Level, has_errors
+from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
 from nrp_core.world.interface import WorldBackend
@@ -38,6 +39,9 @@ from nrp_core.world.world import World
 ProgressCallback = Callable[[str], None]
 """Called with the name of each task as it begins."""
 
+EXECUTING = "executing the brain script"
+"""The beginning of the name of the task that executes a script of the experiment."""
+
 B = TypeVar("B", BrainBackend, WorldBackend)
 
 
@@ -47,12 +51,12 @@ def no_progress(task: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Side(Generic[B]):
-    """A backend as an experiment chooses it.
+    """A backend as selected by an experiment.
 
     Args:
         backend: the backend.
-        options: an instance of its own model of options.
-        capabilities: what it has under these.
+        options: an instance of its class of options.
+        capabilities: its capabilities with these options.
     """
 
     backend: B
@@ -62,15 +66,16 @@ class Side(Generic[B]):
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """An experiment that fits together: all it needs to open its engines.
+    """A consistent experiment: everything it needs to open its engines.
 
     Args:
-        experiment: what was asked for.
+        experiment: the experiment.
         brain, world: the two backends.
-        network: for the brain.
-        scene: for the world, robots included.
+        network: the network of the brain.
+        scene: the scene of the world, robots included.
         functions: the transfer functions, not bound.
-        warnings: what was found that does not keep it from running.
+        parameters: those of the brain script and the transfer functions, with their values.
+        warnings: findings that do not prevent a run.
     """
 
     experiment: Experiment
@@ -79,17 +84,25 @@ class Plan:
     network: Network
     scene: Scene
     functions: tuple[TransferFunction, ...]
+    parameters: Parameters
     warnings: tuple[Finding, ...]
 
 
-def prepare(experiment: Experiment, progress: ProgressCallback = no_progress) -> Plan:
-    """Make everything that an experiment needs but its engines.
+def prepare(
+    experiment: Experiment, progress: ProgressCallback = no_progress, build: Build | None = None
+) -> Plan:
+    """Make all parts of an experiment except its engines.
+
+    Args:
+        experiment: the experiment.
+        progress: called with the name of each task as it begins.
+        build: makes the network; see :func:`network_of`.
 
     Raises:
         BackendError: a backend is missing or broken.
         InvalidExperimentError: anything else is wrong; it carries all findings.
     """
-    examined = Examination(experiment, progress)
+    examined = Examination(experiment, progress, build)
     examined.collector.raise_errors()
     assert examined.brain is not None
     assert examined.world is not None
@@ -102,6 +115,7 @@ def prepare(experiment: Experiment, progress: ProgressCallback = no_progress) ->
         examined.network,
         examined.scene,
         examined.functions,
+        examined.parameters,
         tuple(examined.collector.findings),
     )
 
@@ -109,7 +123,7 @@ def prepare(experiment: Experiment, progress: ProgressCallback = no_progress) ->
 def side_of(
     collector: Collector, registry: Registry[B], side: str, section: BackendSection
 ) -> Side[B] | None:
-    """Return a backend as an experiment chooses it; what is wrong goes to the collector."""
+    """Return the backend selected by an experiment; mistakes go to the collector."""
     with collector.during(Code.NRP205, side, "backend"):
         backend, options = load_backend(registry, side, section.backend, section.options, collector.source)
         with named(section.backend, "tell its capabilities"):
@@ -117,26 +131,59 @@ def side_of(
     return None
 
 
-def network_of(experiment: Experiment, collector: Collector) -> Network | None:
-    """Return the network of an experiment; what is wrong with it goes to the collector."""
+def building(experiment: Experiment) -> str:
+    """Return the name of the task that makes the network, with the script that is executed."""
+    name = experiment.brain.model.name
+    return f"{EXECUTING} {name}" if name.endswith(".py") else f"reading the network {name}"
+
+
+def network_of(experiment: Experiment, collector: Collector, build: Build | None = None) -> Network | None:
+    """Return the network of an experiment; mistakes go to the collector.
+
+    Args:
+        experiment: the experiment.
+        collector: receives the findings.
+        build: makes the network; by default in this process, within the time limit of the experiment.
+    """
     with collector.during(Code.NRP208, "brain", "model"):
         try:
-            return maker_of(experiment).network(experiment)
+            return maker_of(experiment).network(experiment, build or partial(_built_in_time, experiment))
         except NeuronSelectionError as error:
-            name = blamed(error, experiment.brain.populations)
-            collector.add(Code.NRP211, error.message, "brain", "populations", name)
+            keys = ("brain", "populations", error.subject or "")
+            collector.add(Code.NRP211, error.message, *keys, subject=error.subject)
     return None
 
 
+def _built_in_time(experiment: Experiment, make: Callable[[], Network]) -> Network:
+    """Make a network in this process, within the time limit of the experiment.
+
+    Raises:
+        NetworkError: it takes longer; with the line that the script has reached.
+    """
+    limit_ns, file = experiment.brain.time_limit, experiment.brain.model
+    limit = TimeLimit(None if limit_ns is None else seconds(limit_ns), name="brain.time_limit")
+    try:
+        with limit.watching():
+            return limit.call(make)
+    except TimeLimitExceeded as error:
+        frames = reversed(traceback.extract_tb(error.__traceback__))
+        line = next((frame.lineno for frame in frames if frame.filename == str(file)), None)
+        message = f"the brain script {error}; it was still executing this line"
+        raise NetworkError(message, path=file, line=line) from None
+
+
 class Examination:
-    """One look at an experiment; each part is None where it could not be made.
+    """A check of an experiment; each part is None if it could not be made.
 
     Args:
         experiment: the experiment.
         progress: called with the name of each task as it begins.
+        build: makes the network; see :func:`network_of`.
     """
 
-    def __init__(self, experiment: Experiment, progress: ProgressCallback) -> None:
+    def __init__(
+        self, experiment: Experiment, progress: ProgressCallback, build: Build | None = None
+    ) -> None:
         self._experiment = experiment
         self._lapse = Level.ERROR if experiment.strict else Level.WARNING
         self.collector = Collector(experiment.source)
@@ -144,12 +191,15 @@ class Examination:
         self.world = side_of(self.collector, worlds(), "world", experiment.world)
         self._check_steps()
         self._check_event_names()
+        self._experiment, self.parameters = with_parameters(experiment, self.collector)
         progress("reading the room and the robots")
         self.scene = self._scene()
-        progress("building the network")
-        self.network = network_of(experiment, self.collector)
+        self._check_starts()
+        if build is None:
+            progress(building(experiment))
+        self.network = network_of(self._experiment, self.collector, build)
         self._fits = self._brain_fits()
-        self.functions = tuple(maker_of(experiment).functions(experiment, self.collector))
+        self.functions = tuple(maker_of(experiment).functions(self._experiment, self.collector))
         self._check_together()
 
     # -- the parts
@@ -160,26 +210,27 @@ class Examination:
             scene = maker_of(self._experiment).room(self._experiment)
         models: list[Model] = []
         for name in robots:
-            with self.collector.during(Code.NRP209, "world", "robots", name, level=self._lapse):
+            omission = None if self._experiment.strict else Omission(Code.NRP256, "robot", name)
+            with self.collector.during(Code.NRP209, "world", "robots", name, omission=omission):
                 models.append(maker_of(self._experiment).robot(self._experiment, name))
         if scene is None or (self._experiment.strict and len(models) < len(robots)):
             return None
         with self.collector.during(Code.NRP209, "world", "robots"):
             scene = reduce(Scene.with_model, models, scene)
-            self.collector.findings += map(_warning, scene.warnings)
+            self.collector.findings += scene.warnings
             return self._with_sensors(scene)
         return None
 
     def _with_sensors(self, scene: Scene) -> Scene:
-        """Return the scene with sensors as bad as the experiment wants them."""
+        """Return the scene with the imperfections of sensors in the experiment."""
         for topic, section in self._experiment.world.sensors.items():
-            with self.collector.during(Code.NRP209, "world", "sensors", topic):
+            with self.collector.during(Code.NRP202, "world", "sensors", topic):
                 noise = None if section.noise is None else Noise(section.bias, section.noise)
                 delay = None if section.delay is None else seconds(section.delay)
                 scene = with_imperfection(scene, topic, noise=noise, delay=delay, drop_out=section.drop_out)
         return scene
 
-    # -- how they fit together
+    # -- consistency of the parts
 
     def _check_steps(self) -> None:
         brain_step_ns = self.brain.capabilities.resolution_ns if self.brain else None
@@ -195,6 +246,12 @@ class Examination:
                 return keys
         return ("timestep",)
 
+    def _check_starts(self) -> None:
+        if self.scene is None or self.world is None or not things_fall(self.world.capabilities):
+            return
+        for name, code, message in wrong_starts(self.scene, self._experiment.world.robots):
+            self.collector.add(code, message, "world", "robots", name, level=Level.WARNING)
+
     def _check_event_names(self) -> None:
         events = self._experiment.events
         for keys, name in event_references(self._experiment):
@@ -203,19 +260,23 @@ class Examination:
                 self.collector.add(Code.NRP213, message, *keys)
 
     def _brain_fits(self) -> bool:
-        """Whether the brain backend takes the network; collects what it would not keep of it."""
+        """Return whether the brain backend accepts the network; collect its deviations as findings."""
         if self.brain is None or self.network is None:
             return False
         name, before = self._experiment.brain.backend, len(self.collector.findings)
         with self.collector.during(Code.NRP216, "brain", "backend"):
             self.brain.capabilities.require(self.network, name)
             with self.collector.during(Code.NRP208, "brain", "model"), named(name, "look at the network"):
-                for warning in self.brain.backend.warnings(self.network, self.brain.options):
-                    self.collector.add(Code.NRP217, warning, "brain", "model", level=Level.WARNING)
+                self.collector.place(
+                    Findings(
+                        self.brain.backend.warnings(self.network, self.brain.options), general=Code.NRP217
+                    ),
+                    *("brain", "model"),
+                )
         return not has_errors(self.collector.findings[before:])
 
     def _check_together(self) -> None:
-        """Set everything up as for a run, with mocks, which check all that engines do."""
+        """Set everything up as for a run, with mocks that make the same checks as engines."""
         if self.scene is None:
             return
         world = MockWorld(scene=self.scene)
@@ -231,12 +292,16 @@ class Examination:
             )
             for topic in declare_missing_topics(self._experiment, world, self.functions):
                 message = f"the world has no topic '{topic}': it is silent unless a function publishes on it"
-                self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)
+                self.collector.add(
+                    Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic
+                )
             declare_topics(self.functions, world)
             variables: dict[str, Any] = {}
             bound: list[TransferFunction] = []
             for function in self.functions:
-                with self.collector.during(Code.NRP210, "transfer_functions", level=self._lapse):
+                left_out = Omission(Code.NRP272, "transfer function", function.name)
+                omission = None if self._experiment.strict else left_out
+                with self.collector.during(Code.NRP210, "transfer_functions", omission=omission):
                     require_new_name(function, bound)
                     bound.append(function.bind(brain, world, variables=variables))
             for function in bound:
@@ -258,11 +323,3 @@ def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], 
                 moment = getattr(stays.during, key)
                 if isinstance(moment, str) and moment not in (START, END):
                     yield ("criteria", name, kind, "during", key), moment
-
-
-def _warning(text: str) -> Finding:
-    """Turn a warning about a scene, which begins with its file and line, into a finding."""
-    placed = re.match(r"(.+?):(\d+): ", text)
-    if placed is None:
-        return Finding(Code.NRP209, text, Level.WARNING)
-    return Finding(Code.NRP209, text[placed.end() :], Level.WARNING, Path(placed[1]), int(placed[2]))

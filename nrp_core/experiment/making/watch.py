@@ -1,4 +1,4 @@
-"""What an experiment adds to its world: topics and aliases, and a watch over events and criteria."""
+"""Additions of an experiment to its world: topics and aliases, events and criteria."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from nrp_core.world.world import World
 
 
 def declare_own(experiment: Experiment, world: World, collector: Collector) -> bool:
-    """Give a world the topics and aliases of an experiment; what is wrong goes to the collector.
+    """Add the topics and aliases of an experiment to a world; mistakes go to the collector.
 
     Returns:
-        whether nothing is that keeps it from running.
+        Whether there are no mistakes that prevent a run.
     """
     findings_before = len(collector.findings)
     for name, kind in experiment.topics.items():
@@ -42,10 +42,10 @@ def _lapse(experiment: Experiment) -> Level:
 def declare_missing_topics(
     experiment: Experiment, world: World, functions: Sequence[TransferFunction]
 ) -> list[str]:
-    """Give a world what the functions of an experiment expect of it.
+    """Add the topics that the functions of an experiment expect to a world.
 
     Returns:
-        the topics that nobody serves and that are there now only because the experiment is not strict.
+        The missing topics that were added because the experiment is not strict.
     """
     maker_of(experiment).declare_missing_topics(world, functions)
     if experiment.strict:
@@ -56,12 +56,12 @@ def declare_missing_topics(
 
 
 class Watch:
-    """Lets the events of an experiment happen, and decides its criteria, while a world runs.
+    """Executes the events of an experiment and evaluates its criteria during a run.
 
     Args:
-        experiment: whose events and criteria.
-        world: with the topics and aliases of the experiment.
-        collector: takes what is wrong; the rest works.
+        experiment: the experiment with the events and criteria.
+        world: the world with the topics and aliases of the experiment.
+        collector: receives mistakes; the rest works.
     """
 
     def __init__(self, experiment: Experiment, world: World, collector: Collector) -> None:
@@ -81,17 +81,17 @@ class Watch:
         self._unspoilt = {name: judge.save() for name, judge in self._judges.items()}
 
     def reset(self) -> None:
-        """Begin anew at time 0."""
+        """Reset to time 0."""
         self.events.reset()
         for name, judge in self._judges.items():
             judge.restore(self._unspoilt[name])
 
     def save(self) -> Any:
-        """Return which events have happened and what the criteria have seen."""
+        """Return the past events and the state of the criteria."""
         return dict(self.events.times), {name: judge.save() for name, judge in self._judges.items()}
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave, for the same experiment."""
+        """Restore a state from :meth:`save`, for the same experiment."""
         times, judges = saved
         self.events.restore(times)
         for name, judge in self._judges.items():
@@ -99,18 +99,17 @@ class Watch:
                 judge.restore(judges[name])
 
     def look(self, now_ns: int) -> None:
-        """Take in the time that the world has reached; call it once for each."""
+        """Process the time that the world has reached; called once for each time."""
         self.where.refresh()
         self.events.fire_due(now_ns)
         for judge in self._judges.values():
             judge.look(now_ns, self.events.times, self.where)
 
-    def finish(self, now_ns: int) -> None:
-        """Decide what is left at the end of a whole run."""
-        for judge in self._judges.values():
-            judge.finish(now_ns)
+    def outcomes(self, end_ns: int | None = None) -> dict[str, Verdict]:
+        """Return the outcome of each criterion so far.
 
-    @property
-    def outcomes(self) -> dict[str, Verdict]:
-        """What came of each criterion."""
-        return {name: judge.outcome for name, judge in self._judges.items()}
+        Args:
+            end_ns: the time reached, if the run is over: the criteria are decided as they stand then. A run
+                that continues is not affected.
+        """
+        return {name: judge.outcome_at(end_ns) for name, judge in self._judges.items()}

@@ -10,7 +10,7 @@ from nrp_core.experiment.model.section import Name, Section, TopicName
 from nrp_core.quantities import DurationNs, LengthM, TimeNs, length_m, time_ns
 
 START, END = "start", "end"
-"""Moments that every run has; no event can be called so."""
+"""Moments of every run; events cannot have these names."""
 
 Point = tuple[LengthM, LengthM]
 """A place on the ground, x and y."""
@@ -62,7 +62,7 @@ class Near(Section):
     point: Point | None = None
     """Near this place on the ground."""
     within: Annotated[LengthM, Field(gt=0)]
-    """How near."""
+    """Maximum distance."""
 
     @model_validator(mode="after")
     def _one_target(self) -> Near:
@@ -101,9 +101,9 @@ class When(Section):
     event: Name | None = None
     """Another event has happened."""
     after: TimeNs = 0
-    """That long ago at least; needs ``event``."""
+    """Minimum time since that event; needs ``event``."""
     topic: TopicIs | None = None
-    """A topic says something."""
+    """A condition on a topic."""
 
     @model_validator(mode="after")
     def _some_condition(self) -> When:
@@ -130,11 +130,11 @@ def _one_or_more(value: Any) -> Any:
 OneOrMore = Annotated[
     tuple[Publish, ...], BeforeValidator(_one_or_more, json_schema_input_type=Publish | tuple[Publish, ...])
 ]
-"""A list, or the one thing that would be in it."""
+"""A list, or its single element."""
 
 
 class Event(Section):
-    """Something that happens once, at a time or by a condition, between two steps."""
+    """An event, which happens once, at a time or by a condition, between two steps."""
 
     at: TimeNs | None = None
     """When: at the first step not before this time."""
@@ -188,12 +188,12 @@ class TopicStays(TopicIs):
 
 
 class Criterion(Section):
-    """What must be so for the run to pass."""
+    """A criterion that the run must meet to pass."""
 
     near: Near | None = None
     """A model comes near something."""
     within_of: WithinOf | None = None
-    """Soon enough after an event; without it at any time. Goes with ``near``."""
+    """A time limit after an event; without it at any time. Goes with ``near``."""
     stays_within: StaysWithin | None = None
     """A model stays where it is."""
     topic_stays: TopicStays | None = None

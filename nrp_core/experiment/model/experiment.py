@@ -33,6 +33,7 @@ from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
 from nrp_core.experiment.model.ranges import Range
 from nrp_core.experiment.model.section import Name, Section, TopicName
 from nrp_core.experiment.model.tree import Key, Place, Tree
+from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
 from nrp_core.world.rigid.pose import Pose
@@ -67,6 +68,18 @@ def _six_values(value: object) -> object:
     return value
 
 
+def _parameter(value: object) -> object:
+    """Return a value of a parameter as it is written; the script's declaration says what is valid."""
+    match value:
+        case bool() | int() | float():
+            return value
+        case str():
+            return str(value)
+        case list() if all(isinstance(one, (int, float, str)) for one in value):
+            return [str(one) if isinstance(one, str) else one for one in value]
+    raise ValueError(f"a value is a number, a text, true, false or a list of numbers, not {value!r}")
+
+
 def _limit(value: object) -> object:
     try:
         return None if value in (None, "off") else time_ns(value)
@@ -89,6 +102,13 @@ TimeLimit = Annotated[
     BeforeValidator(_limit),
     WithJsonSchema({"type": ["string", "number"], "examples": ["60 s", "off"]}),
 ]
+ParameterValue = Annotated[
+    bool | int | float | str | list[float | str],
+    PlainValidator(_parameter),
+    WithJsonSchema(
+        {"type": ["boolean", "number", "string", "array"], "examples": [1.5, "1.5 mV", True, [0.1, 0.2]]}
+    ),
+]
 MessageType = Annotated[
     type, PlainValidator(message_type), WithJsonSchema({"type": "string", "examples": ["std_msgs/Float64"]})
 ]
@@ -101,7 +121,7 @@ PoseList = Annotated[
 
 
 class BackendSection(Section):
-    """Which backend runs one side, and how."""
+    """The backend of one side, and its options."""
 
     backend: str
     """Name of an installed backend; ``nrp backends`` lists them."""
@@ -116,6 +136,10 @@ class BrainSection(BackendSection):
     """The brain: a PyNN script, a network file (``.nrpnet``) or a SONATA configuration (``.json``)."""
     populations: dict[Name, Selection] = Field(default_factory=dict)
     """Names for groups of neurons of its ``circuit``; of a file without one, of all its neurons."""
+    time_limit: TimeLimit = 600_000_000_000
+    """Wall time that the script may take to build the network, or ``off``."""
+    parameters: dict[Name, ParameterValue] = Field(default_factory=dict)
+    """Values of the parameters that the script declares with ``sim.parameter``."""
 
 
 class RobotSection(Section):
@@ -124,7 +148,7 @@ class RobotSection(Section):
     model: ExistingFile
     """Its body: an SDF file."""
     pose: PoseList | None = None
-    """Where it starts: x, y, z, roll, pitch, yaw; by default where its file says."""
+    """Where it starts: x, y, z, roll, pitch, yaw; by default the pose in its file."""
 
     @property
     def start(self) -> Pose | None:
@@ -136,7 +160,7 @@ class RobotSection(Section):
 
 
 class SensorSection(Section):
-    """How a sensor differs from what its robot's file says."""
+    """Imperfections of a sensor, in addition to its robot's file."""
 
     noise: float | None = Field(default=None, ge=0)
     """Standard deviation of Gaussian noise on every number, in its own unit; 1 is full brightness."""
@@ -166,14 +190,14 @@ class WorldSection(BackendSection):
 
 
 class ComparisonSection(Section):
-    """What ``nrp diff`` is told by the experiment itself."""
+    """Settings of ``nrp diff`` in the experiment."""
 
     vary: dict[str, VariedRange] = Field(default_factory=dict)
-    """Settings on whose exact value the finding must not hang, drawn with the seed: ``key: 4..8 s``."""
+    """Settings on whose exact value the finding must not depend, drawn with the seed: ``key: 4..8 s``."""
 
 
 class CompatibilitySection(Section):
-    """Another platform, whose names and modules the files of this experiment use."""
+    """Another platform with the names and modules that the files of this experiment use."""
 
     platform: str
     """Name of an installed platform: ``hbp_nrp`` is the original one."""
@@ -182,9 +206,9 @@ class CompatibilitySection(Section):
 
 
 class Experiment(Section):
-    """A brain, a world, what connects them, and what shall happen."""
+    """A brain, a world, their connection, and events and criteria."""
 
-    name: str
+    name: str = Field(min_length=1)
     """Name of the experiment."""
     description: str = ""
     """Description for readers."""
@@ -200,6 +224,8 @@ class Experiment(Section):
     """The world side."""
     transfer_functions: tuple[ExistingFile, ...] = ()
     """Files with transfer functions."""
+    function_parameters: dict[Name, ParameterValue] = Field(default_factory=dict)
+    """Values of the parameters that these files declare with ``nrp.parameter``."""
     topics: dict[TopicName, MessageType] = Field(default_factory=dict)
     """Topics of the experiment's own, with their message types."""
     aliases: dict[TopicName, TopicName] = Field(default_factory=dict)
@@ -211,21 +237,21 @@ class Experiment(Section):
     comparison: ComparisonSection = ComparisonSection()
     """How the finding is compared between simulators."""
     on_error: Literal["stop", "quarantine"] = "stop"
-    """What a transfer function that raises, or does not return, does: stop the run, or be set aside."""
+    """Effect of a transfer function that raises or does not return: stop the run, or quarantine it."""
     function_time_limit: TimeLimit = 60_000_000_000
     """Wall time that one call of a transfer function may take, or ``off``; see ``on_error``."""
     tf_time: Literal["end", "start"] = "end"
     """Which time transfer functions get: that of their data, or the start of the step."""
     strict: bool = True
     """Whether a transfer function that cannot be bound, a robot or a part of the scene that cannot be
-    read, or a topic that nobody serves is an error; else these are left out, the topic stays silent, and a
-    warning says so."""
+    read, or a topic that nobody serves is an error; otherwise these are left out with a warning, and the
+    topic stays silent."""
     pace: Pace = "max"
     """Speed of the run: ``max``, ``realtime`` or a multiple of real time."""
     models: tuple[ExistingFolder, ...] = ()
     """Folders to search for ``model://`` and other files of rooms and robots."""
     compatibility: CompatibilitySection | None = None
-    """The platform that its files were written for, where they need what only that one has."""
+    """The platform that its files were written for, if they need features that only it has."""
     csv_folder: Path = Path("csv")
     """Where a run that is not recorded puts the files of its CSV recorders."""
 
@@ -253,49 +279,49 @@ class Experiment(Section):
         return events
 
     def with_source(self, source: Tree) -> Experiment:
-        """Return the same experiment, knowing where each value was written."""
+        """Return the same experiment with the places of its values."""
         copy = self.model_copy()
         copy._source = source
         return copy
 
     def with_maker(self, maker: PartMaker) -> Experiment:
-        """Return the same experiment, its parts made by ``maker``."""
+        """Return the same experiment with a maker of its parts."""
         copy = self.model_copy()
         copy._maker = maker
         return copy
 
     def with_overrides(self, overrides: Sequence[str]) -> Experiment:
-        """Return the same experiment, knowing which ``dotted.key=value`` were laid over its file."""
+        """Return the same experiment with the overrides ``dotted.key=value`` of its file."""
         copy = self.model_copy()
         copy._overrides = tuple(overrides)
         return copy
 
     @property
     def overrides(self) -> tuple[str, ...]:
-        """What was laid over its file."""
+        """The overrides of its file."""
         return self._overrides
 
     @property
     def maker(self) -> PartMaker | None:
-        """What makes its parts; None: they are files in our formats."""
+        """The maker of its parts; None: they are files in our formats."""
         return self._maker
 
     @property
     def source(self) -> Tree:
-        """What was written, and where; empty for an experiment made in Python."""
+        """The values as written, with places; empty for an experiment created in Python."""
         return self._source
 
     def place(self, *keys: Key) -> Place:
-        """Return where a value is written, or where the nearest one around it is."""
+        """Return the place of a value, or of the nearest enclosing one."""
         return self._source.place_of(*keys)
 
 
 Build: TypeAlias = Callable[[Callable[[], Network]], Network]
-"""Makes a network by calling what makes it, which can be pickled; maybe not in this process."""
+"""Builds a network by a function that can be pickled, possibly in another process."""
 
 
 class PartMaker(ABC):
-    """Makes the parts of an experiment from what it names."""
+    """Makes the parts of an experiment."""
 
     @abstractmethod
     def room(self, experiment: Experiment) -> Scene:
@@ -319,7 +345,7 @@ class PartMaker(ABC):
 
         Args:
             experiment: the experiment.
-            build: makes it; by default in this process.
+            build: builds it; by default in this process.
 
         Raises:
             NetworkError: it cannot be made.
@@ -328,11 +354,22 @@ class PartMaker(ABC):
 
     @abstractmethod
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
-        """Yield new transfer functions; what is wrong with one goes to the collector."""
+        """Yield new transfer functions; mistakes go to the collector."""
 
     @abstractmethod
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
-        """Yield what :meth:`functions` would execute; what is wrong with it goes to the collector."""
+        """Yield the code that :meth:`functions` would execute; mistakes go to the collector."""
+
+    def brain_parameters(self, experiment: Experiment) -> Declared:
+        """Return the parameters that the brain file declares; it is not executed."""
+        return read_parameters(experiment.brain.model, BRAIN)
+
+    def function_parameters(self, experiment: Experiment) -> Declared:
+        """Return the parameters that the files of transfer functions declare; they are not executed."""
+        declared = Declared()
+        for path in experiment.transfer_functions:
+            read_parameters(path, FUNCTIONS, into=declared)
+        return declared
 
     def declare_missing_topics(self, world: World, functions: Sequence[TransferFunction]) -> None:
-        """Add to a world what these functions expect of it, such as further names of its topics."""
+        """Add the topics that these functions expect to a world, such as aliases."""

@@ -1,4 +1,4 @@
-"""Ranges of settings that are drawn anew with each seed: a finding must not hang on their exact value."""
+"""Ranges of settings that are drawn with each seed, because a finding must not depend on the exact value."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _RANGE = re.compile(rf"(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER})\s*(?P<uni
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Where a setting is drawn from, uniformly.
+    """The range from which a setting is drawn, uniformly.
 
     Args:
         low, high: the ends.
-        unit: of both; may be empty.
+        unit: their unit; may be empty.
     """
 
     low: float
@@ -29,7 +29,7 @@ class Range:
         """Read ``4..8 s``; a range is returned as it is.
 
         Raises:
-            ValueError: it is written otherwise, or its end is not above its beginning.
+            ValueError: it has another form, or its end is not above its beginning.
         """
         if isinstance(value, cls):
             return value
@@ -54,7 +54,7 @@ def keyed_range(text: str) -> tuple[str, Range]:
     """Read ``events.go.at=4..8 s``: a dotted key, as in an override, and its range.
 
     Raises:
-        ValueError: it is written otherwise.
+        ValueError: it has another form.
     """
     key, equals, value = text.partition("=")
     if not (equals and key.strip()):

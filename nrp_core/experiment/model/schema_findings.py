@@ -64,17 +64,40 @@ def _finding(
     return reached.place.finding(code, message), keys
 
 
+_KINDS = {
+    "bool": "a valid boolean", "int": "a valid integer", "float": "a valid number",
+    "string": "a valid string", "path": "a valid path", "list": "a valid list", "tuple": "a valid list",
+    "set": "a valid list", "dict": "a valid mapping", "mapping": "a valid mapping",
+    "model": "a valid mapping",
+}  # fmt: skip
+_RULES = {
+    "int_from_float": "should be a valid integer",
+    "finite_number": "should be a finite number",
+    "greater_than": "should be greater than {gt:g}",
+    "greater_than_equal": "should be greater than or equal to {ge:g}",
+    "less_than": "should be less than {lt:g}",
+    "less_than_equal": "should be less than or equal to {le:g}",
+    "multiple_of": "should be a multiple of {multiple_of:g}",
+    "too_short": "should have at least {min_length} items",
+    "too_long": "should have at most {max_length} items",
+    "string_too_short": "should have at least {min_length} characters",
+    "string_too_long": "should have at most {max_length} characters",
+    "enum": "should be {expected}",
+    "literal_error": "should be {expected}",
+}
+_RULES |= {
+    f"{kind}_{error}": f"should be {named}" for kind, named in _KINDS.items() for error in ("type", "parsing")
+}
+"""The rule that a value breaks, by the type of pydantic's error; names in braces are in its context."""
+
+
 def reason(detail: ErrorDetails) -> str:
-    """Say what is wrong with a value, in words that do without pydantic."""
+    """Return the mistake in a value, in words that do without pydantic."""
+    context = detail.get("ctx", {})
     if detail["type"] == "value_error":
-        return str(detail["ctx"]["error"])
-    told = (
-        detail["msg"]
-        .replace("Input should", "should")
-        .replace("tuple", "list")
-        .replace("dictionary", "mapping")
-    )
-    return f"{told}, not {detail['input']!r:.60}"
+        return str(context["error"])
+    rule = _RULES.get(detail["type"])
+    return f"{rule.format(**context) if rule else detail['msg']}, not {detail['input']!r:.60}"
 
 
 def _dotted(keys: Sequence[Key]) -> str:

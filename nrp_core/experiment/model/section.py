@@ -1,4 +1,4 @@
-"""What all sections of an experiment file share: unknown keys are refused, names are checked."""
+"""The base of all sections of an experiment file: unknown keys are refused, names are checked."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 
 class Section(BaseModel):
-    """Base of every section; its fields' docstrings are their documentation, in editors too."""
+    """Base of every section; the docstrings of its fields are their documentation, also in editors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
     def _require_one_of(self, names: Iterable[str]) -> None:
-        """Refuse a section that gives none, or more than one, of its alternatives.
+        """Refuse a section without exactly one of its alternatives.
 
         Raises:
-            ValueError: it does.
+            ValueError: there are none or several.
         """
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) != 1:

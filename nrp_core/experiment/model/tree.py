@@ -1,4 +1,4 @@
-"""Data that remembers where each piece was written, through merging and overriding."""
+"""Data with the place of each value, kept through merging and overriding."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Key = str | int
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where something is written.
+    """The place of a value.
 
     Args:
         path: the file; None: given on the command line or in Python.
         line, column: 1-based.
-        override: the override ``key=value`` it stands in, if it does.
+        override: the override ``key=value`` that contains it, if any.
     """
 
     path: Path | None = None
@@ -31,16 +31,16 @@ class Place:
 
     @property
     def folder(self) -> Path:
-        """Where relative paths written here start."""
+        """The folder of relative paths written here."""
         return Path.cwd() if self.path is None else self.path.parent
 
     def finding(self, code: Code, message: str, level: Level = Level.ERROR) -> Finding:
-        """Return a finding about what is written here."""
-        told = f"in the override '{self.override}': {message}" if self.override else message
-        return Finding(code, told, level, self.path, self.line, self.column)
+        """Return a finding with this place."""
+        text = f"in the override '{self.override}': {message}" if self.override else message
+        return Finding(code, text, level, self.path, self.line, self.column)
 
     def error(self, message: str) -> ExperimentError:
-        """Return an error about what is written here."""
+        """Return an error with this place."""
         return self.finding(Code.NRP202, message).as_error()
 
 
@@ -50,8 +50,8 @@ class Tree:
 
     Args:
         value: a scalar, or a dictionary or list of trees.
-        place: where the value stands.
-        key_place: where its key stands; its own place where it has none.
+        place: the place of the value.
+        key_place: the place of its key; its own place if it has none.
     """
 
     value: Any
@@ -59,7 +59,7 @@ class Tree:
     key_place: Place | None = None
 
     def plain(self) -> Any:
-        """Return the bare data; texts know the folder of their file."""
+        """Return the plain data; strings have the folder of their file."""
         if isinstance(self.value, dict):
             return {key: child.plain() for key, child in self.value.items()}
         if isinstance(self.value, list):
@@ -67,11 +67,11 @@ class Tree:
         return TextFrom.of(self.value, self.place.folder) if isinstance(self.value, str) else self.value
 
     def place_of(self, *keys: Key) -> Place:
-        """Return where the value under these keys is written, or where the nearest one around it is."""
+        """Return the place of the value under these keys, or of the nearest enclosing one."""
         return self.nearest(keys)[0].place
 
     def nearest(self, keys: Sequence[Key]) -> tuple[Tree, tuple[Key, ...]]:
-        """Follow keys as far as they lead, skipping those that are not in the data.
+        """Follow keys as far as possible, skipping those that are not in the data.
 
         Returns:
             the tree reached and the keys that led to it.
@@ -85,15 +85,22 @@ class Tree:
         return tree, tuple(followed)
 
     def child(self, key: Key) -> Tree | None:
-        """Return what stands under a key or at an index, or None."""
+        """Return the value under a key or at an index, or None."""
         if isinstance(self.value, dict):
             return self.value.get(key)
         if isinstance(self.value, list) and isinstance(key, int) and 0 <= key < len(self.value):
             return self.value[key]  # type: ignore[no-any-return]
         return None
 
+    def at(self, *keys: str) -> Tree | None:
+        """Return the tree under these keys, None if it is not there."""
+        tree: Tree | None = self
+        for key in keys:
+            tree = tree.value.get(key) if tree is not None and isinstance(tree.value, dict) else None
+        return tree
+
     def merged(self, over: Tree) -> Tree:
-        """Lay another tree over this one: mappings join, ``null`` removes, all else replaces."""
+        """Merge another tree over this one: mappings are merged, ``null`` removes, all else replaces."""
         if not (isinstance(self.value, dict) and isinstance(over.value, dict)):
             return over
         joined = dict(self.value)
@@ -105,7 +112,7 @@ class Tree:
         return replace(over, value=joined)
 
     def overridden(self, keys: Sequence[str], over: Tree) -> Tree:
-        """Put a tree under dotted keys, making mappings on the way.
+        """Set a tree under dotted keys, creating mappings.
 
         Raises:
             ExperimentError: the keys lead into a list with no such item, or through a scalar.

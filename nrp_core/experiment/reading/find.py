@@ -1,4 +1,4 @@
-"""Find an experiment by what a user calls it, and read it whatever its format is.
+"""Find an experiment by name or path, and read it in any supported format.
 
 A distribution ships an experiment as a package whose folder holds ``experiment.yaml``, named by an entry
 point; other files in the folder are its variants: ``braitenberg_husky`` and ``braitenberg_husky/no_red``.
@@ -14,6 +14,7 @@ from types import ModuleType
 from nrp_core._support.archives import unpacked
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.paths import MissingFileError, require_target
 from nrp_core.registry import Registry
 
 Reader = Callable[[Path, Sequence[str]], Experiment]
@@ -33,10 +34,10 @@ def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experime
         overrides: ``dotted.key=value``.
 
     Raises:
-        ExperimentError: there is none, or it is wrong.
+        ExperimentError: there is none, or it is invalid.
     """
     path = find_file(str(text))
-    if Path(text).suffix.lower() == ARCHIVE:  # what is unpacked is kept where users do not look
+    if Path(text).suffix.lower() == ARCHIVE:  # unpacked files are in a hidden folder
         beside = Path.cwd() / Path(text).expanduser().with_suffix("")
         overrides = [f"csv_folder={beside / 'csv'}", *overrides]
     return READERS.load(path.suffix)(path, overrides)
@@ -70,9 +71,12 @@ def find_file(text: str, folder: Path | None = None) -> Path:
             return variants[text]
     path = (folder or Path.cwd()) / Path(text).expanduser()
     try:
+        require_target(path)
         str(path.resolve()).encode()
-    except UnicodeEncodeError:  # it could be opened, but be told to nobody and be kept in no recording
+    except UnicodeEncodeError:  # it could be opened, but not be printed or recorded
         raise ExperimentError("the name of the file or of a folder above is not UTF-8", path=path) from None
+    except MissingFileError as error:
+        raise ExperimentError(str(error)) from None
     if path.is_dir():
         return _in_folder(path)
     if not path.is_file():
@@ -101,6 +105,10 @@ def _in_folder(folder: Path) -> Path:
     found = sorted(path for path in folder.iterdir() if path.suffix in READERS.names())
     named = [path for path in found if path.stem == STEM] or found
     if len(named) == 1:
+        try:
+            require_target(named[0])
+        except MissingFileError as error:
+            raise ExperimentError(str(error)) from None
         return named[0].resolve()
     if not named:
         raise ExperimentError("the folder does not contain an experiment (experiment.yaml)", path=folder)

@@ -1,9 +1,10 @@
-"""Platforms that an experiment says its files were written for."""
+"""Platforms for which the files of an experiment were written."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -18,22 +19,25 @@ from nrp_core.registry import Registry
 
 @dataclass(frozen=True, slots=True)
 class Platform:
-    """What an entry point in ``nrp_core.platforms``, named as experiments write it, is.
+    """The object of an entry point in ``nrp_core.platforms``, which has the platform's name in experiments.
 
     Args:
-        options: what can be said of it in an experiment.
-        maker: makes what makes the parts of an experiment, given these.
+        options: the class of its options in an experiment.
+        maker: returns the maker of the parts of an experiment, given these options.
+        described: returns the experiment that a document of the platform describes, if it is one; it gets
+            the file and overrides.
     """
 
     options: type[Section]
     maker: Callable[[Experiment, Any], PartMaker]
+    described: Callable[[Path, Sequence[str]], Experiment | None] | None = None
 
 
 PLATFORMS: Registry[Platform] = Registry("nrp_core.platforms", "platform")
 
 
 def with_platform(experiment: Experiment) -> Experiment:
-    """Return an experiment whose parts are made as on the platform that it names, if it names one.
+    """Return an experiment with the maker of its platform, if it names one.
 
     Raises:
         InvalidExperimentError: that is not installed, or its options are wrong.
@@ -53,3 +57,17 @@ def with_platform(experiment: Experiment) -> Experiment:
             schema_findings(error, platform.options, experiment.source, above, Code.NRP206)
         ) from None
     return experiment.with_maker(platform.maker(experiment, options))
+
+
+def described_by(path: Path, overrides: Sequence[str] = ()) -> Experiment | None:
+    """Return the experiment that a file describes which names a brain or a body besides its functions.
+
+    Raises:
+        InvalidExperimentError: it belongs to a platform, and cannot be read.
+    """
+    for name in PLATFORMS.names():
+        platform = PLATFORMS.load(name)
+        found = None if platform.described is None else platform.described(path, overrides)
+        if found is not None:
+            return found
+    return None

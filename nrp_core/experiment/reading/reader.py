@@ -1,4 +1,4 @@
-"""Read an experiment from YAML: what it extends, overrides, and all that is wrong with it at once."""
+"""Read an experiment from YAML: merge the files that it extends, apply overrides, report all mistakes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.backends import option_findings
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.schema_findings import schema_findings
@@ -19,6 +19,12 @@ from nrp_core.experiment.reading.yaml_tree import parse_tree, read_tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 
 EXTENDS = "extends"
+
+_NAMED = (
+    ("events",), ("criteria",), ("aliases",), ("topics",),
+    ("world", "robots"), ("world", "sensors"), ("brain", "populations"),
+)  # fmt: skip
+"""The mappings whose keys are names that an experiment gives."""
 
 
 def read_yaml(path: Path, overrides: Sequence[str] = ()) -> Experiment:
@@ -33,11 +39,11 @@ def read_yaml(path: Path, overrides: Sequence[str] = ()) -> Experiment:
     Raises:
         InvalidExperimentError: anything is wrong; it carries all findings.
     """
-    return experiment_of(reduce(Tree.merged, _lineage(path.resolve()).values()), overrides)
+    return experiment_of(reduce(_laid_over, _lineage(path.resolve()).values()), overrides)
 
 
 def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
-    """Return the experiment that a tree means, whatever the file it was read from.
+    """Return the experiment of a tree, from any kind of file.
 
     Args:
         tree: the keys and values of :class:`~nrp_core.experiment.model.experiment.Experiment`.
@@ -57,12 +63,30 @@ def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
     return with_platform(experiment.with_source(tree).with_overrides(overrides))
 
 
+def _laid_over(tree: Tree, over: Tree) -> Tree:
+    """Return a file laid over those that it extends; it may remove by name only what they have."""
+    for keys in _NAMED:
+        below, above = tree.at(*keys), over.at(*keys)
+        if below is not None and above is not None:
+            _require_removable(below, above)
+    return tree.merged(over)
+
+
+def _require_removable(below: Tree, above: Tree) -> None:
+    if not (isinstance(below.value, dict) and isinstance(above.value, dict)):
+        return
+    for name, child in above.value.items():
+        if child.value is None and name not in below.value:
+            message = f"there is no '{name}' to remove{did_you_mean(str(name), below.value)}"
+            raise InvalidExperimentError([(child.key_place or child.place).finding(Code.NRP201, message)])
+
+
 def _reading_order(finding: Finding) -> tuple[str, int, int]:
     return str(finding.path or ""), finding.line or 0, finding.column or 0
 
 
 def _lineage(path: Path, extending: tuple[Path, ...] = ()) -> dict[Path, Tree]:
-    """Return a file after all that it is laid over, each once; ``extending`` are the files that led here."""
+    """Return a file after all files that it extends, each once; ``extending`` are the files that led here."""
     try:
         tree = read_tree(path)
     except ExperimentError as error:
@@ -102,6 +126,24 @@ def overridden(tree: Tree, override: str) -> Tree:
     try:
         if not equals or not all(keys):
             raise place.error("it must read 'dotted.key=value'")
-        return tree.overridden(keys, parse_tree(text, place))
+        value = parse_tree(text, place)
+        if value.value is None:
+            _require_optional(tree, keys, place)
+        return tree.overridden(keys, value)
     except ExperimentError as error:
         raise InvalidExperimentError([Finding.of(error, Code.NRP215)]) from error
+
+
+def _require_optional(tree: Tree, keys: Sequence[str], place: Place) -> None:
+    """Refuse to remove a key that every experiment needs, or a name that is not there.
+
+    Raises:
+        ExperimentError: it cannot be removed.
+    """
+    *outer, name = keys
+    field = Experiment.model_fields.get(name)
+    if not outer and field is not None and field.is_required():
+        raise place.error(f"'{name}' cannot be removed: an experiment needs it")
+    below = tree.at(*outer) if tuple(outer) in _NAMED else None
+    if below is not None and isinstance(below.value, dict) and name not in below.value:
+        raise place.error(f"there is no '{name}' to remove{did_you_mean(name, below.value)}")

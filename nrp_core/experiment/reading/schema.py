@@ -60,7 +60,7 @@ def _allow_null(value: dict[str, Any]) -> None:
 
 
 def _add_backends(model: type[BaseModel], registry: Registry[Any], definitions: dict[str, Any]) -> None:
-    """Describe the options of each backend where it is the one that is chosen."""
+    """Describe the options of each backend if it is selected."""
     section = definitions[model.__name__]
     choices = section["properties"]["backend"]
     choices["anyOf"] = [{"enum": registry.names()}, {"type": choices.pop("type")}]

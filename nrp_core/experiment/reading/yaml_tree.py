@@ -15,7 +15,7 @@ from nrp_core.experiment.model.tree import Place, Tree
 
 _YAML = "tag:yaml.org,2002:"
 MAX_VALUES = 100_000
-"""More values than this (aliases counted every time they are used) is no experiment but an attack."""
+"""Maximum number of values, with each use of an alias counted, against malicious files."""
 
 
 def read_tree(path: Path) -> Tree:
@@ -25,9 +25,10 @@ def read_tree(path: Path) -> Tree:
         ExperimentError: it cannot be read, is not YAML, uses a key twice, or holds no mapping.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        data = path.read_bytes()
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ExperimentError(f"not a text file: {error.reason} at byte {error.start}", path=path) from error
+        raise _not_utf8(path, data, error.start) from error
     except OSError as error:
         raise ExperimentError(f"cannot be read: {error.strerror}", path=path) from error
     tree = parse_tree(text, Place(path))
@@ -38,8 +39,19 @@ def read_tree(path: Path) -> Tree:
     return tree
 
 
+def _not_utf8(path: Path, data: bytes, at: int) -> ExperimentError:
+    """Return the error of a byte that is not UTF-8."""
+    before = data[:at]
+    line, column = before.count(b"\n") + 1, at - before.rfind(b"\n")
+    message = (
+        f"not UTF-8: the byte 0x{data[at]:02x}, '{bytes([data[at]]).decode('latin-1')}' in Latin-1; "
+        "save the file as UTF-8"
+    )
+    return ExperimentError(message, path=path, line=line, column=column)
+
+
 def parse_tree(text: str, place: Place) -> Tree:
-    """Parse YAML text; ``place`` says which file or override it comes from.
+    """Parse YAML text; ``place`` is its file or override.
 
     Raises:
         ExperimentError: it is not YAML, or uses a key twice.

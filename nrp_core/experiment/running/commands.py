@@ -1,4 +1,4 @@
-"""What a run can be told from outside."""
+"""Commands to a run from outside."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ MAX_LINE = 1 << 20
 """A request longer than this many bytes is refused."""
 
 Commands = Mapping[str, Callable[..., Any]]
-"""What a run can be told, by name; the other keys of a request are the arguments."""
+"""Commands to a run, by name; the other keys of a request are the arguments."""
 
 
 class ControlServer(Closing):
@@ -34,28 +34,39 @@ class ControlServer(Closing):
     Args:
         path: of the socket; one that a dead run left behind is replaced.
         commands: called in a thread of the server; what they return must fit into JSON.
+        waits: whether requests wait until :meth:`answer` is called.
 
     Raises:
         ExperimentError: another run listens there, or the socket cannot be made.
     """
 
-    def __init__(self, path: Path, commands: Commands) -> None:
+    def __init__(self, path: Path, commands: Commands, *, waits: bool = False) -> None:
         _make_way(path)
         try:
             self._server = _Server(path, commands)
         except OSError as error:
             raise ExperimentError(f"cannot listen here: {error.strerror or error}", path=path) from error
         self._path = path
+        self._thread: threading.Thread | None = None
+        self._closed = False
+        if not waits:
+            self.answer()
+
+    def answer(self) -> None:
+        """Answer the requests that wait and all that come."""
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True)
         self._thread.start()
 
     def close(self) -> None:
         """Stop listening and remove the socket; calling it again does nothing."""
-        if self._thread.is_alive():
+        if self._closed:
+            return
+        self._closed = True
+        if self._thread is not None:
             self._server.shutdown()
             self._thread.join()
-            self._server.server_close()
-            self._path.unlink(missing_ok=True)
+        self._server.server_close()
+        self._path.unlink(missing_ok=True)
 
 
 def tell(path: Path, command: str, *, timeout_s: float = 5.0, **arguments: Any) -> Any:
@@ -81,7 +92,7 @@ def tell(path: Path, command: str, *, timeout_s: float = 5.0, **arguments: Any) 
     except OSError as error:
         raise ExperimentError(f"no run listens here: {error.strerror or error}", path=path) from error
     except (ValueError, TypeError, KeyError) as error:
-        raise ExperimentError("what listens here is no run", path=path) from error
+        raise ExperimentError("the program that listens here is not a run", path=path) from error
     if refusal is not None:
         raise ExperimentError(refusal)
     return answer.get("result")
@@ -91,7 +102,7 @@ def _make_way(path: Path) -> None:
     """Remove the socket of a run that is dead."""
     try:
         if not stat.S_ISSOCK(path.lstat().st_mode):
-            raise ExperimentError("there is a file that is no socket", path=path)
+            raise ExperimentError("there is a file that is not a socket", path=path)
         with socket.socket(socket.AF_UNIX) as probe:
             probe.connect(str(path))
     except FileNotFoundError:

@@ -1,19 +1,21 @@
-"""What came of a run, as data."""
+"""The result of a run, as data."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from nrp_core.cle.failures import Failure
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.criteria import Verdict
+from nrp_core.experiment.running.judgement import Judgement
+from nrp_core.findings import Finding
 from nrp_core.world.rigid.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came of a run. Two runs that agree differ in nothing but the wall times and the time shares.
+    """The result of a run. Two runs that agree differ in nothing but the wall times and the time shares.
 
     Args:
         experiment: its name.
@@ -23,8 +25,14 @@ class Result:
         wall_time_s: real time that it took, opening and compiling not counted.
         real_time_factor: their ratio; 0 before the first step.
         steps: steps of the closed loop.
-        passed: whether all criteria are met; None: some are not decided, the run was cut short.
-        error: what ended the run before its time, if anything did.
+        duration_s: simulated time of the whole experiment.
+        state: how the run ended: ``finished``, ``failed`` or ``interrupted``.
+        complete: whether nothing is missing from the run: no part of the experiment was left out, no function
+            was stopped by an error, and no error or interruption ended it early.
+        passed: True: complete, and all criteria are met. False: a criterion is not met, or an error ended the
+            run. None: there are no criteria, some are open, or the run is not complete.
+        problems: the findings about the run, by weight, then by place.
+        error: the error that ended the run early, if any.
         criteria: what came of each.
         time_share: of ``brain``, ``world``, ``transfer_functions`` and ``engine`` in the work.
         final_pose: of each robot: ``x, y, z`` in m, ``roll, pitch, yaw`` in rad.
@@ -32,7 +40,6 @@ class Result:
         spikes: of each named view and population.
         events: when each happened, s; None: it did not.
         failures: transfer functions that raised: ``function, path, line, t_s, error``.
-        warnings: what was not as expected.
     """
 
     experiment: str
@@ -43,7 +50,11 @@ class Result:
     wall_time_s: float
     real_time_factor: float
     steps: int
+    duration_s: float
+    state: str
+    complete: bool
     passed: bool | None
+    problems: list[Finding]
     error: str | None
     criteria: dict[str, Verdict]
     time_share: dict[str, float]
@@ -52,11 +63,16 @@ class Result:
     spikes: dict[str, int]
     events: dict[str, float | None]
     failures: list[dict[str, Any]]
-    warnings: list[str]
+
+    @property
+    def judgement(self) -> Judgement:
+        """The judgement of the run, as all summaries print it."""
+        criteria = {name: outcome.passed for name, outcome in self.criteria.items()}
+        return Judgement(self.state, tuple(self.problems), criteria, self.sim_time_s, self.duration_s)
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""
-        return asdict(self)
+        return asdict(replace(self, problems=[])) | {"problems": [each.to_dict() for each in self.problems]}
 
 
 def pose_data(pose: Pose) -> dict[str, float]:
@@ -65,7 +81,7 @@ def pose_data(pose: Pose) -> dict[str, float]:
 
 
 def failure_data(failure: Failure) -> dict[str, Any]:
-    """Return what is worth keeping of a failure."""
+    """Return the data of a failure for the result."""
     return {
         "function": failure.function,
         "path": str(failure.path),

@@ -15,6 +15,7 @@ import pickle
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -23,23 +24,26 @@ import numpy as np
 from nrp_core._support.closing import Closing
 from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
 from nrp_core.cle import ClosedLoop, pacing_of
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.dsl.functions.csv_recorder import write_csv
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.errors import CapabilityError, NrpError, SimulationError, SnapshotError
-from nrp_core.experiment.backends import named
-from nrp_core.experiment.events.criteria import all_passed
+from nrp_core.errors import CapabilityError, NrpError, SimulationError, SnapshotError, TimestepError
 from nrp_core.experiment.events.values import to_message
 from nrp_core.experiment.making.maker import load_functions, maker_of
-from nrp_core.experiment.making.prepare import Plan, ProgressCallback, Side, no_progress, prepare
+from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress, prepare
 from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
-from nrp_core.experiment.model.experiment import BackendSection, Experiment
+from nrp_core.experiment.model.experiment import Build, Experiment
+from nrp_core.experiment.running.falls import FallWatch
+from nrp_core.experiment.running.judgement import passed_of
+from nrp_core.experiment.running.opening import open_side
+from nrp_core.experiment.running.problems import Reporter, ends_of, problems_of, state_of
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
 from nrp_core.experiment.running.run_totals import SpikeCounter, TrajectoryDigest
-from nrp_core.world.scene.model import Scene
+from nrp_core.experiment.running.unheard import UnheardCommands
+from nrp_core.findings import Finding
+from nrp_core.findings.problems import is_complete
 from nrp_core.world.world import World
 
 Observer = Callable[["Run"], None]
@@ -65,22 +69,28 @@ class Run(Closing):
         experiment: what to run.
         progress: called with the name of each task as it begins, while the run opens.
         revise: may exchange parts of what it opens, such as an engine for one that is recorded.
+        build: makes the network; by default as the experiment says.
 
     Attributes:
         experiment: what runs.
+        parameters: the parameters of its brain script and transfer functions, with their values.
         brain, world: the two engines.
         loop: what steps them.
         on_step: called after every step, when events have happened and criteria are decided.
         on_close: called before the engines are released.
-        on_change: called with what was added and removed when transfer functions have been changed.
+        on_change: called with the added and removed functions when transfer functions have changed.
         on_activate: called with name and state when a transfer function has been let run or not.
+        found: the findings before the run, or those of the snapshot from which it continues.
+        reporters: return findings about the run besides its own, such as those of a recorder.
 
     Raises:
         BackendError: a backend is missing, broken or does not open.
         InvalidExperimentError: the experiment is wrong; it carries all findings.
     """
 
-    _error: BaseException | None
+    error: BaseException | None
+    """The error that ended the run, if any."""
+    reporters: list[Reporter]
 
     def __init__(
         self,
@@ -88,8 +98,9 @@ class Run(Closing):
         progress: ProgressCallback = no_progress,
         *,
         revise: Callable[[Plan], Plan] | None = None,
+        build: Build | None = None,
     ) -> None:
-        plan = prepare(experiment, progress)
+        plan = prepare(experiment, progress, build)
         if revise is not None:
             plan = revise(plan)
         self.experiment = experiment
@@ -97,22 +108,25 @@ class Run(Closing):
         self.on_close: list[Callable[[], None]] = []
         self.on_change: list[Callable[[Sequence[TransferFunction | Path], Sequence[str]], None]] = []
         self.on_activate: list[Callable[[str, bool], None]] = []
-        self._warnings = [str(finding.as_error()) for finding in plan.warnings]
-        self._told = {finding.message for finding in plan.warnings}
+        self.parameters = plan.parameters
+        self._planned = plan.warnings
         with ExitStack() as opened:
             progress(f"opening the world ({experiment.world.backend})")
             self.world: World = opened.enter_context(
-                _open(experiment.world, plan.world, plan.scene, self.seed)
+                open_side(experiment.world, plan.world, plan.scene, self.seed)
             )
             progress(f"opening the brain ({experiment.brain.backend})")
             self.brain: Brain = opened.enter_context(
-                _open(experiment.brain, plan.brain, plan.network, self.seed)
+                open_side(experiment.brain, plan.brain, plan.network, self.seed)
             )
             collector = Collector(experiment.source)
             declare_own(experiment, self.world, collector)
             declare_missing_topics(experiment, self.world, plan.functions)
             self._watch = Watch(experiment, self.world, collector)
             collector.raise_errors()
+            self._falls = FallWatch(plan.scene, experiment.world.robots, self.world.capabilities)
+            unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
+            self.reporters = [unheard.findings, self._falls.findings]
             self.loop = opened.enter_context(self._close_loop(plan))
             neurons = np.arange(self.brain.network.size)
             self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
@@ -139,11 +153,11 @@ class Run(Closing):
         return loop
 
     @property
-    def warnings(self) -> list[str]:
-        """What may not be as meant: what was found before the run, and what the engines say so far."""
+    def problems(self) -> tuple[Finding, ...]:
+        """The findings about the run so far, by weight, then by place."""
         engines = (*self.world.warnings, *self.brain.warnings)
-        new = (warning for warning in engines if warning not in self._told)
-        return list(dict.fromkeys([*self._warnings, *new]))
+        ends = ends_of(self.loop.failures, self.error, self.now_s)
+        return problems_of(self.found, engines, ends, self.reporters)
 
     @property
     def seed(self) -> int:
@@ -179,28 +193,33 @@ class Run(Closing):
         """Run to a time.
 
         Raises:
-            TimestepError: it is not a whole number of steps away.
+            TimestepError: it is not a whole number of steps away, or it has passed.
             SimulationError: an engine or a transfer function failed.
         """
+        until_ns = from_seconds(t_s) if isfinite(t_s) else -1
+        if until_ns < self.loop.now_ns:
+            raise TimestepError(f"cannot run to {t_s:g} s: the time is {seconds(self.loop.now_ns):g} s")
         began = work.now_ns()
+        if isinstance(self.error, KeyboardInterrupt):
+            self.error = None  # the run continues
         try:
-            self.loop.run_until(from_seconds(t_s))
+            self.loop.run_until(until_ns)
+        except TimestepError:
+            raise  # nothing has run
         except BaseException as error:
-            self._error = error
+            self.error = error
             raise
         finally:
             self._wall_ns += work.now_ns() - began
 
     def run(self, until_s: float | None = None) -> None:
-        """Run to the end, and decide the criteria unless that is before the experiment's own end.
+        """Run to the end.
 
         Args:
             until_s: when to end; by default after the experiment's duration.
         """
         duration_s = seconds(self.experiment.duration)
         self.run_until(duration_s if until_s is None else until_s)
-        if self.loop.now_ns >= self.experiment.duration:
-            self._watch.finish(self.loop.now_ns)
 
     def change(self, add: Iterable[TransferFunction | Path] = (), remove: Iterable[str] = ()) -> None:
         """Add, replace and remove transfer functions before the next step, or change nothing; any thread may.
@@ -213,7 +232,7 @@ class Run(Closing):
             ExperimentError: a file or a function is wrong, or there is none of a name.
         """
         added, names = tuple(add), tuple(remove)
-        given = ([one] if isinstance(one, TransferFunction) else load_functions(one) for one in added)
+        given = ([one] if isinstance(one, TransferFunction) else self._load(one) for one in added)
         functions = [function for some in given for function in some]
 
         def make() -> None:
@@ -223,6 +242,9 @@ class Run(Closing):
                 observer(added, names)
 
         self.loop.between_steps(make)
+
+    def _load(self, path: Path) -> list[TransferFunction]:
+        return load_functions(path, self.experiment.function_parameters)
 
     def activate(self, name: str, active: bool = True) -> None:
         """Let a transfer function run or not from the next step on; any thread may ask.
@@ -241,17 +263,22 @@ class Run(Closing):
     # -- what happens at each step
 
     def _begin(self) -> None:
+        self.found = self._planned
         self._looked_at_ns: int | None = None
-        self._error = None
+        self.error = None
         self._wall_ns = 0
         self._digest = TrajectoryDigest()
 
     def _look(self, loop: ClosedLoop) -> None:
         """Watch each time once: after the step that led to it, time 0 before the first step."""
-        if loop.now_ns != self._looked_at_ns:
-            self._looked_at_ns = loop.now_ns
-            self._watch.look(loop.now_ns)
-            self._digest.add(map(self._watch.where.pose, self._robots()))
+        now_ns = loop.now_ns
+        if now_ns != self._looked_at_ns:
+            self._looked_at_ns = now_ns
+            self._watch.look(now_ns)
+            names = self._robots()
+            poses = dict(zip(names, map(self._watch.where.pose, names), strict=True))
+            self._digest.add(poses.values())
+            self._falls.look(now_ns, poses)
 
     def _robots(self) -> list[str]:
         """Return the robots that there are: one may have been left out, or taken out."""
@@ -264,6 +291,7 @@ class Run(Closing):
 
     def _after_reset(self, loop: ClosedLoop) -> None:
         self._watch.reset()
+        self._falls.reset()
         self._begin()
 
     # -- going back
@@ -278,7 +306,7 @@ class Run(Closing):
         maker = self.experiment.maker
         if isinstance(maker, Participant) and not maker.can_be_saved:
             raise CapabilityError("the state machines of an experiment cannot be saved")
-        own = self._looked_at_ns, self._digest.state, self._watch.save()
+        own = self._looked_at_ns, self._digest.state, self._watch.save(), self.problems
         sides = self.brain.snapshot(), self.world.snapshot()
         try:
             return pickle.dumps((sides, self.loop.save(), own))
@@ -298,8 +326,9 @@ class Run(Closing):
             self.brain.restore(brain)
             self.world.restore(world)
             self.loop.restore(loop)
-            self._looked_at_ns, self._digest.state, watched = own
+            self._looked_at_ns, self._digest.state, watched, *found = own  # no findings in version 0.1
             self._watch.restore(watched)
+            self.found = tuple(found[0]) if found else self.found
         except NrpError:
             raise
         except Exception as error:  # whatever bytes may raise that are no pickle, or hold something else
@@ -324,10 +353,12 @@ class Run(Closing):
 
     def result(self) -> Result:
         """Return what came of it so far."""
-        times, outcomes = self._watch.events.times, self._watch.outcomes
-        where = self._watch.where
-        failed = isinstance(self._error, Exception)
+        times, where = self._watch.events.times, self._watch.where
         wall_s = seconds(self._wall_ns)
+        is_over = self.loop.now_ns >= self.experiment.duration and self.error is None
+        outcomes = self._watch.outcomes(self.loop.now_ns if is_over else None)
+        problems, state = self.problems, state_of(self.error)
+        complete = is_complete(problems)
         return Result(
             experiment=self.experiment.name,
             brain=self.experiment.brain.backend,
@@ -337,8 +368,12 @@ class Run(Closing):
             wall_time_s=wall_s,
             real_time_factor=self.now_s / wall_s if wall_s else 0.0,
             steps=self.loop.steps,
-            passed=False if failed else all_passed(outcomes.values()),
-            error=None if self._error is None else str(self._error) or "interrupted",
+            duration_s=seconds(self.experiment.duration),
+            state=state,
+            complete=complete,
+            passed=passed_of(state, complete, (outcome.passed for outcome in outcomes.values())),
+            problems=list(problems),
+            error=None if self.error is None else str(self.error) or "interrupted",
             criteria=outcomes,
             time_share=self.loop.account.shares(),
             final_pose={name: pose_data(where.pose(name)) for name in self._robots()},
@@ -346,7 +381,6 @@ class Run(Closing):
             spikes=self._counter.of(self.brain.network),
             events={name: seconds(times[name]) if name in times else None for name in self.experiment.events},
             failures=[failure_data(failure) for failure in self.loop.failures],
-            warnings=self.warnings,
         )
 
     def write_csv(self, folder: Path | None = None) -> list[Path]:
@@ -369,8 +403,3 @@ class Run(Closing):
         while self.on_close:
             self.on_close.pop()()
         self._close()
-
-
-def _open(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
-    with named(section.backend, "open"):
-        return side.backend.open(content, seed=seed, options=side.options)

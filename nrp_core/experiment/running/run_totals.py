@@ -1,4 +1,4 @@
-"""What a run sums up while it goes: spikes of each neuron, and a digest of where the robots went."""
+"""Totals of a run: spikes of each neuron, and a digest of the robots' trajectories."""
 
 from __future__ import annotations
 

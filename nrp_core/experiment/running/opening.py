@@ -1,0 +1,41 @@
+"""Open the engines of an experiment: both for a run, or the world alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nrp_core.brain.network.data import Network
+from nrp_core.experiment.backends import named
+from nrp_core.experiment.making.prepare import Side, prepare
+from nrp_core.experiment.making.watch import declare_own
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import BackendSection, Experiment
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.world import World
+
+
+def open_side(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
+    """Open the brain or the world that a section of an experiment chooses."""
+    with named(section.backend, "open"):
+        return side.backend.open(content, seed=seed, options=side.options)
+
+
+def open_world(experiment: Experiment) -> World:
+    """Open the world of an experiment without its brain, with the topics and aliases of the experiment.
+
+    Events, criteria and transfer functions do not act; whoever opens the world steps it.
+
+    Raises:
+        BackendError: a backend is missing, broken or does not open.
+        InvalidExperimentError: the experiment is wrong; it carries all findings.
+    """
+    plan = prepare(experiment)
+    world: World = open_side(experiment.world, plan.world, plan.scene, experiment.seed)
+    collector = Collector(experiment.source)
+    try:
+        declare_own(experiment, world, collector)
+        collector.raise_errors()
+    except BaseException:
+        world.close()
+        raise
+    return world
