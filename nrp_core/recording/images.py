@@ -1,4 +1,4 @@
-"""Camera pictures as JPEG files, for cameras whose pictures a recording cannot hold as they are."""
+"""Camera images as JPEG files, for recordings with compressed images."""
 
 from __future__ import annotations
 
@@ -19,42 +19,42 @@ _CHANNELS = {"rgb8": 3, "bgr8": 3, "mono8": 1}
 
 
 def compressible(image: Image) -> bool:
-    """Return whether JPEG can hold a picture of this encoding."""
+    """Return whether JPEG can hold an image of this encoding."""
     return image.encoding in _CHANNELS and image.width > 0 and image.height > 0
 
 
 def compress(image: Image) -> CompressedImage:
-    """Return a picture as JPEG."""
+    """Return an image as JPEG."""
     cv2 = _opencv()
     pixels = _shaped(image)
     if image.encoding == "rgb8":
-        pixels = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)  # three times as fast as exchanging the axes' ends
+        pixels = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)  # three times as fast as reversing the axis
     _, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     return CompressedImage(image.header, "jpeg", data.reshape(-1))
 
 
-def pixels_of(picture: Image | CompressedImage) -> Pixels:
-    """Return the pixels of a recorded picture, shape ``(height, width, 3)``, RGB; depths as greys."""
-    values = values_of(picture)
+def pixels_of(image: Image | CompressedImage) -> Pixels:
+    """Return the pixels of a recorded image, shape ``(height, width, 3)``, RGB; depths as greys."""
+    values = values_of(image)
     if values.dtype != np.uint8:
         values = _greys(values)
     return np.repeat(values[..., np.newaxis], 3, axis=2) if values.ndim == 2 else values[..., :3]
 
 
-def values_of(picture: Image | CompressedImage) -> npt.NDArray[Any]:
-    """Return what a recorded picture holds: RGB, or one value for each place, such as depths in m."""
-    if isinstance(picture, CompressedImage):
-        return _decoded(picture)[:, :, ::-1]
-    values = as_it_was(picture).data
-    return values[:, :, ::-1] if picture.encoding == "bgr8" else values
+def values_of(image: Image | CompressedImage) -> npt.NDArray[Any]:
+    """Return the values of a recorded image: RGB, or one value per pixel, such as depths in m."""
+    if isinstance(image, CompressedImage):
+        return _decoded(image)[:, :, ::-1]
+    values = as_it_was(image).data
+    return values[:, :, ::-1] if image.encoding == "bgr8" else values
 
 
-def as_it_was(picture: Image) -> Image:
-    """Return a recorded picture with its data in the shape and type that it had when it was recorded."""
+def as_it_was(image: Image) -> Image:
+    """Return a recorded image with the original shape and type of its data."""
     try:
-        return replace(picture, data=CvBridge().imgmsg_to_cv2(picture))
+        return replace(image, data=CvBridge().imgmsg_to_cv2(image))
     except (CvBridgeError, ValueError) as error:
-        raise ExperimentError(f"a picture in the encoding '{picture.encoding}' cannot be read") from error
+        raise ExperimentError(f"an image in the encoding '{image.encoding}' cannot be read") from error
 
 
 def _greys(values: npt.NDArray[Any]) -> Pixels:
@@ -71,15 +71,15 @@ def _shaped(image: Image) -> Pixels:
     return np.asarray(image.data, np.uint8).reshape(shape)
 
 
-def _decoded(picture: CompressedImage) -> Pixels:
-    """Return the pixels of an image file, blue first; black where it is broken."""
+def _decoded(image: CompressedImage) -> Pixels:
+    """Return the pixels of an image file, BGR; a black pixel if it is broken."""
     cv2 = _opencv()
-    decoded = cv2.imdecode(np.frombuffer(picture.data, np.uint8), cv2.IMREAD_COLOR)
+    decoded = cv2.imdecode(np.frombuffer(image.data, np.uint8), cv2.IMREAD_COLOR)
     return np.zeros((1, 1, 3), np.uint8) if decoded is None else np.asarray(decoded, np.uint8)
 
 
 def _opencv() -> Any:
-    """Import OpenCV when a picture is there, which takes longer than recording many."""
+    """Import OpenCV at the first image, because the import is slow."""
     import cv2
 
     return cv2

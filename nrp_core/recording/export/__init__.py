@@ -1,4 +1,4 @@
-"""Recordings in the formats that others open: NWB and SONATA for neuroscientists, CSV for everybody."""
+"""Export of recordings to other formats: NWB, SONATA and CSV."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from nrp_core.recording.reading.recording import Recording
 
 
 class Format(StrEnum):
-    """What a recording is written as."""
+    """The formats of an export."""
 
     NWB = "nwb"
-    """Neurodata Without Borders, one file: spikes, devices, poses, commands and pictures."""
+    """Neurodata Without Borders, one file: spikes, devices, poses, commands and images."""
     SONATA = "sonata"
     """A folder with the spikes, the devices as a report, and the named groups of neurons."""
     CSV = "csv"
@@ -28,7 +28,7 @@ def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
     """Write a recording in another format.
 
     Args:
-        recording: of which run; of one that is damaged, what is whole is written.
+        recording: the recording; of a damaged one, the intact part is written.
         kind: the format.
         target: a new file, or a new folder for the formats that take several files.
 
@@ -36,12 +36,14 @@ def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
         the files.
 
     Raises:
-        ExperimentError: there is something already, the folder it shall be in is missing, or it cannot be
-            written; then nothing of it is left.
+        ExperimentError: no part of the recording is intact, the target exists, its folder is missing, or it
+            cannot be written; then it is removed.
         CapabilityError: the packages that the format needs are not installed.
     """
     if kind is Format.NWB and target.suffix != ".nwb":
         raise ExperimentError(f"an NWB file is called .nwb, not '{target.name}'")
+    if not recording.topics and not recording.run:
+        raise ExperimentError("not a recording, or nothing of it is whole", path=recording.file)
     if target.exists():
         raise ExperimentError("there is something already", path=target)
     if not target.absolute().parent.is_dir():
@@ -57,7 +59,7 @@ def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
 
 @contextmanager
 def _nothing_left(target: Path) -> Iterator[None]:
-    """Let a block write a new file or folder; where the disk fails, remove it."""
+    """Run a block that writes a new file or folder; if the disk fails, remove it."""
     try:
         yield
     except OSError:

@@ -1,4 +1,4 @@
-"""A recording as tables: times in seconds, a row for each spike and for each message."""
+"""A recording as tables: a row for each spike and each message; headers have units, ``linear.x [m/s]``."""
 
 from __future__ import annotations
 
@@ -26,8 +26,13 @@ def write_csv(recording: Recording, folder: Path) -> list[Path]:
     files = [spikes]
     for name, series in numbers.series.items():
         table = np.column_stack([series.times_s, series.values]).tolist()
-        files.append(_write(folder / f"{file_name(name)}.csv", ("time_s", *series.columns), table))
+        headers = [_with_unit(column, series.unit_of(column)) for column in series.columns]
+        files.append(_write(folder / f"{file_name(name)}.csv", ("time_s", *headers), table))
     return files
+
+
+def _with_unit(column: str, unit: str) -> str:
+    return f"{column} [{unit}]" if unit else column
 
 
 def _write(path: Path, headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:

@@ -10,33 +10,37 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
-from nrp_core.recording.figures.story import numbers_in
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import RecordedTopic, Recording
+from nrp_core.recording.reading.columns import numbers_in, units_in
+from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.recording.reading.recording import Recording
 
 _MODEL_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
+_MODEL_UNITS = ("m", "m", "m", "", "", "", "", *3 * ("m/s",), *3 * ("rad/s",))
 
 
 @dataclass
 class Series:
-    """Numbers that belong together over time.
+    """A time series of several numbers.
 
     Args:
-        name: a topic, or of moving models one for each.
-        role: what the topic is.
+        name: the topic; for the poses of models, a name for each model.
+        role: the role of the topic.
         columns: names of the numbers.
-        about: what the recording says of the topic.
+        about: the metadata of the topic.
+        units: the unit of each column as far as its type gives one.
     """
 
     name: str
     role: str
     columns: tuple[str, ...]
     about: dict[str, str]
+    units: dict[str, str] = field(default_factory=dict)
     _times_s: list[float] = field(default_factory=list)
     _values: list[Any] = field(default_factory=list)
 
     def add(self, t_s: float, values: Any) -> None:
-        """Take in the numbers of one message."""
+        """Add the numbers of one message."""
         self._times_s.append(t_s)
         self._values.append(values)
 
@@ -52,19 +56,23 @@ class Series:
 
     @property
     def unit(self) -> str:
-        """The unit of all columns, or the empty string where they have several or it is not known."""
+        """The unit of all columns, or the empty string if they have several or it is unknown."""
         return self.about.get("unit", "")
+
+    def unit_of(self, column: str) -> str:
+        """Return the unit of a column, or the empty string if it has none or it is unknown."""
+        return self.units.get(column, self.unit)
 
 
 @dataclass
 class Numbers:
-    """What a recording holds but for pictures.
+    """The contents of a recording except images.
 
     Args:
-        run: what ``run.json`` says.
+        run: the contents of ``run.json``.
         begin_s, end_s: simulated times of the first and the last message, s.
         spikes: ids within the population and times in ms, by population.
-        series: all else, by name.
+        series: all other time series, by name.
     """
 
     run: dict[str, Any]
@@ -94,7 +102,7 @@ class Numbers:
         return numbers
 
     def size_of(self, population: str) -> int:
-        """Return how many neurons a population has, as far as is known."""
+        """Return the number of neurons of a population, as far as it is known."""
         ids, _ = self.spikes[population]
         return max(int(_populations(self.run).get(population, 0)), int(ids.max(initial=-1)) + 1)
 
@@ -107,7 +115,9 @@ class Numbers:
             for name, pose, twist in zip(message.name, message.pose, message.twist, strict=True):
                 p, q, v, w = pose.position, pose.orientation, twist.linear, twist.angular
                 motion = (p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z)
-                self._series(f"{topic.name}/{name}", topic, _MODEL_COLUMNS).add(t_s, motion)
+                series = self._series(f"{topic.name}/{name}", topic, _MODEL_COLUMNS)
+                series.units = dict(zip(_MODEL_COLUMNS, _MODEL_UNITS, strict=True))
+                series.add(t_s, motion)
             return
         values = getattr(message, "data", None)
         if isinstance(values, np.ndarray) and topic.role == Role.SOURCE:
@@ -119,6 +129,7 @@ class Numbers:
         found = dict(numbers_in(message))
         if found:
             series = self._series(topic.name, topic, tuple(found))
+            series.units = series.units or units_in(message)
             series.add(t_s, [found.get(column, np.nan) for column in series.columns])
 
     def _series(self, name: str, topic: RecordedTopic, columns: tuple[str, ...]) -> Series:
@@ -144,5 +155,5 @@ def groups_of(run: dict[str, Any]) -> dict[str, dict[str, list[int]]]:
 
 
 def file_name(topic: str) -> str:
-    """Return the name of a topic as that of a file or of an object in one."""
+    """Return the name of a file or object for a topic."""
     return topic.strip("/").replace("/", ".")

@@ -37,12 +37,12 @@ def write_nwb(recording: Recording, path: Path) -> list[Path]:
         file.add_stimulus(_series(series))
     commands = numbers.with_role(Role.PUBLISHED)
     if commands:
-        module = file.create_processing_module("commands", "what was published to the robot and the room")
+        module = file.create_processing_module("commands", "messages published to the robot and the room")
         for series in commands:
             module.add(_series(series))
     _add_motion(file, numbers.with_role(Role.MODELS))
     for topic in recording.with_role(Role.CAMERA):
-        _add_pictures(file, recording, topic.name)
+        _add_images(file, recording, topic.name)
     with new_file(path) as root, NWBHDF5IO(file=root, mode="w") as writer:
         writer.write(file)
     return [path]
@@ -64,7 +64,7 @@ def _file(recording: Recording, numbers: Numbers) -> Any:
 
 
 def _last_hash(recording: Recording) -> str:
-    """Return the end of the chain of hashes, which names the run and no other."""
+    """Return the end of the chain of hashes, which identifies the run."""
     last = ""
     for one in recording.messages({STEPS}):
         last = one.message.chain
@@ -72,7 +72,7 @@ def _last_hash(recording: Recording) -> str:
 
 
 def _add_units(file: Any, numbers: Numbers) -> None:
-    """Write every neuron with its spikes, the silent ones too."""
+    """Write every neuron with its spikes, including silent ones."""
     groups = groups_of(numbers.run)
     neurons = [(label, i) for label in numbers.spikes for i in range(numbers.size_of(label))]
     if not neurons:
@@ -137,8 +137,8 @@ def _add_motion(file: Any, models: list[Series]) -> None:
     module.add(places)
 
 
-def _add_pictures(file: Any, recording: Recording, topic: str) -> None:
-    """Write the pictures of a camera one by one, so that never more than one is in memory."""
+def _add_images(file: Any, recording: Recording, topic: str) -> None:
+    """Write the images of a camera one by one, to hold only one in memory."""
     times_s = [seconds(message.log_time) for _, message in recording.raw({topic})]
     frames = _frames(recording, topic)
     first = next(frames, None)

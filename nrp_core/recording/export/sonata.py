@@ -24,7 +24,7 @@ DEVICES = "devices"
 
 
 def write_sonata(recording: Recording, folder: Path) -> list[Path]:
-    """Write spikes, node sets and, where there are devices, their report; return the files."""
+    """Write spikes, node sets and the report of devices, if there are any; return the files."""
     numbers = Numbers.of(recording)
     folder.mkdir()
     files = [
@@ -51,7 +51,7 @@ def _write_spikes(numbers: Numbers, path: Path) -> Path:
 
 
 def _write_node_sets(numbers: Numbers, path: Path) -> Path:
-    """Write the named groups; one that spans populations is made of a part in each."""
+    """Write the named groups; one that spans populations consists of a part in each."""
     sets: dict[str, Any] = {label: {"population": label} for label in numbers.spikes}
     for name, parts in groups_of(numbers.run).items():
         own = {
@@ -66,7 +66,7 @@ def _write_node_sets(numbers: Numbers, path: Path) -> Path:
 
 
 def _write_report(numbers: Numbers, devices: list[Series], path: Path) -> Path:
-    """Write what devices showed at every step: a report in which each is a node of its own."""
+    """Write the values of devices at every step: a report with a node for each."""
     step_ms = seconds(int(dict(numbers.run.get("settings") or {}).get("timestep") or 20_000_000)) * 1e3
     count = round(numbers.end_s * 1e3 / step_ms) + 1
     times_ms: FloatArray = np.arange(count, dtype=float) * step_ms
@@ -90,7 +90,7 @@ def _write_report(numbers: Numbers, devices: list[Series], path: Path) -> Path:
 
 
 def _held(series: Series, times_ms: FloatArray) -> FloatArray:
-    """Return the values that held at some times; what is recorded is changes."""
+    """Return the values at some times from the recorded changes."""
     at = np.searchsorted(series.times_s * 1e3, times_ms + 1e-6, side="right") - 1
     return np.where(at >= 0, series.values[np.maximum(at, 0), 0], np.nan)
 

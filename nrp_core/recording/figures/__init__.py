@@ -1,23 +1,27 @@
-"""One figure that tells the story of a run, drawn from its recording alone."""
+"""Figures of a run, drawn from its recording alone."""
 
 from __future__ import annotations
 
 from enum import StrEnum
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nrp_core._support.writing import writing
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.reading.recording import Recording
 
+if TYPE_CHECKING:
+    from nrp_core.recording.figures.options import PlotOptions
+
 SUFFIXES = (".png", ".svg", ".pdf")
 
-# so that equal recordings give equal files
+# equal recordings give equal files
 _UNDATED: dict[str, dict[str, str | None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 
 def require_matplotlib() -> None:
-    """Refuse to draw where Matplotlib is not installed.
+    """Raise an error if Matplotlib is not installed.
 
     Raises:
         ExperimentError: it is not.
@@ -27,7 +31,7 @@ def require_matplotlib() -> None:
 
 
 def check_target(path: Path) -> None:
-    """Refuse a file that no figure can be drawn into.
+    """Refuse a file in which figures cannot be drawn.
 
     Raises:
         ExperimentError: the suffix is not one of :data:`SUFFIXES`, the folder does not exist, or Matplotlib
@@ -42,45 +46,51 @@ def check_target(path: Path) -> None:
 
 
 class What(StrEnum):
-    """What a figure shows."""
+    """The contents of a figure."""
 
     RUN = "run"
-    """The whole story on one page."""
+    """The whole run on one page."""
     RASTER = "raster"
     """The spikes."""
     TRAJECTORY = "trajectory"
     """The room from above with the tracks of the robots."""
     DEVICES = "devices"
-    """What devices show and what is sent to the robots."""
+    """Values of devices and commands to the robots."""
     CAMERA = "camera"
-    """What the camera saw at moments that matter."""
+    """Camera images at important moments."""
 
 
-def plot(recording: Recording, path: Path, what: What = What.RUN) -> None:
+def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotOptions | None = None) -> None:
     """Draw a recording into a file.
 
     Args:
-        recording: of which run.
+        recording: the recording.
         path: the suffix chooses between PNG, SVG and PDF.
-        what: the whole story, or a part of it.
+        what: the whole page, or a part of it.
+        options: its size, the time that it shows, ...
 
     Raises:
-        ExperimentError: the suffix is another, the folder does not exist, the recording has nothing of
-            what shall be shown, or the disk does not take it.
+        ExperimentError: the suffix is not supported, the folder does not exist, the recording has no data to
+            show, a style sheet does not exist, or the disk refuses a write.
     """
     check_target(path)
-    from nrp_core.recording.figures.page import PICTURES, draw_page
+    from nrp_core.recording.figures.film import camera_images, moments
+    from nrp_core.recording.figures.options import Panel, PlotOptions
+    from nrp_core.recording.figures.page import IMAGES, draw_page
     from nrp_core.recording.figures.parts import draw_part
-    from nrp_core.recording.figures.story import Story, moments, pictures
+    from nrp_core.recording.figures.story import Story
     from nrp_core.recording.figures.style import style
 
     if not recording.topics:
         raise ExperimentError("nothing was recorded, or nothing of it is whole", path=recording.file)
-    story = Story.of(recording)
-    with style():
+    options = options or PlotOptions()
+    story = Story.of(recording, options.begin_s, options.end_s)
+    with style(options.style, options.size_inches and options.size_inches[0]):
         if what is What.RUN:
-            figure = draw_page(story, pictures(recording, moments(story, PICTURES)))
+            shown = Panel.CAMERA in options.panels
+            images = camera_images(recording, moments(story, IMAGES)) if shown else []
+            figure = draw_page(story, images, options)
         else:
-            figure = draw_part(what.value, story, recording)
+            figure = draw_part(what.value, story, recording, options)
         with writing(path):
             figure.savefig(path, metadata=_UNDATED.get(path.suffix.lower()))

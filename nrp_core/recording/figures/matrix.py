@@ -8,15 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.recording.figures.story import StepSeries
+from nrp_core.recording.figures.story import StepSeries, Story
+from nrp_core.recording.figures.style import points
 from nrp_core.recording.figures.traces import draw_series, short_labels
 
 _MOST_CURVES = 4
-"""More than these cannot be told apart, nor is there room for their names."""
+"""Maximum number of curves that can be distinguished and labelled."""
 _ROW = 0.13
 _COLUMNS = 1200
 _MOST_LABELS = 24
-"""More rows than this are too low for a label each."""
+"""Maximum number of rows with a label each."""
 _LONGEST_LABEL = 20
 
 
@@ -25,20 +26,20 @@ def height_of(series: Sequence[StepSeries], least: float) -> float:
     return least if len(series) <= _MOST_CURVES else max(least, _ROW * min(len(series), _MOST_LABELS))
 
 
-def draw_values(axes: Axes, series: Sequence[StepSeries], end_s: float) -> None:
+def draw_values(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
     """Draw values that hold until the next one."""
     draw = draw_series if len(series) <= _MOST_CURVES else draw_matrix
-    draw(axes, series, end_s)
+    draw(axes, series, story)
 
 
-def draw_matrix(axes: Axes, series: Sequence[StepSeries], end_s: float) -> None:
-    """Draw a row for each; they share a scale, which is written above."""
-    values = np.array([sampled(one, end_s) for one in series])
+def draw_matrix(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
+    """Draw a row for each; they share a scale, which is beside them."""
+    values = np.array([sampled(one, *story.span_s) for one in series])
     shown = values[np.isfinite(values)]
     low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 0.0)
-    axes.imshow(
+    image = axes.imshow(
         values, cmap="cividis", aspect="auto", interpolation="nearest",
-        extent=(0.0, end_s or 1.0, len(series), 0.0), vmin=low, vmax=high if high > low else low + 1.0,
+        extent=(*story.span_s, len(series), 0.0), vmin=low, vmax=high if high > low else low + 1.0,
     )  # fmt: skip
     every = -(-len(series) // _MOST_LABELS)
     labels = short_labels(series, _LONGEST_LABEL)[::every]
@@ -47,13 +48,15 @@ def draw_matrix(axes: Axes, series: Sequence[StepSeries], end_s: float) -> None:
     axes.tick_params(axis="y", length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    scale = f"from {low:.3g} (dark) to {high:.3g} (bright)"
-    axes.annotate(scale, (1.0, 1.0), (0, 5), textcoords="offset points", xycoords="axes fraction", ha="right")
+    scale = axes.figure.colorbar(image, cax=axes.inset_axes((1.008, 0.0, 0.009, 1.0)))
+    scale.set_label(series[0].unit, labelpad=2)
+    scale.outline.set_visible(False)
+    scale.ax.tick_params(length=2, pad=1, labelsize=points(6.5))
 
 
-def sampled(one: StepSeries, end_s: float) -> FloatArray:
+def sampled(one: StepSeries, begin_s: float, end_s: float) -> FloatArray:
     """Return the value at equal steps of time; NaN before the first."""
-    times = np.linspace(0.0, end_s, _COLUMNS, endpoint=False)
+    times = np.linspace(begin_s, end_s, _COLUMNS, endpoint=False)
     index = np.searchsorted(one.times_s, times, side="right") - 1
     return np.where(index >= 0, np.asarray(one.values, float)[np.maximum(index, 0)], np.nan)
 

@@ -2,136 +2,131 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpecFromSubplotSpec
-from matplotlib.offsetbox import AnchoredOffsetbox, HPacker, TextArea, VPacker
 from matplotlib.ticker import MaxNLocator
 
+from nrp_core.recording.figures.film import CameraFrame
+from nrp_core.recording.figures.head import draw_head
 from nrp_core.recording.figures.matrix import draw_values, height_of
+from nrp_core.recording.figures.options import Panel, PlotOptions
 from nrp_core.recording.figures.room import draw_room
-from nrp_core.recording.figures.story import CameraFrame, Coloured, Story
-from nrp_core.recording.figures.style import BAD, FAINT, GOOD, time_colours
-from nrp_core.recording.figures.traces import (
-    by_unit,
-    draw_raster,
-    draw_timeline,
-    moving,
-    shade,
-)
+from nrp_core.recording.figures.story import Coloured, Story
+from nrp_core.recording.figures.style import FAINT, points, text_scale, time_colours
+from nrp_core.recording.figures.traces import draw_raster, draw_timeline, moving, shade, value_rows
+from nrp_core.recording.figures.view import Bounds, RoomView
 
-SIZE_INCHES = (12.8, 8.0)
-DPI = 150
-PICTURES = 8
-_LEFT, _RIGHT = 0.045, 0.985
-_NAMES = 0.055
-"""Room for the names of rows beside the traces."""
+SIZE_INCHES, _TALLER = (12.8, 8.0), (12.8, 10.4)
+"""Of the page, and of one with a wide map above."""
+IMAGES = 8
+_SIDE_IN, _NAMES_IN = 0.58, 0.7
+"""Margin on both sides, and room for the names of rows beside the traces, at the usual size of texts."""
+_HEAD_IN, _FOOT_IN, _STRIP_GAP_IN, _CAPTION_IN = 1.08, 0.2, 0.08, 0.25
+_AXIS_IN, _ROW_GAP_IN = 0.6, 0.3
+"""Height of the head and the foot; gap and caption of the camera images; labels of the time axis; room for
+the title of a row."""
+_WIDE = 1.9
+"""A map with a larger aspect goes above the traces, over the whole width."""
 
 
-def draw_page(story: Story, pictures: Sequence[CameraFrame]) -> Figure:
-    """Return the figure; what a run does not have is left out, and the rest takes its place."""
-    figure = Figure(figsize=SIZE_INCHES, dpi=DPI)
-    _draw_head(figure, story)
-    bottom = 0.262 if pictures else 0.075
-    has_room = bool(story.markers or story.tracks)
-    grid = figure.add_gridspec(
-        1, 2 if has_room else 1, left=_LEFT if has_room else _LEFT + _NAMES, right=_RIGHT, bottom=bottom,
-        top=0.865, width_ratios=(1.0, 1.3) if has_room else (1.0,), wspace=0.22,
-    )  # fmt: skip
-    coloured = story.coloured()
-    if has_room:
-        axes = figure.add_subplot(grid[0, 0], anchor="NW")
-        axes.set_title("Room from above")
-        draw_room(axes, story, coloured)
-    _draw_traces(figure, grid[0, -1], story, coloured, [picture.t_s for picture in pictures])
-    _draw_pictures(figure, pictures, story.end_s)
+def draw_page(story: Story, images: Sequence[CameraFrame], options: PlotOptions) -> Figure:
+    """Return the figure; parts without data are left out, and the others use their space."""
+    coloured, view = story.coloured(), RoomView.of(story)
+    rows = _rows(story, coloured, options.panels)
+    is_mapped = Panel.MAP in options.panels and (view.moves or bool(view.fixed and not rows))
+    focus = view.focus(coloured) if is_mapped else None
+    is_above = focus is not None and focus.aspect > _WIDE and bool(rows)
+    figure = options.figure(_TALLER if is_above else SIZE_INCHES)
+    side = _SIDE_IN * _scale(figure) / figure.get_figwidth()
+    draw_head(figure, story, side)
+    strip_in = _draw_images(figure, images, story, side)
+    place, traces = _places(figure, focus, bool(rows), strip_in)
+    if place is not None:
+        axes = figure.add_subplot(place, title="Room from above")
+        draw_room(axes, view, coloured)
+    if traces is not None:
+        _draw_traces(figure, traces, story, coloured, rows, [image.t_s for image in images])
     return figure
 
 
-def _draw_head(figure: Figure, story: Story) -> None:
-    run = story.run
-    name = str(run.get("experiment", "recording"))
-    figure.text(_LEFT, 0.955, name, fontsize=15, weight="bold", va="center")
-    sides = [str(dict(run.get(side) or {}).get("backend", "")) for side in ("brain", "world")]
-    facts = [" \N{MULTIPLICATION SIGN} ".join(filter(None, sides)), f"{story.end_s:g} s"]
-    if "seed" in run:
-        facts.append(f"seed {run['seed']}")
-    if run.get("state") not in ("finished", None):
-        facts.append(str(run["state"]))
-    figure.text(_LEFT, 0.919, "   ·   ".join(filter(None, facts)), color=FAINT, fontsize=9.5, va="center")
-    _draw_verdict(figure, dict((run.get("result") or {}).get("criteria") or {}))
-
-
-def _draw_verdict(figure: Figure, criteria: dict[str, Any]) -> None:
-    """Write the criteria with their marks in the upper right corner, four to a line."""
-    words: list[Artist] = [_criterion(name, outcome) for name, outcome in criteria.items()]
-    lines: list[Artist] = [HPacker(children=words[i : i + 4], sep=14, pad=0) for i in range(0, len(words), 4)]
-    if lines:
-        box = VPacker(children=lines, align="right", sep=5, pad=0)
-        corner = (_RIGHT, 0.965)
-        figure.add_artist(
-            AnchoredOffsetbox(
-                "upper right", child=box, frameon=False, pad=0, borderpad=0,
-                bbox_to_anchor=corner, bbox_transform=figure.transFigure,
-            )
+def _places(figure: Figure, focus: Bounds | None, has_rows: bool, strip_in: float) -> tuple[Any, Any]:
+    """Return the places of map and traces, side by side, or a wide map above; None for a missing part."""
+    scale, (wide_in, high_in) = _scale(figure), figure.get_size_inches()
+    bottom, top = (_FOOT_IN + strip_in + _AXIS_IN * scale) / high_in, 1 - (_HEAD_IN * scale + 0.1) / high_in
+    left, names = _SIDE_IN * scale / wide_in, _NAMES_IN * scale / wide_in
+    right = 1 - left
+    if focus is None or not has_rows:
+        left += names if has_rows else 0.0
+        whole = figure.add_gridspec(1, 1, left=left, right=right, bottom=bottom, top=top)[0, 0]
+        return (None, whole) if has_rows else (whole if focus else None, None)
+    width, height = (right - left) * wide_in, (top - bottom) * high_in
+    if focus.aspect > _WIDE:
+        share = min(width / focus.aspect / height, 0.36)
+        grid = figure.add_gridspec(
+            2, 1, left=left + names, right=right, bottom=bottom, top=top,
+            height_ratios=(share, 1 - share), hspace=0.24,
         )  # fmt: skip
+        return grid[0, 0], grid[1, 0]
+    share = float(np.clip(height * focus.aspect / width, 0.24, 0.42))
+    grid = figure.add_gridspec(
+        1, 2, left=left, right=right, bottom=bottom, top=top, width_ratios=(share, 1 - share), wspace=0.2
+    )
+    return grid[0, 0], grid[0, 1]
 
 
-def _criterion(name: str, outcome: Any) -> TextArea:
-    marks = {True: ("✓", GOOD), False: ("✗", BAD), None: ("?", FAINT)}
-    mark, color = marks[outcome["passed"]]
-    return TextArea(f"{mark} {name}", textprops={"color": color, "fontsize": 9.5, "weight": "bold"})
+Row = tuple[float, str, Callable[[Axes], None]]
+"""The relative height of axes, their title, and the function that draws them."""
+
+
+def _rows(story: Story, coloured: Sequence[Coloured], panels: Collection[Panel]) -> list[Row]:
+    """Return everything that is drawn over time."""
+    rows: list[Row] = []
+    if coloured and Panel.TIMELINE in panels:
+        visuals = len({interval.visual for interval in coloured})
+        rows.append((0.2 * visuals, "", lambda axes: draw_timeline(axes, story, coloured)))
+    if story.spikes and Panel.SPIKES in panels:
+        rows.append((1.7, "Spikes", lambda axes: draw_raster(axes, story)))
+    kinds = ((Panel.DEVICES, story.sinks), (Panel.COMMANDS, moving(story.commands)))
+    values = [row for panel, series in kinds if panel in panels for row in value_rows(panel, series)]
+    for title, series in values[:6]:
+        height = height_of(series, 0.8)
+        rows.append((height, title, lambda axes, s=series: draw_values(axes, s, story)))  # type: ignore[misc]
+    return rows
 
 
 def _draw_traces(
-    figure: Figure, place: Any, story: Story, coloured: Sequence[Coloured], pictures_s: Sequence[float]
-) -> None:
-    """Stack everything that happens over time on one time axis."""
-    rows: list[tuple[float, str, Any]] = []
-    if coloured:
-        visuals = len({interval.visual for interval in coloured})
-        rows.append((0.2 * visuals, "", lambda axes: draw_timeline(axes, story, coloured)))
-    if story.spikes:
-        rows.append((1.7, "Spikes", lambda axes: draw_raster(axes, story)))
-    rows += _value_rows(story)
-    if not rows:
-        return
-    grid = GridSpecFromSubplotSpec(
-        len(rows) + 1, 1, place, height_ratios=[*(height for height, _, _ in rows), 0.05], hspace=0.4
-    )
+    figure: Figure, place: Any, story: Story, coloured: Sequence[Coloured], rows: Sequence[Row],
+    images_s: Sequence[float],
+) -> None:  # fmt: skip
+    """Stack the rows on one time axis."""
+    count, gap_in = len(rows) + 1, _ROW_GAP_IN * _scale(figure)
+    high_in = place.get_position(figure).height * figure.get_figheight()
+    hspace = gap_in / max((high_in - gap_in * (count - 1)) / count, 0.05)
+    heights = [*(height for height, _, _ in rows), 0.05]
+    grid = GridSpecFromSubplotSpec(count, 1, place, height_ratios=heights, hspace=hspace)
     stack: list[Axes] = []
     for number, (_, title, draw) in enumerate(rows):
         axes = figure.add_subplot(grid[number], sharex=stack[0] if stack else None)
         axes.set_title(title)
         draw(axes)
-        if number or not coloured:
+        if title:
             shade(axes, coloured)
         axes.tick_params(labelbottom=False)
         stack.append(axes)
-    _draw_clock(figure.add_subplot(grid[-1], sharex=stack[0]), story.end_s, pictures_s)
-    stack[0].set_xlim(0, story.end_s or 1.0)
+    _draw_clock(figure.add_subplot(grid[-1], sharex=stack[0]), story, images_s)
+    stack[0].set_xlim(*story.span_s)
 
 
-def _value_rows(story: Story) -> list[tuple[float, str, Any]]:
-    rows: list[tuple[float, str, Any]] = []
-    for kind, all_series in (("Devices", story.sinks), ("Commands", moving(story.commands))):
-        for unit, series in by_unit(all_series).items():
-            title = f"{kind} ({unit})" if series[0].unit else unit
-            height = height_of(series, 0.8)
-            rows.append((height, title, lambda axes, s=series: draw_values(axes, s, story.end_s)))
-    return rows[:6]
-
-
-def _draw_clock(axes: Axes, end_s: float, pictures_s: Sequence[float]) -> None:
-    """Draw the time axis in the colours of the track, with a mark for each picture."""
-    span = (0, end_s or 1.0)
+def _draw_clock(axes: Axes, story: Story, images_s: Sequence[float]) -> None:
+    """Draw the time axis in the colours of the track, with a mark for each image."""
+    span = story.span_s
     axes.imshow(np.linspace(0, 1, 256)[np.newaxis], cmap=time_colours(), aspect="auto", extent=(*span, 0, 1))
-    axes.plot(pictures_s, [1.9] * len(pictures_s), "v", color=FAINT, markersize=4, clip_on=False)
+    axes.plot(images_s, [1.9] * len(images_s), "v", color=FAINT, markersize=4, clip_on=False)
     axes.set_yticks([])
     for spine in axes.spines.values():
         spine.set_visible(False)
@@ -139,14 +134,25 @@ def _draw_clock(axes: Axes, end_s: float, pictures_s: Sequence[float]) -> None:
     axes.set(xlim=span, ylim=(0, 1), xlabel="simulated time (s)")
 
 
-def _draw_pictures(figure: Figure, pictures: Sequence[CameraFrame], end_s: float) -> None:
-    """Line up what the camera saw, each framed in the colour of its time."""
-    gap, bottom, height = 0.006, 0.03, 0.16
-    width = (_RIGHT - _LEFT + gap) / max(len(pictures), PICTURES)
-    for number, picture in enumerate(pictures):
-        axes = figure.add_axes((_LEFT + number * width, bottom, width - gap, height), anchor="SW")
-        axes.imshow(picture.pixels)
-        axes.set(xticks=[], yticks=[])
+def _draw_images(figure: Figure, images: Sequence[CameraFrame], story: Story, side: float) -> float:
+    """Line up the camera images, each framed in the colour of its time; return the height taken, inches."""
+    if not images:
+        return 0.0
+    width_in, height_in = (float(side) for side in figure.get_size_inches())
+    gap = _STRIP_GAP_IN / width_in
+    width = (1 - 2 * side + gap) / max(len(images), IMAGES)
+    rows, columns = images[0].pixels.shape[:2]
+    strip_in = (width - gap) * width_in * rows / columns
+    for number, image in enumerate(images):
+        place = (side + number * width, _FOOT_IN / height_in, width - gap, strip_in / height_in)
+        axes = figure.add_axes(place, anchor="SW", xticks=[], yticks=[])
+        axes.imshow(image.pixels)
         for spine in axes.spines.values():
-            spine.set(visible=True, linewidth=2, color=time_colours()(picture.t_s / end_s if end_s else 0.0))
-        axes.set_title(f"{picture.t_s:.1f} s", fontsize=8, weight="normal", pad=4)
+            spine.set(visible=True, linewidth=2, color=time_colours()(story.share_of(image.t_s)))
+        axes.set_title(f"{image.t_s:.1f} s", fontsize=points(8), weight="normal", pad=4)
+    return float(strip_in + _CAPTION_IN)
+
+
+def _scale(figure: Figure) -> float:
+    """Return the size of texts on a page of this width."""
+    return text_scale(figure.get_figwidth())

@@ -1,4 +1,4 @@
-"""One part of the story on a page of its own."""
+"""One part of the page as a separate figure."""
 
 from __future__ import annotations
 
@@ -8,35 +8,38 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nrp_core.errors import ExperimentError
+from nrp_core.recording.figures.film import camera_images, moments
 from nrp_core.recording.figures.matrix import draw_values, height_of
-from nrp_core.recording.figures.page import DPI
+from nrp_core.recording.figures.options import PlotOptions
 from nrp_core.recording.figures.room import draw_room
-from nrp_core.recording.figures.story import Story, moments, pictures
-from nrp_core.recording.figures.traces import by_unit, draw_raster, moving, shade
+from nrp_core.recording.figures.story import Story
+from nrp_core.recording.figures.traces import draw_raster, moving, shade, value_rows
+from nrp_core.recording.figures.view import RoomView
 from nrp_core.recording.reading.recording import Recording
 
 _WIDE = (12.0, 5.0)
 _ROOM, _ROOM_EDGE = 8.0, 0.8
-"""Longer side of the room, and what title and axes take beside it."""
-_PICTURES, _COLUMNS = 12, 4
+"""Longer side of the room, and the space for title and axes."""
+_IMAGES, _COLUMNS = 12, 4
 
 
-def draw_part(what: str, story: Story, recording: Recording) -> Figure:
+def draw_part(what: str, story: Story, recording: Recording, options: PlotOptions) -> Figure:
     """Return a figure of one part.
 
     Args:
         what: ``raster``, ``trajectory``, ``devices`` or ``camera``.
-        story: of the run.
-        recording: of the same, for the pictures.
+        story: the story of the run.
+        recording: the recording that the images come from.
+        options: the size of the figure.
 
     Raises:
-        ExperimentError: the recording has nothing of it.
+        ExperimentError: the recording has no data for it.
     """
     draw: dict[str, Callable[[], Figure | None]] = {
-        "raster": lambda: _raster(story),
-        "trajectory": lambda: _trajectory(story),
-        "devices": lambda: _devices(story),
-        "camera": lambda: _camera(story, recording),
+        "raster": lambda: _raster(story, options),
+        "trajectory": lambda: _trajectory(story, options),
+        "devices": lambda: _devices(story, options),
+        "camera": lambda: _camera(story, recording, options),
     }
     figure = draw[what]()
     if figure is None:
@@ -44,56 +47,51 @@ def draw_part(what: str, story: Story, recording: Recording) -> Figure:
     return figure
 
 
-def _raster(story: Story) -> Figure | None:
+def _raster(story: Story, options: PlotOptions) -> Figure | None:
     if not any(len(ids) for parts in story.spikes.values() for ids, _ in parts):
         return None
-    figure = Figure(figsize=_WIDE, dpi=DPI, layout="constrained")
-    axes = figure.add_subplot(title="Spikes", xlabel="simulated time (s)", xlim=(0, story.end_s or 1.0))
+    figure = options.figure(_WIDE, layout="constrained")
+    axes = figure.add_subplot(title="Spikes", xlabel="simulated time (s)", xlim=story.span_s)
     draw_raster(axes, story)
     shade(axes, story.coloured())
     return figure
 
 
-def _trajectory(story: Story) -> Figure | None:
+def _trajectory(story: Story, options: PlotOptions) -> Figure | None:
     if not story.tracks:
         return None
-    figure = Figure(figsize=(_ROOM, _ROOM), dpi=DPI, layout="constrained")
-    axes = figure.add_subplot(title="Room from above")
-    draw_room(axes, story, story.coloured())
-    sides = np.array([np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())])
-    figure.set_size_inches(_ROOM * np.maximum(sides / sides.max(), 0.3) + _ROOM_EDGE)
+    view, coloured = RoomView.of(story), story.coloured()
+    sides = np.array([min(view.focus(coloured).aspect, 1.0), min(1 / view.focus(coloured).aspect, 1.0)])
+    width, height = _ROOM * np.maximum(sides, 0.3) + _ROOM_EDGE
+    figure = options.figure((float(width), float(height)), layout="constrained")
+    draw_room(figure.add_subplot(title="Room from above"), view, coloured)
     return figure
 
 
-def _devices(story: Story) -> Figure | None:
-    kinds = (("Devices", story.sinks), ("Commands", moving(story.commands)))
-    rows = [
-        (f"{kind} ({unit})" if series[0].unit else unit, series)
-        for kind, all_series in kinds
-        for unit, series in by_unit(all_series).items()
-    ]
+def _devices(story: Story, options: PlotOptions) -> Figure | None:
+    rows = [*value_rows("devices", story.sinks), *value_rows("commands", moving(story.commands))]
     if not rows:
         return None
     heights = [height_of(series, 1.6) for _, series in rows]
-    figure = Figure(figsize=(_WIDE[0], 1.0 + sum(heights)), dpi=DPI, layout="constrained")
+    figure = options.figure((_WIDE[0], 1.0 + sum(heights)), layout="constrained")
     stack = np.atleast_1d(figure.subplots(len(rows), sharex=True, height_ratios=heights))
     for axes, (title, series) in zip(stack, rows, strict=True):
         axes.set_title(title)
-        draw_values(axes, series, story.end_s)
+        draw_values(axes, series, story)
         shade(axes, story.coloured())
-    stack[-1].set(xlim=(0, story.end_s or 1.0), xlabel="simulated time (s)")
+    stack[-1].set(xlim=story.span_s, xlabel="simulated time (s)")
     return figure
 
 
-def _camera(story: Story, recording: Recording) -> Figure | None:
-    taken = pictures(recording, moments(story, _PICTURES))
+def _camera(story: Story, recording: Recording, options: PlotOptions) -> Figure | None:
+    taken = camera_images(recording, moments(story, _IMAGES))
     if not taken:
         return None
     rows = -(-len(taken) // _COLUMNS)
     height, width = taken[0].pixels.shape[:2]
     size = (_WIDE[0], 0.3 + rows * (0.3 + _WIDE[0] / _COLUMNS * height / width))
-    figure = Figure(figsize=size, dpi=DPI, layout="constrained")
-    for number, picture in enumerate(taken, 1):
-        axes = figure.add_subplot(rows, _COLUMNS, number, title=f"{picture.t_s:.2f} s", xticks=[], yticks=[])
-        axes.imshow(picture.pixels)
+    figure = options.figure(size, layout="constrained")
+    for number, image in enumerate(taken, 1):
+        axes = figure.add_subplot(rows, _COLUMNS, number, title=f"{image.t_s:.2f} s", xticks=[], yticks=[])
+        axes.imshow(image.pixels)
     return figure

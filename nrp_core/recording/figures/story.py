@@ -1,28 +1,30 @@
-"""What a figure of a run needs, gathered from its recording."""
+"""The data for the figures of a run, collected from its recording."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import acos, dist, inf
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.clock import from_seconds, seconds
-from nrp_core.recording.images import pixels_of
+from nrp_core.clock import seconds
+from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import SCENE, Role
-from nrp_core.recording.reading.recording import Recorded, RecordedTopic, Recording
+from nrp_core.recording.reading.columns import numbers_in, units_in
+from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.recording.reading.recording import Recorded, Recording
+from nrp_core.recording.reading.shapes import RecordedScene
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.messages.visualization_msgs import Marker
+from nrp_core.world.pose_messages import pose_of, transform_pose
 from nrp_core.world.rigid.pose import Pose
 
 Rgb = tuple[float, float, float]
 
-_BEFORE_S = 0.1
-_UNITS = {"geometry_msgs/msg/Twist": {"linear": "m/s", "angular": "rad/s"}}
+_REACH_M = 0.3
 
 
 @dataclass
@@ -34,15 +36,18 @@ class StepSeries:
     times_s: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
 
-    def add(self, t_s: float, value: float) -> None:
-        """Append a value."""
-        self.times_s.append(t_s)
+    def add(self, t_s: float, value: float, begin_s: float = 0.0) -> None:
+        """Append a value; one from before the begin takes the place of the last such."""
+        if t_s < begin_s:
+            self.times_s.clear()
+            self.values.clear()
+        self.times_s.append(max(t_s, begin_s))
         self.values.append(value)
 
 
 @dataclass
 class Track:
-    """Where a model was: times in s, positions in m, headings in rad."""
+    """The trajectory of a model: times in s, positions in m, headings in rad."""
 
     times_s: list[float] = field(default_factory=list)
     xs: list[float] = field(default_factory=list)
@@ -60,22 +65,16 @@ class Coloured:
     rgb: Rgb
 
 
-@dataclass(frozen=True)
-class CameraFrame:
-    """What a camera saw at a time."""
-
-    t_s: float
-    pixels: npt.NDArray[np.uint8]
-
-
 @dataclass
 class Story:
-    """A run as a figure tells it.
+    """The data of a run for its figures.
 
     Args:
-        run: what ``run.json`` says.
-        end_s: simulated time of the last message.
-        markers: the look of the room and the robots at the start.
+        run: the contents of ``run.json``.
+        begin_s, end_s: the time that is shown; the end is at most the time of the last message.
+        activity: how much the links moved since the message on ``/tf`` before, by time in s.
+        scene: the look of the room and the robots.
+        first_poses, last_poses: of every frame that moves, where it was first and last.
         tracks: of every model that can move.
         spikes: by population: ids and times in s.
         sinks: values of devices that listen to neurons.
@@ -84,8 +83,12 @@ class Story:
     """
 
     run: Mapping[str, Any]
+    begin_s: float = 0.0
     end_s: float = 0.0
-    markers: list[Marker] = field(default_factory=list)
+    activity: list[tuple[float, float]] = field(default_factory=list)
+    scene: RecordedScene = field(default_factory=RecordedScene)
+    first_poses: dict[str, Pose] = field(default_factory=dict)
+    last_poses: dict[str, Pose] = field(default_factory=dict)
     tracks: dict[str, Track] = field(default_factory=dict)
     spikes: dict[str, list[tuple[npt.NDArray[np.uint32], FloatArray]]] = field(default_factory=dict)
     sinks: dict[str, StepSeries] = field(default_factory=dict)
@@ -93,16 +96,26 @@ class Story:
     colours: dict[str, list[tuple[float, Rgb]]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, recording: Recording) -> Story:
-        """Gather the story of a recording."""
-        story = cls(recording.run)
+    def of(cls, recording: Recording, begin_s: float = 0.0, end_s: float = inf) -> Story:
+        """Collect the data of a recording between two times.
+
+        Raises:
+            ExperimentError: the recording has no message between them.
+        """
+        story = cls(recording.run, begin_s)
         topics = recording.topics
-        told = [
+        names = [
             name for name, topic in topics.items() if topic.role not in (Role.CAMERA, Role.SOURCE, Role.RUN)
         ]
-        for recorded in recording.messages(told):
-            story.end_s = max(story.end_s, seconds(recorded.t_ns))
+        for recorded in recording.messages(names):
+            t_s = seconds(recorded.t_ns)
+            if t_s > end_s:
+                break
+            story.end_s = max(story.end_s, t_s)
             story._take(topics[recorded.topic], recorded)
+        if begin_s and story.end_s <= begin_s:
+            message = f"nothing between {begin_s:g} s and {end_s:g} s: it ends at {story.end_s:g} s"
+            raise ExperimentError(message, path=recording.file)
         return story
 
     def coloured(self) -> list[Coloured]:
@@ -112,108 +125,99 @@ class Story:
             ends = [t_s for t_s, _ in changes[1:]] + [self.end_s]
             first = changes[0][1]
             found += [
-                Coloured(visual, since_s, until_s, rgb)
+                Coloured(visual, max(since_s, self.begin_s), until_s, rgb)
                 for (since_s, rgb), until_s in zip(changes, ends, strict=True)
-                if rgb != first and until_s > since_s
+                if rgb != first and until_s > max(since_s, self.begin_s)
             ]
         return found
 
     def name_of(self, visual: str) -> str:
-        """Return what people call a visual: the experiment's alias for its colour, or its model."""
+        """Return the name of a visual for people: the experiment's alias for its colour, or its model."""
         for alias, topic in dict(self.run.get("aliases") or {}).items():
             if topic == f"/{visual}/color":
                 return str(alias).strip("/").removesuffix("/color")
         return visual.split("/", maxsplit=1)[0].replace("_", " ")
 
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """The time that is shown, never empty."""
+        return self.begin_s, self.end_s if self.end_s > self.begin_s else self.begin_s + 1.0
+
+    def share_of(self, t_s: float) -> float:
+        """Return the position of a time in the shown time, 0 to 1."""
+        begin_s, end_s = self.span_s
+        return min(max((t_s - begin_s) / (end_s - begin_s), 0.0), 1.0)
+
     # -- one method for each role
 
     def _take(self, topic: RecordedTopic, recorded: Recorded) -> None:
+        """Add a message; a value from before the shown time holds until the next one."""
         message, t_s = recorded.message, seconds(recorded.t_ns)
+        early = t_s < self.begin_s
         match topic.role:
             case Role.SCENE if recorded.topic == SCENE:
-                self._take_scene(message.markers)
+                self._take_scene(message)
+            case Role.TRANSFORMS:
+                self._take_transforms(message, t_s)
             case Role.MODELS:
                 self._take_models(message, t_s)
-            case Role.SPIKES:
+            case Role.SPIKES if not early:
                 self.spikes.setdefault(message.population, []).append((message.ids, message.times_ms * 1e-3))
             case Role.SINK:
                 label = topic.about.get("device", recorded.topic)
                 series = self.sinks.setdefault(recorded.topic, StepSeries(label, topic.about.get("unit", "")))
-                series.add(t_s, message.data)
+                series.add(t_s, message.data, self.begin_s)
             case Role.PUBLISHED if isinstance(message, ColorRGBA):
                 visual = recorded.topic.strip("/").removesuffix("/color")
                 self.colours.setdefault(visual, []).append((t_s, (message.r, message.g, message.b)))
             case Role.PUBLISHED:
                 self._take_numbers(topic, message, t_s)
 
-    def _take_scene(self, markers: list[Marker]) -> None:
-        self.markers = markers
-        for marker in markers:
-            colour = (marker.color.r, marker.color.g, marker.color.b)
-            self.colours.setdefault(marker.ns, [(0.0, colour)])
+    def _take_scene(self, message: Any) -> None:
+        self.scene.take(message)
+        for shape in self.scene.shapes:
+            self.colours.setdefault(shape.visual, [(0.0, shape.rgba[:3])])
+
+    def _take_transforms(self, message: Any, t_s: float) -> None:
+        moved = 0.0
+        for each in message.transforms:
+            name, pose = each.child_frame_id, transform_pose(each.transform)
+            moved += _moved(self.last_poses.get(name, pose), pose)
+            self._take_frame(name, pose, t_s)
+        if t_s >= self.begin_s:
+            self.activity.append((t_s, moved))
+
+    def _take_frame(self, name: str, pose: Pose, t_s: float) -> None:
+        if t_s <= self.begin_s:
+            self.first_poses[name] = pose
+        self.first_poses.setdefault(name, pose)
+        self.last_poses[name] = pose
 
     def _take_models(self, states: Any, t_s: float) -> None:
         for name, pose in zip(states.name, states.pose, strict=True):
-            track = self.tracks.setdefault(name, Track())
-            turn = pose.orientation
-            track.times_s.append(t_s)
-            track.xs.append(pose.position.x)
-            track.ys.append(pose.position.y)
-            track.yaws.append(Pose(orientation=(turn.x, turn.y, turn.z, turn.w)).yaw)
+            at = pose_of(pose)
+            self._take_frame(name, at, t_s)
+            if t_s >= self.begin_s:
+                track = self.tracks.setdefault(name, Track())
+                track.times_s.append(t_s)
+                track.xs.append(at.position[0])
+                track.ys.append(at.position[1])
+                track.yaws.append(at.yaw)
 
     def _take_numbers(self, topic: RecordedTopic, message: Any, t_s: float) -> None:
-        units = _UNITS.get(topic.type_name, {})
+        units = units_in(message)
         for path, value in numbers_in(message):
             key = f"{topic.name}.{path}"
-            unit = units.get(path.split(".")[0], "")
-            self.commands.setdefault(key, StepSeries(_label(topic, path), unit)).add(t_s, value)
+            unit = units.get(path, topic.about.get("unit", ""))
+            series = self.commands.setdefault(key, StepSeries(_label(topic, path), unit))
+            series.add(t_s, value, self.begin_s)
+
+
+def _moved(before: Pose, now: Pose) -> float:
+    """Return how far a link moved: its way in m, and its turn in rad as if it reached 0.3 m."""
+    turned = abs(sum(a * b for a, b in zip(before.orientation, now.orientation, strict=True)))
+    return dist(before.position, now.position) + _REACH_M * 2 * acos(min(turned, 1.0))
 
 
 def _label(topic: RecordedTopic, path: str) -> str:
     return topic.name if path == "data" else f"{topic.name}.{path}"
-
-
-def numbers_in(message: Any, path: str = "") -> Iterator[tuple[str, float]]:
-    """Return every number in a message with its dotted path; headers and arrays are left out."""
-    for spec in dataclasses.fields(message):
-        value, name = getattr(message, spec.name), f"{path}{spec.name}"
-        if isinstance(value, (bool, int, float)):
-            yield name, float(value)
-        elif dataclasses.is_dataclass(value) and spec.name != "header":
-            yield from numbers_in(value, f"{name}.")
-
-
-def moments(story: Story, count: int) -> list[float]:
-    """Return so many times that tell a run: its ends, those in which something had another colour, the rest.
-
-    Of a time with another colour the middle is taken, and the moment before it ends.
-    """
-    times = {0.0, story.end_s}
-    for one in story.coloured():
-        middle_s = (one.since_s + one.until_s) / 2
-        for t_s in (middle_s, max(middle_s, one.until_s - _BEFORE_S)):
-            if len(times) < count:
-                times.add(t_s)
-    fixed = np.array(sorted(times))
-    gaps, parts = np.diff(fixed), np.ones(len(fixed) - 1, int)
-    while len(gaps) and parts.sum() < count - 1:
-        parts[np.argmax(gaps / parts)] += 1
-    between = [np.linspace(fixed[i], fixed[i + 1], n, endpoint=False) for i, n in enumerate(parts)]
-    return [float(t_s) for t_s in np.concatenate([*between, fixed[-1:]])]
-
-
-def pictures(recording: Recording, times_s: Sequence[float]) -> list[CameraFrame]:
-    """Return what the first camera saw nearest to some times; fewer where it took fewer."""
-    cameras = recording.with_role(Role.CAMERA)
-    if not cameras:
-        return []
-    topic = cameras[0].name
-    taken = np.array([message.log_time for _, message in recording.raw({topic})])
-    if not len(taken):
-        return []
-    chosen = {int(taken[np.argmin(np.abs(taken - from_seconds(t_s)))]) for t_s in times_s}
-    return [
-        CameraFrame(seconds(recorded.t_ns), pixels_of(recorded.message))
-        for recorded in recording.messages({topic})
-        if recorded.t_ns in chosen
-    ]

@@ -1,4 +1,4 @@
-"""Colours and type of the figure; the colours can be told apart by everybody."""
+"""Colours and fonts of the figure; the colours are distinguishable with colour blindness."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from contextlib import contextmanager
 from typing import Any
 
 import matplotlib as mpl
+import matplotlib.style
 from matplotlib.colors import Colormap, LinearSegmentedColormap
+
+from nrp_core.errors import ExperimentError, did_you_mean
 
 # Okabe and Ito (2008), "Color universal design", without yellow, which vanishes on white.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
@@ -50,10 +53,47 @@ _RC: dict[Any, Any] = {
 }
 
 
+_SIZES = (
+    "font.size",
+    "axes.titlesize",
+    "axes.labelsize",
+    "xtick.labelsize",
+    "ytick.labelsize",
+    "legend.fontsize",
+)
+_USUAL_WIDTH_IN, _LEAST = 12.8, 0.72
+
+
+def text_scale(width_inches: float | None) -> float:
+    """Return the size of texts in a figure of a width, relative to the usual size."""
+    return max(_LEAST, min(1.0, (width_inches or _USUAL_WIDTH_IN) / _USUAL_WIDTH_IN))
+
+
+def points(size: float) -> float:
+    """Return a size of texts in the figure that is being drawn, given that in a figure of the usual width."""
+    return size * float(mpl.rcParams["font.size"]) / float(_RC["font.size"])
+
+
 @contextmanager
-def style() -> Iterator[None]:
-    """Draw in the figure's style."""
+def style(sheet: str | None = None, width_inches: float | None = None) -> Iterator[None]:
+    """Draw in the figure's style.
+
+    Args:
+        sheet: a style sheet of Matplotlib that comes on top; text sizes stay ours, for the layout's sake.
+        width_inches: of the figure; None: the usual width.
+
+    Raises:
+        ExperimentError: the sheet does not exist, or cannot be read.
+    """
     with mpl.rc_context(_RC):
+        if sheet is not None:
+            try:
+                mpl.style.use(sheet)
+            except OSError as error:
+                hint = did_you_mean(sheet, mpl.style.available)
+                raise ExperimentError(f"'{sheet}' is not a style sheet of Matplotlib{hint}") from error
+        sizes: dict[Any, Any] = {key: _RC[key] * text_scale(width_inches) for key in _SIZES}
+        mpl.rcParams.update(sizes)
         yield
 
 

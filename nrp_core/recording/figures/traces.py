@@ -1,4 +1,4 @@
-"""What happened over time: colours and events, spikes, values."""
+"""Time courses: colours and events, spikes, values."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from matplotlib.axes import Axes
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.story import Coloured, StepSeries, Story
-from nrp_core.recording.figures.style import FAINT, colour
+from nrp_core.recording.figures.style import FAINT, colour, points
 
 _LONGEST_LABEL, _LINE_CHARACTERS = 28, 72
+_NUMBER_POINTS = 8.0
 _MOST_ROWS = 400
 """More neurons than this are thinned out evenly."""
 
@@ -52,7 +53,7 @@ class Group:
 
 
 def groups(story: Story) -> list[Group]:
-    """Return the named groups of neurons, then what is left of each population.
+    """Return the named groups of neurons, then the rest of each population.
 
     A neuron is shown once: in the smallest group that it belongs to.
     """
@@ -83,7 +84,11 @@ def _sizes(story: Story, brain: Mapping[str, Any]) -> dict[str, int]:
 
 
 def draw_raster(axes: Axes, story: Story) -> None:
-    """Draw a tick for every spike, a row for each neuron, the groups in colours."""
+    """Draw a tick for every spike, a row for each neuron, the groups in colours.
+
+    On the right are the indices of the first and last neuron of each group in their population.
+    """
+    numbers: dict[float, int] = {}
     rows, labels, total = 0, {}, sum(len(group.ids) for group in groups(story))
     thin = max(1, -(-total // _MOST_ROWS))
     for number, group in enumerate(groups(story)):
@@ -94,6 +99,7 @@ def draw_raster(axes: Axes, story: Story) -> None:
             markeredgewidth=_tick_width(axes, times, len(shown)), rasterized=len(times) > 20_000,
         )  # fmt: skip
         labels[rows + (len(shown) - 1) / 2] = (group.label, colour(number))
+        numbers |= {rows: shown[0], rows + len(shown) - 1: shown[-1]}
         rows += len(shown)
         axes.axhline(rows - 0.5, color=FAINT, linewidth=0.3)
     axes.set_ylim(rows - 0.5, -0.5)
@@ -101,6 +107,21 @@ def draw_raster(axes: Axes, story: Story) -> None:
     for tick, (_, color) in zip(axes.get_yticklabels(), labels.values(), strict=True):
         tick.set_color(color)
     axes.tick_params(axis="y", length=0)
+    _number_neurons(axes, numbers, rows)
+
+
+def _number_neurons(axes: Axes, numbers: Mapping[float, int], rows: int) -> None:
+    """Write the indices of neurons beside their rows; those without room are left out."""
+    height_pt = axes.bbox.height * 72 / axes.figure.dpi
+    apart = _NUMBER_POINTS * rows / height_pt
+    written: dict[float, int] = {}
+    for row, index in sorted(numbers.items()):
+        if not written or row - max(written) >= apart:
+            written[row] = index
+    side = axes.secondary_yaxis("right")
+    side.set_yticks(list(written), [str(index) for index in written.values()], fontsize=points(6.5))
+    side.set_ylabel("neuron", labelpad=2)
+    side.tick_params(length=2, pad=1)
 
 
 def _tick_points(axes: Axes, rows: int) -> float:
@@ -139,17 +160,26 @@ def by_unit(series: Mapping[str, StepSeries]) -> dict[str, list[StepSeries]]:
     return {alone.get(name, name): own for name, own in axes.items()}
 
 
+def value_rows(kind: str, series: Mapping[str, StepSeries]) -> list[tuple[str, list[StepSeries]]]:
+    """Return the series that share an axis, with its title: the kind and the unit, or the topic's name."""
+    return [(_title(kind, name, own), own) for name, own in by_unit(series).items()]
+
+
+def _title(kind: str, name: str, own: Sequence[StepSeries]) -> str:
+    return f"{kind.capitalize()} ({own[0].unit})" if own[0].unit else name
+
+
 def moving(series: Mapping[str, StepSeries]) -> dict[str, StepSeries]:
     """Return the series that are not 0 all the time; if all are, all."""
     return {key: one for key, one in series.items() if any(one.values)} or dict(series)
 
 
-def draw_series(axes: Axes, series: Sequence[StepSeries], end_s: float) -> None:
+def draw_series(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
     """Draw a curve for each."""
     axes.axhline(0, color=FAINT, linewidth=0.5)
     labels = short_labels(series, min(_LONGEST_LABEL, _LINE_CHARACTERS // len(series)))
     for number, (one, label) in enumerate(zip(series, labels, strict=True)):
-        times, values = [*one.times_s, end_s], [*one.values, one.values[-1]]
+        times, values = [*one.times_s, story.end_s], [*one.values, one.values[-1]]
         axes.plot(
             times, values, drawstyle="steps-post", linewidth=0.9, color=colour(number),
             label=label,
@@ -164,10 +194,9 @@ def draw_series(axes: Axes, series: Sequence[StepSeries], end_s: float) -> None:
 
 
 def short_labels(series: Sequence[StepSeries], longest: int = _LONGEST_LABEL) -> list[str]:
-    """Return labels without what all of them share, and none longer than fits.
+    """Return labels without their common parts, shortened to fit.
 
-    What they end with is left out where the title of the axes says it (of values without a unit), or where
-    there is no room.
+    Their common end is left out if the title of the axes has it (for values without a unit), or to fit.
     """
     labels = [one.label for one in series]
     if len(labels) == 1:
@@ -182,7 +211,7 @@ def short_labels(series: Sequence[StepSeries], longest: int = _LONGEST_LABEL) ->
 
 
 def _without_start(labels: list[str], borders: str) -> list[str]:
-    """Return labels without what all begin with, up to a border; a number keeps the word before it."""
+    """Return labels without their common beginning, up to a word boundary; a number keeps its word."""
     if len(set(labels)) < 2:
         return labels
     shared = [column[0] for column in takewhile(lambda c: len(set(c)) == 1, zip(*labels, strict=False))]

@@ -1,4 +1,4 @@
-"""What is done to a run from outside, between its steps, besides messages: noted, and done again.
+"""Record and repeat calls from outside the run between its steps, other than messages.
 
 Transfer functions are kept as the text of their files, all else as Python pickles.
 """
@@ -15,25 +15,26 @@ from nrp_core.cle import ClosedLoop
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.world.messages.nrp_msgs import Called
 
 CHANGE, ACTIVATE, LOST = "change", "activate", "lost"
-"""What is done to a run itself, and what cannot be done again; all else is done to its world."""
+"""Calls to the run itself, and those that cannot be repeated; all others are calls to its world."""
 
 Note = Callable[[str, bytes], None]
 
 
 class CallNoter(Closing):
-    """Notes what is done to a run, until it is closed.
+    """Records the calls to a run, until it is closed.
 
     Args:
-        run: which one.
+        run: the run.
         note: takes the name and the pickled arguments of each call.
-        warn: told what cannot be noted.
+        warnings: takes a finding about each call that cannot be recorded.
     """
 
-    def __init__(self, run: Run, note: Note, warn: Callable[[str], None]) -> None:
-        self._run, self._note, self._warn = run, note, warn
+    def __init__(self, run: Run, note: Note, warnings: Findings) -> None:
+        self._run, self._note, self._warnings = run, note, warnings
         run.on_change.append(self._note_functions)
         run.on_activate.append(self._note_activation)
         run.on_step.append(self._see_devices)
@@ -42,7 +43,7 @@ class CallNoter(Closing):
         run.world.add_watcher(self._note_world)
 
     def close(self) -> None:
-        """Note nothing more."""
+        """Stop recording."""
         self._run.on_change.remove(self._note_functions)
         self._run.on_activate.remove(self._note_activation)
         self._run.on_step.remove(self._see_devices)
@@ -61,23 +62,23 @@ class CallNoter(Closing):
         self._keep(ACTIVATE, (name, active))
 
     def _note_world(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> None:
-        if not self._run.loop.is_stepping:  # what a step does, it does again by itself
+        if not self._run.loop.is_stepping:  # calls within a step are repeated by the step
             self._keep(name, (arguments, named))
 
     def _see_devices(self, run: Run) -> None:
         self._devices = run.brain.devices
 
     def _note_devices(self, loop: ClosedLoop) -> None:
-        """Tell of devices that came or went since the last step; a step itself does it again."""
+        """Warn of devices that were added or removed since the last step from outside."""
         devices, before = loop.brain.devices, self._devices
         if devices != before:
             self._devices = devices
             names = {port.name for port in {*devices} ^ {*before} if not getattr(port, "passing", False)}
             if names:
-                self._lose(f"what was done from Python to devices of the brain: {', '.join(sorted(names))}")
+                self._lose(f"changes of devices of the brain from Python: {', '.join(sorted(names))}")
 
     def _lose(self, what: str) -> None:
-        self._warn(f"a replay does without {what}")
+        self._warnings.append(lost(what))
         self._note(LOST, what.encode())
 
     def _keep(self, name: str, arguments: Any) -> None:
@@ -89,21 +90,30 @@ class CallNoter(Closing):
             self._note(name, data)
 
 
+def lost(what: str) -> Finding:
+    """Return the finding about a call that cannot be repeated.
+
+    Args:
+        what: the thing that a replay does without, as recorded under the name ``lost``.
+    """
+    return Finding(Code.NRP284, f"a replay does without {what}", Level.WARNING)
+
+
 def changes_functions(called: Called) -> bool:
-    """Return whether it was done to the transfer functions, which are in no snapshot."""
+    """Return whether it was a call to the transfer functions, which are not in snapshots."""
     return called.name in (CHANGE, ACTIVATE)
 
 
 def repeat(run: Run, called: Called, folder: Path) -> None:
-    """Do again what was done; of functions that an edited file has no more, nothing.
+    """Repeat a call; calls to functions that an edited file no longer has are skipped.
 
     Args:
-        run: to which run; its next step is the one that came next then.
-        called: what was done.
+        run: the run, before the same step.
+        called: the call.
         folder: takes the files of transfer functions, which are read now and shown by errors later.
 
     Raises:
-        ExperimentError: it is nothing that can be done.
+        ExperimentError: the call is not possible.
     """
     try:
         arguments = pickle.loads(bytes(called.data))

@@ -1,9 +1,7 @@
-"""The recording of a run as a folder: what ran, the files it used, and every message."""
+"""The recording of a run as a folder: its description, the files it used, and every message."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator
@@ -21,23 +19,34 @@ from nrp_core._support.arrays import IntArray
 from nrp_core._support.jsonable import to_jsonable
 from nrp_core.brain.network.data import Network
 from nrp_core.clock import NS_PER_S
+from nrp_core.dsl.functions.csv_recorder import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
 from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Tree
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Findings
 from nrp_core.recording.folder.calls import CallNoter
 from nrp_core.recording.folder.self_contained import write_experiment
 from nrp_core.recording.folder.used_files import FilesRead
-from nrp_core.recording.layout import FILES_FOLDER, MCAP_NAME, RUN_NAME, Pictures, check_folder
-from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
+from nrp_core.recording.layout import (
+    CSV_FOLDER,
+    EXPERIMENT_NAME,
+    FILES_FOLDER,
+    MCAP_NAME,
+    RUN_NAME,
+    RUNNING,
+    Images,
+    check_folder,
+)
+from nrp_core.recording.sealing import file_digest, sealed
 from nrp_core.recording.writing.hashes import Chain
 from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.messages.nrp_msgs import Called
 from nrp_core.world.scene.model import Mesh, Scene
 
-FORMAT = 3
-"""Version of the layout of a recording."""
+FORMAT, OLDEST_FORMAT = 4, 3
+"""Version of the layout of a recording, and the oldest one that can be read."""
 
 SNAPSHOTS_NS = 10 * NS_PER_S
 """Simulated time between two snapshots; one takes about as long as a step."""
@@ -49,15 +58,15 @@ class RecordingFolder:
     Args:
         run: between two steps, most often at time 0.
         folder: is made; an empty one may be there.
-        pictures: how camera pictures are kept.
-        files: what noticed which files were read; without it only those are kept that the experiment
-            names, and the meshes of its scene.
+        images: how camera images are kept.
+        files: the files that were read; without it only the files that the experiment names and the meshes of
+            its scene are kept.
         snapshots_ns: simulated time between two snapshots; None: there are none.
-        origin: the recording that the run goes on from, and where the chain of hashes was there.
-        calls: what was done to its transfer functions until then, which the experiment does not say.
+        origin: the recording that the run continues, and its chain of hashes there.
+        calls: earlier changes of its transfer functions, which are not in the experiment.
 
     Raises:
-        ExperimentError: the folder holds something, or cannot be made.
+        ExperimentError: the folder is not empty, or cannot be created.
         RecordingError: the disk does not take the experiment.
     """
 
@@ -66,36 +75,40 @@ class RecordingFolder:
         run: Run,
         folder: Path,
         *,
-        pictures: Pictures = Pictures.EXACT,
+        images: Images = Images.EXACT,
         files: FilesRead | None = None,
         snapshots_ns: int | None = SNAPSHOTS_NS,
         origin: Origin | None = None,
         calls: Iterable[Called] = (),
     ) -> None:
         self._run, self._folder, self._files = run, folder, files
-        self._snapshots_ns, self._warnings = snapshots_ns, list[str]()
+        self._snapshots_ns, self._warnings = snapshots_ns, Findings(general=Code.NRP284)
         _make(folder)
         with self._on_disk("begun"):
             self._root = _copy_files(self._used(), folder)
             self._about = _about(run, self._root) | {
-                "pictures": pictures, "snapshots_ns": snapshots_ns, "continues": origin
+                "images": images, "snapshots_ns": snapshots_ns, "continues": origin
             }  # fmt: skip
-            self._write("running", None)
+            self._write(RUNNING, None)
         self._recorder = Recorder(
-            run.brain, run.world, folder, period_ns=run.experiment.timestep, pictures=pictures,
+            run.brain, run.world, folder, period_ns=run.experiment.timestep, images=images,
             chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
             calls=calls,
         )  # fmt: skip
         if run.loop.now_ns:
             self._snapshot()
         run.on_step.append(self._after_step)
+        run.reporters.append(self._reported)
         run.loop.hooks.from_outside.append(self._recorder.observer.note_from_outside)
-        self._calls = CallNoter(run, self._recorder.observer.note_call, self._warnings.append)
+        self._calls = CallNoter(run, self._recorder.observer.note_call, self._warnings)
 
     @property
-    def warnings(self) -> list[str]:
-        """What could not be recorded."""
-        return [*self._recorder.warnings, *self._warnings]
+    def warnings(self) -> Findings:
+        """Warnings about data that could not be recorded."""
+        return Findings([*self._recorder.warnings, *self._warnings])
+
+    def _reported(self) -> Findings:
+        return self.warnings
 
     def close(self, state: str) -> None:
         """Complete the recording; call it before the run is closed.
@@ -104,32 +117,51 @@ class RecordingFolder:
             state: how the run ended: ``finished``, ``failed`` or ``interrupted``.
 
         Raises:
-            RecordingError: the disk does not take it.
+            RecordingError: the disk refused a write.
         """
         self._calls.close()
         self._run.on_step.remove(self._after_step)
         self._run.loop.hooks.from_outside.remove(self._recorder.observer.note_from_outside)
         try:
             self._recorder.close()
-        except BaseException:
+        except BaseException as error:
             state = "interrupted"  # however the run ended, its recording is not whole
+            self._run.error = self._run.error or error
             raise
         finally:
             self._finish(state)
 
     def _finish(self, state: str) -> None:
-        with self._on_disk("completed"):
-            _copy_files(self._used(), self._folder, self._root)
-            self._write(state, self._run.result().to_dict())
+        try:
+            with self._on_disk("completed"):
+                _copy_files(self._used(), self._folder, self._root)
+                self._write_csv()
+        except RecordingError:
+            state = "failed"
+            raise
+        finally:
+            with self._on_disk("completed"):
+                self._write(state, self._run.result().to_dict())
+
+    def _write_csv(self) -> None:
+        """Write the rows of CSV recorders, all or none: a part would take the room of ``run.json``."""
+        folder = self._folder / CSV_FOLDER
+        try:
+            write_csv(self._run.loop.functions, folder)
+        except OSError:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
 
     @contextmanager
     def _on_disk(self, what: str) -> Iterator[None]:
         try:
             yield
         except OSError as error:
-            raise RecordingError(
+            failure = RecordingError(
                 f"the recording cannot be {what}: {error.strerror or error}", t_ns=self._run.loop.now_ns
-            ) from error
+            )
+            self._run.error = self._run.error or failure
+            raise failure from error
 
     def _after_step(self, run: Run) -> None:
         self._recorder.step()
@@ -137,13 +169,13 @@ class RecordingFolder:
             self._snapshot()
 
     def _snapshot(self) -> None:
-        """Keep the state of the run; where that cannot be, say so once."""
+        """Record the state of the run; if that fails, warn once."""
         try:
             self._recorder.add_snapshot(self._run.snapshot())
         except CapabilityError as error:
             self._snapshots_ns = None
-            self._warnings.append(
-                f"no snapshots are recorded: {error}; to go on from within takes a whole run"
+            self._warnings.add(
+                Code.NRP284, f"no snapshots are recorded: {error}; to go on from within takes a whole run"
             )
 
     def _used(self) -> list[Path]:
@@ -159,16 +191,15 @@ class RecordingFolder:
         write_experiment(self._run.experiment, self._folder, self._used(), self._root)
         path = self._folder / RUN_NAME
         draft = path.with_suffix(".draft")
-        data = {**self._about, "files": _digests(self._folder), "state": state, "result": result}
-        told = to_jsonable(data)
-        told[DIGEST] = digest_of(told)
-        draft.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n")
+        digests = _digests(self._folder) | ({} if state == RUNNING else self._recorder.digests)
+        data = {**self._about, "files": digests, "state": state, "result": result}
+        draft.write_bytes(sealed(to_jsonable(data)))
         draft.replace(path)
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a run goes on from: the name of a recording, the time, and its chain of hashes there."""
+    """The start of a continued run: the name of a recording, the time, and its chain of hashes there."""
 
     recording: str
     t_ns: int
@@ -212,7 +243,7 @@ def _meshes(scene: Scene) -> Iterator[Path]:
 
 
 def _make(folder: Path) -> None:
-    """Make the folder, and in it the file that nobody else who begins at this moment can make as well."""
+    """Create the folder, and exclusively the file in it, against a second process."""
     check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -227,7 +258,7 @@ def _copy_files(files: Iterable[Path], folder: Path, root: Path | None = None) -
     """Copy files into their places relative to each other.
 
     Args:
-        files: which ones.
+        files: the files.
         folder: the folder of the recording.
         root: their common folder, if it is known already; files outside it are left out.
 
@@ -246,23 +277,14 @@ def _copy_files(files: Iterable[Path], folder: Path, root: Path | None = None) -
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of every file that a recording holds a copy of."""
-    files = folder / FILES_FOLDER
-    return {
-        path.relative_to(files).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(files.rglob("*"))
-        if path.is_file()
-    }
-
-
-def changed_files(recording: Recording) -> list[str]:
-    """Return which files of a recording are no longer those that were recorded."""
-    then, now = dict(recording.run.get("files") or {}), _digests(recording.folder)
-    return sorted(name for name in {*then, *now} if then.get(name) != now.get(name))
+    """Return the digest of every file of a recording but ``run.json`` and the messages."""
+    inside = (path for name in (FILES_FOLDER, CSV_FOLDER) for path in sorted((folder / name).rglob("*")))
+    files = (path for path in (*inside, folder / EXPERIMENT_NAME) if path.is_file())
+    return {path.relative_to(folder).as_posix(): file_digest(path) for path in files}
 
 
 def _about(run: Run, root: Path) -> dict[str, Any]:
-    """Return what ``run.json`` says of a run from its start on."""
+    """Return the contents of ``run.json`` at the start of a run."""
     experiment, written = run.experiment, run.experiment.source.place.path
     return {
         "format": FORMAT,
@@ -282,6 +304,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
             "capabilities": run.world.capabilities,
             "scene": run.world.scene.digest,
         },
+        "parameters": run.parameters.as_data(),
         "aliases": experiment.aliases,
         "settings": experiment,
         "machine": machine.describe(),
@@ -291,7 +314,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
 
 
 def _groups(network: Network) -> dict[str, Any]:
-    """Return the populations, and of each named view the ranges of ids by population."""
+    """Return the populations, and of each named view the ranges of ids by population, and its members."""
     views: dict[str, dict[str, list[list[int]]]] = {}
     for name, neurons in network.views.items():
         for label, first in network.offsets.items():
@@ -303,7 +326,8 @@ def _groups(network: Network) -> dict[str, Any]:
         label: {"size": population.size, "cell_type": population.cell_type}
         for label, population in network.populations.items()
     }
-    return {"populations": populations, "views": views}
+    members = {name: neurons.tolist() for name, neurons in network.views.items()}
+    return {"populations": populations, "views": views, "members": members}
 
 
 def _ranges(ids: IntArray) -> list[list[int]]:

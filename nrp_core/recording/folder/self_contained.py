@@ -17,14 +17,14 @@ from nrp_core.recording.reading.recording import Recording
 
 
 def write_experiment(experiment: Experiment, folder: Path, files: Collection[Path], root: Path) -> None:
-    """Write an experiment into its recording, with all that it extends and all that overrides it.
+    """Write an experiment into its recording, merged with the files that it extends and its overrides.
 
     One that is not read from YAML is left to its own file and its overrides.
 
     Args:
-        experiment: what runs.
-        folder: of the recording.
-        files: those that the recording holds a copy of.
+        experiment: the experiment.
+        folder: the folder of the recording.
+        files: the files of which the recording has a copy.
         root: the folder that they were below of.
     """
     is_ours = experiment.maker is None or experiment.compatibility is not None
@@ -39,7 +39,7 @@ def recorded_experiment(recording: Recording, overrides: Sequence[str] = ()) -> 
     """Return the experiment of a recording, from the files in it.
 
     Raises:
-        ExperimentError: it is not there, or is wrong.
+        ExperimentError: it is missing, or invalid.
     """
     own = recording.folder / EXPERIMENT_NAME
     if own.is_file():

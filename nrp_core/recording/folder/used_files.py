@@ -1,4 +1,4 @@
-"""Notice which files are read while an experiment is loaded and run: includes, modules, data and all."""
+"""Track the files that are read while an experiment is loaded and run: includes, modules and data."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class FilesRead:
         _listeners.remove(self)
 
     def note(self, path: str) -> None:
-        """Take in that a file was opened; a compiled module stands for its source."""
+        """Add an opened file; a compiled module counts as its source."""
         self._paths[os.path.abspath(path)] = None  # noqa: PTH100  called for every file: no time for a Path
 
     def below(self, folders: Iterable[Path]) -> list[Path]:
-        """Return those in or under some folders, but for installed software and caches further down."""
+        """Return those in some folders, except installed software and caches below them."""
         roots = {way for folder in folders for way in (folder, folder.resolve())}
         beginnings = tuple(f"{root}{os.sep}" for root in roots)
         near = {_source(Path(path)) for path in list(self._paths) if path.startswith(beginnings)}

@@ -1,1 +1,1 @@
-"""Recordings as they are read."""
+"""Reading of recordings."""

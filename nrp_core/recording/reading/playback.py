@@ -1,4 +1,4 @@
-"""What a recording held on some topics, as time goes by."""
+"""Read the messages of a recording on some topics in step with the time."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from nrp_core.recording.reading.recording import Recorded, Recording
 
 
 class Playback:
-    """Reads a recording along with the time; only the messages since the last look are in memory.
+    """Reads a recording in step with the time; only the messages since the last call are in memory.
 
     Args:
-        recording: is read again from its beginning after :meth:`reset`.
+        recording: the recording, read again from its beginning after :meth:`reset`.
         topics: the topics that are read.
     """
 
@@ -27,11 +27,11 @@ class Playback:
 
     @property
     def ended(self) -> bool:
-        """Whether there is nothing more to come."""
+        """Whether all messages were read."""
         return self._next is None
 
     def until(self, t_ns: int) -> list[Recorded]:
-        """Return what was recorded since the last call up to ``t_ns``, in order."""
+        """Return the messages since the last call up to ``t_ns``, in order."""
         come: list[Recorded] = []
         while self._next is not None and self._next.t_ns <= t_ns:
             come.append(self._next)

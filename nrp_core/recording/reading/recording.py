@@ -1,45 +1,29 @@
-"""Read recordings, also such whose writing was cut short."""
+"""Read recordings, including incomplete ones."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-import os
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
-from mcap.writer import MCAP0_MAGIC
+import numpy as np
+from mcap.records import Message
 
-from nrp_core.errors import ExperimentError
+from nrp_core.clock import NS_PER_MS
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Role
+from nrp_core.recording.reading.check import Check, check_folder_of, check_messages
+from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic, is_mcap
+from nrp_core.recording.reading.tables import events_of, frame_of, segment_of
+from nrp_core.recording.sealing import read_sealed
 from nrp_core.world.messages.cdr import Codec
 
+MCAP_SUFFIX = ".mcap"
+"""A file of this name is read as far as it is whole, which may be not at all."""
 
-@dataclass(frozen=True, slots=True)
-class RecordedTopic:
-    """A topic of a recording.
-
-    Args:
-        name: as it was published or subscribed to.
-        type_name: full name of its type.
-        definition: text of its type and of those in it.
-        about: its metadata: ``role``, and ``unit`` where its values have one.
-    """
-
-    name: str
-    type_name: str
-    definition: str
-    about: Mapping[str, str]
-
-    @property
-    def role(self) -> str:
-        """One of :class:`~nrp_core.recording.layout.Role`, or the empty string in a foreign file."""
-        return self.about.get("role", "")
+_NOT_TABLES = (Role.CAMERA, Role.SPIKES, Role.SCENE, Role.RUN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,50 +42,51 @@ class Recording:
         path: the folder of a recording, or an MCAP file by itself.
 
     Raises:
-        ExperimentError: there is no recording.
+        ExperimentError: there is no recording, or the file has another format.
     """
 
     def __init__(self, path: Path | str) -> None:
         path = Path(path)
+        self._has_folder = path.is_dir() or (path.name == MCAP_NAME and (path.parent / RUN_NAME).is_file())
         self.folder = path if path.is_dir() else path.parent
         self.file = path / MCAP_NAME if path.is_dir() else path
         if not self.file.is_file():
             lacking = f"no file '{self.file.name}' is in it" if path.is_dir() else "the folder does not exist"
             raise ExperimentError(f"no recording: {lacking}", path=path)
+        if self.file.suffix != MCAP_SUFFIX and not is_mcap(self.file):
+            raise ExperimentError(
+                f"not a recording, which is a folder with a file '{MCAP_NAME}', or such a file", path=path
+            )
 
     @cached_property
     def run(self) -> dict[str, Any]:
-        """What ``run.json`` says: versions, seeds, machine, options, result; empty for a bare file."""
+        """The contents of ``run.json``: versions, seeds, machine, options, result; empty without it."""
         path = self.folder / RUN_NAME
-        if not path.is_file():
-            return {}
-        try:
-            data = json.loads(path.read_text())
-        except (ValueError, RecursionError) as error:
-            raise ExperimentError(f"cannot be read as JSON: {error}", path=path) from error
-        if not isinstance(data, dict) or data.get(DIGEST, digest_of(data)) != digest_of(data):
-            raise ExperimentError("was changed or damaged since it was written", path=path)
-        return data
+        return read_sealed(path) if path.is_file() else {}
 
     @cached_property
     def complete(self) -> bool:
-        """Whether the file was closed and nothing in it is damaged; if not, what is whole of it is read.
+        """Whether the file was closed and is not damaged; if not, its intact part is read.
 
         All of it is read to know.
         """
-        with self.file.open("rb") as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - len(MCAP0_MAGIC)))
-            closed = size > len(MCAP0_MAGIC) and file.read() == MCAP0_MAGIC
-        if closed:
-            for _ in self._read():
-                pass
-        return closed and self._whole
+        messages = McapMessages(self.file)
+        for _ in messages if messages.closed else ():
+            pass
+        return messages.whole
+
+    def check(self) -> Check:
+        """Compare every byte of the recording with the digests that were taken when it was written.
+
+        A recording that was never finished has no digest of its messages, nor has one of version 0.1: they
+        are compared with the hashes of their steps, as far as these go. Nothing of the recording is run.
+        """
+        return check_folder_of(self.folder) if self._has_folder else check_messages(self.file)
 
     @cached_property
     def topics(self) -> dict[str, RecordedTopic]:
         """Every topic by its name."""
-        return {topic.name: topic for topic, _ in self._read()}
+        return {topic.name: topic for topic, _ in McapMessages(self.file)}
 
     def with_role(self, *roles: Role) -> list[RecordedTopic]:
         """Return the topics of these roles."""
@@ -120,6 +105,70 @@ class Recording:
         for topic, message in self.raw(topics):
             yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
 
+    def frame(self, topic: str) -> Any:
+        """Return the messages of a topic as a pandas DataFrame, a row for each.
+
+        The index ``time_s`` is the simulated time in s. Columns are named by the dotted path of a field, such
+        as ``linear.x``; items of arrays by their number, or their name where the message has names, such as
+        ``position.left_wheel``. ``attrs["units"]`` has the unit of each column, empty where none is known.
+
+        Raises:
+            ExperimentError: there is no such topic, or its messages are images, spikes, or data of the
+                platform.
+            CapabilityError: pandas is not installed.
+        """
+        if topic not in self.topics:
+            raise ExperimentError(f"no topic '{topic}'{did_you_mean(topic, self.topics)}", path=self.file)
+        found = self.topics[topic]
+        if found.role in _NOT_TABLES:
+            other = "spikes()" if found.role == Role.SPIKES else f"messages({{'{topic}'}})"
+            raise ExperimentError(f"{topic} cannot be a table; use {other}", path=self.file)
+        return frame_of(found, ((one.t_ns, one.message) for one in self.messages({topic})))
+
+    def spikes(self) -> Any:
+        """Return all spikes as a Neo Segment with a SpikeTrain for each neuron, in ms since the start.
+
+        Each train is annotated with its ``population`` and its ``neuron``, its place there from 0:
+        ``segment.filter(population="retina", objects="SpikeTrain")`` are those of one population, silent ones
+        included.
+
+        Raises:
+            CapabilityError: Neo is not installed.
+        """
+        codec, end_ns, parts = Codec({}), 0, dict[str, list[Any]]()
+        for topic, record in self.raw():
+            end_ns = max(end_ns, record.log_time)
+            if topic.role == Role.SPIKES:
+                message = self.decoded(codec, topic, record.data)
+                parts.setdefault(message.population, []).append(message)
+        spikes = {
+            label: (np.concatenate([m.ids for m in of]), np.concatenate([m.times_ms for m in of]))
+            for label, of in parts.items()
+        }
+        known = dict((self.run.get("brain") or {}).get("populations") or {})
+        sizes = {label: int(one["size"]) for label, one in known.items()}
+        sizes = {label: int(ids.max()) + 1 if len(ids) else 0 for label, (ids, _) in spikes.items()} | sizes
+        return segment_of(
+            str(self.run.get("experiment") or self.file.name), sizes, spikes, end_ns / NS_PER_MS
+        )
+
+    def events(self) -> Any:
+        """Return when each event of the experiment happened, as a pandas DataFrame.
+
+        Its index is the name of the event, its column ``time_s`` the simulated time in s, NaN if it did not
+        happen.
+
+        Raises:
+            ExperimentError: the run did not end, so that its events are not in the recording.
+            CapabilityError: pandas is not installed.
+        """
+        result = self.run.get("result")
+        if result is None:
+            raise ExperimentError(
+                "events are recorded when a run ends, and this one was killed or goes on", path=self.folder
+            )
+        return events_of(result.get("events") or {})
+
     def decoded(self, codec: Codec, topic: RecordedTopic, data: bytes) -> Any:
         """Return a message.
 
@@ -134,7 +183,7 @@ class Recording:
             raise ExperimentError(message, path=self.file) from error
 
     def define(self, codec: Codec, topic: RecordedTopic) -> None:
-        """Let a codec know the type of a topic.
+        """Add the type of a topic to a codec.
 
         Raises:
             ExperimentError: it is not defined as ROS 2 defines types, in a file that is not ours.
@@ -147,59 +196,6 @@ class Recording:
 
     def raw(self, topics: Collection[str] | None = None) -> Iterator[tuple[RecordedTopic, Message]]:
         """Return messages undecoded, as records of the file."""
-        for topic, message in self._read():
+        for topic, message in McapMessages(self.file):
             if message is not None and (topics is None or topic.name in topics):
                 yield topic, message
-
-    def _read(self) -> Iterator[tuple[RecordedTopic, Message | None]]:
-        """Return every topic as it opens (without a message), and every message; end where one is missing."""
-        schemas: dict[int, Schema] = {}
-        topics: dict[int, RecordedTopic] = {}
-        expected: dict[int, int] = {}
-        self._whole = False
-        for record in _records(self.file):
-            if isinstance(record, Schema):
-                schemas[record.id] = record
-            elif isinstance(record, Channel) and record.id not in topics and record.schema_id in schemas:
-                schema = schemas[record.schema_id]
-                topic = RecordedTopic(record.topic, schema.name, schema.data.decode(), record.metadata)
-                topics[record.id] = topic
-                yield topic, None
-            elif isinstance(record, Message) and record.channel_id in topics:
-                if record.sequence not in (0, expected.get(record.channel_id, 0)):
-                    return
-                expected[record.channel_id] = record.sequence + 1
-                yield topics[record.channel_id], record
-            elif isinstance(record, DataEnd):
-                self._whole = True
-
-
-DIGEST = "digest"
-"""Key of ``run.json``: what :func:`digest_of` says of all else in it."""
-
-
-def digest_of(data: Any) -> str:
-    """Return the SHA-256 of JSON data, but for its digest."""
-    rest = {key: value for key, value in data.items() if key != DIGEST} if isinstance(data, dict) else data
-    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
-
-
-def _records(path: Path) -> Iterator[McapRecord]:
-    """Return the records of an MCAP file up to where it was cut or stops making sense.
-
-    In a file with chunks only these are believed, because they carry a checksum.
-    """
-    with path.open("rb") as file:
-        reader = StreamReader(file, record_size_limit=path.stat().st_size, emit_chunks=True)
-        outer, chunked = reader.records, False
-        while True:
-            try:
-                record = next(outer, None)
-                inner = breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
-            except Exception:  # noqa: BLE001  a cut shows in as many ways as there are kinds of records
-                return
-            if record is None:
-                return
-            if isinstance(record, (Chunk, DataEnd)) or not chunked:
-                yield from inner
-            chunked = chunked or isinstance(record, Chunk)

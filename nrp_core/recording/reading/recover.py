@@ -1,4 +1,4 @@
-"""Make a proper file of what is whole in one that was cut or damaged."""
+"""Write the intact part of an incomplete or damaged file to a proper file."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ DAMAGED = "damaged"
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """What came of it.
+    """The result of a recovery.
 
     Args:
-        file: the file that is whole.
-        messages: how many it holds.
+        file: the intact file.
+        messages: number of its messages.
         until_s: simulated time of the last one, s.
-        kept: where the damaged file is; None where it was whole already.
+        kept: the place of the damaged file; None if it was intact already.
     """
 
     file: Path
@@ -33,7 +33,7 @@ class Recovered:
 
 
 def recover(recording: Recording, target: Path | None = None) -> Recovered:
-    """Write everything that is whole into a proper file.
+    """Write all intact messages to a proper file.
 
     Args:
         recording: cut or damaged; of one that is complete nothing is changed.

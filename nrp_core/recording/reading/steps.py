@@ -1,4 +1,4 @@
-"""A recording step by step, and where another run first differs from it."""
+"""A recording step by step, and the first difference of another run from it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
-from nrp_core.recording.reading.recording import RecordedTopic, Recording
+from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.writing.encoding import joined
 from nrp_core.recording.writing.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, WORLD, Step
 from nrp_core.world.messages.cdr import Codec
@@ -20,7 +21,7 @@ from nrp_core.world.messages.nrp_msgs import Called, Published, Spikes, StepHash
 
 _MOST_VALUES = 3
 _MOST_ITEMS = 1000
-"""Of longer arrays, such as pictures, the rest is told as a hash."""
+"""Maximum number of values of an array that are compared; the rest, as of images, by a hash."""
 
 
 @dataclass(slots=True)
@@ -29,10 +30,10 @@ class RecordedStep:
 
     Args:
         hash: its hashes, and its number.
-        t_ns: when it ended.
-        messages: what was recorded of it that counts, in order: topic and bytes.
-        from_outside: what was published from outside when it began.
-        calls: what else was done from outside before.
+        t_ns: its end, ns.
+        messages: its recorded messages that count, in order: topic and bytes.
+        from_outside: messages published from outside before it.
+        calls: other calls from outside before it.
     """
 
     hash: StepHash
@@ -48,7 +49,7 @@ class RecordedStep:
 
 
 def steps_of(recording: Recording) -> Iterator[RecordedStep]:
-    """Return the steps of a recording, the first being what there was before any; nothing is kept."""
+    """Yield the steps of a recording, starting with the state before the first step."""
     codec = Codec({})
     messages: list[tuple[RecordedTopic, bytes]] = []
     published: list[Published] = []
@@ -71,14 +72,14 @@ def steps_of(recording: Recording) -> Iterator[RecordedStep]:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """The first thing in which a run differs from a recording.
+    """The first difference of a run from a recording.
 
     Args:
         step: number of the step.
-        t_ns: when it ended.
+        t_ns: its end, ns.
         group: ``brain``, ``world``, ``inputs`` or ``outputs``.
-        signal: the topic, or what else differs.
-        recorded, now: what it was then and is now, in a few words.
+        signal: the topic, or the name of another difference.
+        recorded, now: short descriptions of the recorded and the present value.
     """
 
     step: int
@@ -100,15 +101,18 @@ class Comparison:
 
     Args:
         groups: which of them count, in this order.
+        noise: numbers of a message count as the same if they differ by less than this share of the largest of
+            them, or of 1. Above 0, hashes alone do not count: no noise can be taken out of them.
 
     Attributes:
         difference: the first one; None as long as everything is the same.
         steps: how many steps were compared.
     """
 
-    def __init__(self, groups: Collection[str] = GROUPS) -> None:
+    def __init__(self, groups: Collection[str] = GROUPS, *, noise: float = 0.0) -> None:
         self.difference: Difference | None = None
         self.steps = 0
+        self._noise = noise
         self._groups = [index for index, name in enumerate(GROUPS) if name in groups]
 
     def add(
@@ -121,8 +125,8 @@ class Comparison:
         """Compare one more step, unless there was a difference already.
 
         Args:
-            recorded: how it was.
-            step: how it is now.
+            recorded: the recorded step.
+            step: the present step.
             hashes: its hashes.
             codec: knows the types of the messages.
         """
@@ -148,21 +152,29 @@ class Comparison:
         found: dict[int, tuple[str, str, str]] = {}
         for group in self._groups:
             then, now = _in_group(before, group), _in_group(after, group)
-            signal = _first_different(then, now)
+            signal = self._first_different(then, now, codec)
             if signal is not None:
                 found[group] = signal, *_told(then, now, signal, codec)
-            elif recorded.hashes[group] != hashes[group]:
+            elif not self._noise and recorded.hashes[group] != hashes[group]:
                 signal = "the membrane voltages" if group == BRAIN else "the hash alone"
                 found[group] = signal, recorded.hashes[group], hashes[group]
         for group in _causes_first(found):
-            signal, told, tells = found[group]
+            signal, recorded_text, now_text = found[group]
             self.difference = Difference(
-                recorded.hash.step, recorded.t_ns, GROUPS[group], signal, told, tells
+                recorded.hash.step, recorded.t_ns, GROUPS[group], signal, recorded_text, now_text
             )
             return
 
+    def _first_different(self, then: Sequence[_Message], now: Sequence[_Message], codec: Codec) -> str | None:
+        """Return the first topic with different messages."""
+        for topic in dict.fromkeys(one[0] for one in (*then, *now)):
+            ours, theirs = ([one[2:] for one in side if one[0] == topic] for side in (then, now))
+            if ours != theirs and not (self._noise and _alike(ours, theirs, codec, self._noise)):
+                return topic
+        return None
+
     def ended(self, recorded: RecordedStep | None, error: str) -> None:
-        """Take in that the run ended before a step that was recorded, if there is one."""
+        """Record that the run ended before a recorded step, if there is one."""
         if self.difference is None and recorded is not None:
             self.difference = Difference(
                 recorded.hash.step, recorded.t_ns, "run", "the run", "going on", f"ended by: {error}"
@@ -180,8 +192,8 @@ def _messages(step: RecordedStep) -> list[_Message]:
 def _causes_first(groups: Collection[int]) -> list[int]:
     """Return groups that differ in one step in an order in which the first explains the others.
 
-    What a robot senses follows from where it is. But what it is told acts at once, so that its motion after
-    the step may follow from the outputs.
+    Sensor data of a robot follow from its pose. But commands act at once, so its motion after the step may
+    follow from the outputs.
     """
     order = (BRAIN, WORLD, INPUTS, OUTPUTS) if INPUTS in groups else (BRAIN, OUTPUTS, WORLD)
     return [group for group in order if group in groups]
@@ -191,16 +203,36 @@ def _in_group(messages: Sequence[_Message], group: int) -> list[_Message]:
     return [one for one in messages if GROUP_OF.get(one[1]) == group]
 
 
-def _first_different(then: Sequence[_Message], now: Sequence[_Message]) -> str | None:
-    """Return the first topic whose messages are not the same."""
-    for topic in dict.fromkeys(one[0] for one in (*then, *now)):
-        if [one[2:] for one in then if one[0] == topic] != [one[2:] for one in now if one[0] == topic]:
-            return topic
-    return None
+def _alike(
+    then: Sequence[tuple[str, bytes]], now: Sequence[tuple[str, bytes]], codec: Codec, noise: float
+) -> bool:
+    """Return whether messages, each its type and bytes, differ by noise in their numbers at most."""
+    if [kind for kind, _ in then] != [kind for kind, _ in now]:
+        return False
+    pairs = zip(then, now, strict=True)
+    return all(
+        _alike_in_numbers(codec.decode(a, kind), codec.decode(b, kind), noise) for (kind, a), (_, b) in pairs
+    )
+
+
+def _alike_in_numbers(one: Any, other: Any, noise: float) -> bool:
+    ours, theirs = dict(_leaves(one, "")), dict(_leaves(other, ""))
+    if ours.keys() != theirs.keys():
+        return False
+    numbers = {path for path, value in ours.items() if isinstance(value, float | np.floating)}
+    if any(ours[path] != theirs[path] for path in ours.keys() - numbers):
+        return False
+    a, b = (np.array([side[path] for path in sorted(numbers)], float) for side in (ours, theirs))
+    finite = np.isfinite(a) & np.isfinite(b)
+    if not np.array_equal(a[~finite], b[~finite], equal_nan=True):
+        return False
+    a, b = a[finite], b[finite]
+    scale = max(1.0, float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)))
+    return bool((np.abs(a - b) <= noise * scale).all())
 
 
 def _told(then: Sequence[_Message], now: Sequence[_Message], topic: str, codec: Codec) -> tuple[str, str]:
-    """Return in what the messages of a topic differ, in a few words: then and now."""
+    """Return short descriptions of the difference of a topic's messages: recorded and now."""
     decoded = [
         [codec.decode(data, kind) for name, _, kind, data in messages if name == topic]
         for messages in (then, now)
@@ -210,7 +242,7 @@ def _told(then: Sequence[_Message], now: Sequence[_Message], topic: str, codec: 
         if trains[0] != trains[1]:
             return _spike_words(trains[0] - trains[1]), _spike_words(trains[1] - trains[0])
     both = [dict(_leaves(own[0] if len(own) == 1 else own, "")) for own in decoded]
-    if not all(both):  # a message that is there once: the time in its header tells nothing
+    if not all(both):  # a single message: the time in its header does not matter
         return tuple(_words(one, _without_header(one)) for one in both)  # type: ignore[return-value]
     paths = [path for path in {**both[0], **both[1]} if both[0].get(path) != both[1].get(path)]
     return _words(both[0], paths), _words(both[1], paths)
@@ -240,7 +272,7 @@ def _words(leaves: Mapping[str, Any], paths: Iterable[str]) -> str:
 
 
 def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """Return what a message is made of, with the path to each."""
+    """Return the values in a message with their paths."""
     if dataclasses.is_dataclass(value):
         for item in dataclasses.fields(value):
             yield from _leaves(getattr(value, item.name), f"{path}.{item.name}")

@@ -1,4 +1,4 @@
-"""What may explain that a run is not the same again."""
+"""Possible reasons for differences of a replay."""
 
 from __future__ import annotations
 
@@ -9,56 +9,63 @@ from nrp_core._support import machine
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.recording.folder.recording_folder import FORMAT, changed_files
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.recording.folder.recording_folder import FORMAT, OLDEST_FORMAT
 from nrp_core.recording.layout import RUN_NAME
+from nrp_core.recording.reading.check import Check
 from nrp_core.recording.reading.recording import Recording
 
 _MOST_NAMED = 5
 _MACHINE = ("python", "architecture", "cpu_features")
-"""What of a machine results may depend on."""
+"""The properties of a machine that results may depend on."""
 
 
 def require_format(recording: Recording) -> None:
-    """Refuse a recording whose files and hashes are laid out in another way than this version's.
+    """Refuse a recording with another layout of files and hashes than this version's.
 
     Raises:
         ExperimentError: it names the version that made the recording.
     """
     found = recording.run.get("format", FORMAT)
-    if found != FORMAT:
+    if found not in range(OLDEST_FORMAT, FORMAT + 1):
         maker = dict(recording.run.get("distributions") or {}).get("nrp-core", "of an unknown version")
         raise ExperimentError(
             f"{recording.folder}: recorded by nrp-core {maker} in format {found}; "
-            f"this version replays format {FORMAT}"
+            f"this version replays formats {OLDEST_FORMAT} to {FORMAT}"
         )
 
 
-def explanations(recording: Recording) -> list[str]:
-    """Return what of a recording is not what it was."""
+def explanations(recording: Recording, check: Check) -> Iterator[Finding]:
+    """Yield findings about a recording itself: files that were changed or are missing, and others."""
     if not recording.run:
-        return [f"there is no {RUN_NAME}: what ran, and with which files, is not known"]
-    found = [f"{name} is not what was recorded" for name in changed_files(recording)]
-    if not recording.complete:
-        found.append("the recording is truncated or damaged: only its beginning is available")
-    return found
+        yield _differs(f"there is no {RUN_NAME}: what ran, and with which files, is not known", RUN_NAME)
+        return
+    for flaw in check.flaws:
+        yield _differs(str(flaw), flaw.file)
+    yield from map(_differs, check.notes)
 
 
-def other_surroundings(recording: Recording, experiment: Experiment) -> list[str]:
-    """Return which versions, code and processor are not those that it was made with."""
+def other_surroundings(recording: Recording, experiment: Experiment) -> Iterator[Finding]:
+    """Yield findings about versions, code and processor that have changed since the recording."""
     then, now = dict(recording.run.get("distributions") or {}), machine.distributions()
     versions = [
         f"{name} {version} (now {now.get(name, 'none')})"
         for name, version in then.items()
         if now.get(name) != version
     ]
-    found = [f"it was made with {_listed(versions)}"] if versions else []
-    other = other_code(recording, experiment)
-    found += [f"it was made by {other}"] if other else []
-    return found + list(_of_machine(dict(recording.run.get("machine") or {}), machine.describe()))
+    if versions:
+        yield _differs(f"it was made with {_listed(versions)}")
+    if other := other_code(recording, experiment):
+        yield _differs(f"it was made by {other}")
+    yield from map(_differs, _of_machine(dict(recording.run.get("machine") or {}), machine.describe()))
+
+
+def _differs(message: str, subject: str | None = None) -> Finding:
+    return Finding(Code.NRP285, message, Level.WARNING, subject=subject)
 
 
 def other_code(recording: Recording, experiment: Experiment) -> str:
-    """Return whose code is not what made a recording, in words: the core's, or a backend's; empty if none."""
+    """Return a text that names changed code since the recording: the core or a backend; empty if none."""
     now = code_of(experiment.brain.backend, experiment.world.backend)
     then = dict(recording.run.get("code") or {})
     if not then:

@@ -1,4 +1,4 @@
-"""A recorded brain behind the interface of one: it fires as it fired then, whatever it senses."""
+"""A recorded brain as a brain backend: it fires as recorded, for any input."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RecordedBrainBackend(BrainBackend):
     """Opens the brain of a recording.
 
     Args:
-        recording: of which run.
+        recording: the recording.
         capabilities: those of the brain that was recorded.
     """
 
@@ -40,7 +40,7 @@ class RecordedBrainBackend(BrainBackend):
 
 
 class RecordedBrain(Brain):
-    """A network in which every neuron fires as it did, whatever drives it."""
+    """A network in which every neuron fires as recorded, for any input."""
 
     def __init__(
         self, recording: Recording, network: Network, seed: int, capabilities: BrainCapabilities
@@ -51,7 +51,7 @@ class RecordedBrain(Brain):
         self._playback.until(0)
 
     def _emits(self, population: Population) -> bool:
-        return True  # what its sources sent was recorded too
+        return True  # the spikes of its sources were recorded, too
 
     def _do_run_until(self, t_ns: int) -> None:
         self._until_ns = t_ns
@@ -78,6 +78,6 @@ class RecordedBrain(Brain):
 
 
 def with_recorded_brain(plan: Plan, recording: Recording) -> Plan:
-    """Return a plan whose brain is a recorded one."""
+    """Return a plan with a recorded brain."""
     backend = RecordedBrainBackend(recording, plan.brain.capabilities)
     return replace(plan, brain=Side(backend, None, backend.capabilities(BrainOptions())))

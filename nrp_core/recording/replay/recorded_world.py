@@ -1,4 +1,4 @@
-"""A recorded body behind the interface of a world: it senses what it sensed then, whatever it is told."""
+"""A recorded body as a world backend: its sensor data are as recorded, for any command."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RecordedWorldBackend(WorldBackend):
     """Opens the world of a recording.
 
     Args:
-        recording: of which run.
+        recording: the recording.
         capabilities: those of the world that was recorded.
     """
 
@@ -48,7 +48,7 @@ class RecordedWorldBackend(WorldBackend):
 
 
 class RecordedEngine(Engine):
-    """A scene in which everything happens as it did."""
+    """A scene that changes as recorded."""
 
     def __init__(
         self, recording: Recording, scene: Scene, seed: int, capabilities: WorldCapabilities
@@ -88,19 +88,19 @@ class RecordedEngine(Engine):
             sensed.reset()
 
     def _do_load(self, scene: Scene) -> None:
-        """Models come and go as they did; what is recorded of them is all that they do."""
+        """Models are added and deleted as recorded; they do only what was recorded."""
 
     def _do_configuration(self, model: str) -> None:
-        """Nothing is to be kept of a model while others come and go."""
+        """Return nothing, because models have no state here."""
 
     def _do_configure(self, model: str, configuration: object) -> None:
-        """Nor to be brought back."""
+        """Do nothing, because models have no state here."""
 
     def _do_place(self, model: str, motion: ModelMotion) -> None:
-        """It is where it was then."""
+        """Return the recorded motion."""
 
     def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        """So are its joints."""
+        """Return the recorded joint states."""
 
     def _do_model_motion(self, model: str) -> ModelMotion:
         recorded = self._playback.latest.get(MODEL_STATES)
@@ -113,24 +113,24 @@ class RecordedEngine(Engine):
 
     def _do_render(self, model: str, link: str, camera: str) -> Any:
         raise CapabilityError(
-            f"the recording has no pictures of {model}/{link}/{camera}: it was made with --pictures off or "
+            f"the recording has no images of {model}/{link}/{camera}: it was made with --images off or "
             "hash, or nobody looked at them"
         )
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        """What it is told changes nothing."""
+        """Do nothing: commands have no effect."""
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        """Nor does what the room is told."""
+        """Do nothing: changes of colours have no effect."""
 
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Nor do joints."""
+        """Do nothing: joint commands have no effect."""
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        """Nor do efforts."""
+        """Do nothing: efforts have no effect."""
 
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
-        """Nor do pushes."""
+        """Do nothing: wrenches have no effect."""
 
 
 class _AsRecorded(PartInPlace):
@@ -138,7 +138,7 @@ class _AsRecorded(PartInPlace):
 
     Args:
         inner: the part.
-        sensed: what reads each of the recorded topics.
+        sensed: the reader of each recorded topic.
     """
 
     def __init__(self, inner: Part, sensed: Mapping[str, _Sensed]) -> None:
@@ -151,11 +151,11 @@ class _AsRecorded(PartInPlace):
 
 
 class _Sensed:
-    """Serves one topic as it was recorded.
+    """Returns the messages of one topic as recorded.
 
     Args:
-        playback: what was recorded.
-        topic: where that is.
+        playback: reads the recording.
+        topic: the topic in the recording.
         recorded_at: whether there must be a message of just this time.
     """
 
@@ -173,13 +173,13 @@ class _Sensed:
 
 
 class _SensedLate(_Sensed):
-    """Serves one topic whose messages arrived, and were recorded, some time after they were taken.
+    """Returns the messages of one topic with a delay from sample to arrival and recording.
 
     Args:
-        ahead: what was recorded of it alone.
-        topic: where that is.
+        ahead: reads the recording of this topic alone.
+        topic: the topic in the recording.
         kind: the class of its messages.
-        delay_ns: how much later they arrived.
+        delay_ns: the delay, ns.
     """
 
     def __init__(self, ahead: Playback, topic: str, kind: type, *, delay_ns: int) -> None:
@@ -199,19 +199,19 @@ class _SensedLate(_Sensed):
 
 
 def _as_sensed(message: Any) -> Any:
-    """Return a message as its sensor gave it."""
+    """Return a message as from its sensor."""
     if isinstance(message, CompressedImage):
-        return _picture(message)
+        return _image(message)
     return as_it_was(message) if isinstance(message, Image) else message
 
 
-def _picture(small: CompressedImage) -> Image:
+def _image(small: CompressedImage) -> Image:
     pixels = pixels_of(small)
     height, width, channels = pixels.shape
     return Image(small.header, height, width, "rgb8", 0, width * channels, pixels)
 
 
 def with_recorded_world(plan: Plan, recording: Recording) -> Plan:
-    """Return a plan whose world is a recorded one."""
+    """Return a plan with a recorded world."""
     backend = RecordedWorldBackend(recording, plan.world.capabilities)
     return replace(plan, world=Side(backend, None, backend.capabilities(WorldOptions())))

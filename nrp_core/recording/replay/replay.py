@@ -1,10 +1,10 @@
-"""Run a recording again: to verify it, against a recorded side, or on from somewhere within."""
+"""Replay a recording: to verify it, to run against a recorded side, or to continue from a time in it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,22 +14,26 @@ from nrp_core._support.closing import Closing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, SnapshotError, did_you_mean
 from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress
-from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.calls import LOST, changes_functions, repeat
+from nrp_core.findings import Code, Finding, Findings
+from nrp_core.recording.folder.calls import LOST, changes_functions, lost, repeat
 from nrp_core.recording.folder.recording_folder import Origin, RecordingFolder
 from nrp_core.recording.folder.self_contained import recorded_experiment
 from nrp_core.recording.folder.used_files import FilesRead
-from nrp_core.recording.layout import SNAPSHOTS, Pictures
+from nrp_core.recording.layout import SNAPSHOTS, Images
+from nrp_core.recording.reading.check import Check
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
+from nrp_core.recording.reading.steps import Comparison, RecordedStep, steps_of
 from nrp_core.recording.replay.explanations import (
     explanations,
     other_code,
     other_surroundings,
     require_format,
 )
+from nrp_core.recording.replay.outcome import ReplayResult
 from nrp_core.recording.replay.recorded_brain import with_recorded_brain
+from nrp_core.recording.replay.recorded_network import recorded_network
 from nrp_core.recording.replay.recorded_world import with_recorded_world
 from nrp_core.recording.writing.hashes import GROUPS, Hasher
 from nrp_core.recording.writing.observer import Observer
@@ -40,13 +44,13 @@ Recorded = Literal["brain", "world"]
 
 @dataclass(frozen=True, slots=True)
 class ReplayRequest:
-    """How a recording shall run again.
+    """The request for a replay.
 
     Args:
         recorded: which sides are played back instead of simulated.
-        from_ns: where to go on from; by default from the beginning.
-        until_ns: where to end; by default where the recording ends.
-        functions: files that take the place of those of the same name.
+        from_ns: start time, ns; by default the beginning.
+        until_ns: end time, ns; by default the end of the recording.
+        functions: files that replace those of the same name.
         record: a new folder to record into from there on.
     """
 
@@ -57,42 +61,18 @@ class ReplayRequest:
     record: Path | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class ReplayResult:
-    """What came of a replay.
-
-    Args:
-        steps: how many steps were compared.
-        difference: the first one, if any.
-        from_ns, until_ns: what was run and compared.
-        error: what ended the run before its time, as it may have ended the recorded one.
-        warnings: what may explain a difference.
-    """
-
-    steps: int
-    difference: Difference | None
-    from_ns: int
-    until_ns: int
-    error: str | None = None
-    warnings: list[str] = field(default_factory=list)
-
-    @property
-    def identical(self) -> bool:
-        """Whether everything was the same."""
-        return self.difference is None
-
-
 class Replay(Closing):
     """A recording that runs again.
 
     Args:
-        recording: of which run.
-        request: how.
+        recording: the recording.
+        request: the request.
         progress: called with the name of each task as it begins.
         files: what notices which files are read, for a recording that is made of it.
+        check: the result of a check of the recording; by default it is checked.
 
     Raises:
-        ExperimentError: the recording cannot be run again, or not so.
+        ExperimentError: the recording cannot be replayed, or not with this request.
     """
 
     def __init__(
@@ -102,11 +82,12 @@ class Replay(Closing):
         progress: ProgressCallback = no_progress,
         *,
         files: FilesRead | None = None,
+        check: Check | None = None,
     ) -> None:
         require_format(recording)
         self._recording, self._request, self._progress, self._files = recording, request, progress, files
         if request.from_ns is not None and request.recorded:
-            raise ExperimentError("what is recorded of one side alone can only be run from the beginning")
+            raise ExperimentError("a single recorded side can only be played back from the beginning")
         since_ns, until_ns = request.from_ns, request.until_ns
         if since_ns is not None and until_ns is not None and until_ns <= since_ns:
             raise ExperimentError(f"cannot go on from {seconds(since_ns):g} s until {seconds(until_ns):g} s")
@@ -118,35 +99,38 @@ class Replay(Closing):
         groups = [name for name in GROUPS if name not in request.recorded]
         self._comparison, self._hasher = Comparison(groups), Hasher()
         self._chain = ""
-        self.warnings = explanations(recording)
+        self._check = recording.check() if check is None else check
+        self.warnings = Findings(explanations(recording, self._check))
         self._open()
 
     def _open(self) -> None:
         """Open the engines, at time 0."""
         with ExitStack() as opened:
             self._scratch = Path(opened.enter_context(TemporaryDirectory(prefix="nrp-replay-")))
-            self.run: Run = opened.enter_context(Run(self._experiment, self._progress, revise=self._revised))
+            self.run: Run = opened.enter_context(
+                Run(self._experiment, self._progress, revise=self._revised, build=self._build())
+            )
             self._observer = Observer(
                 self.run.brain, self.run.world, period_ns=self._experiment.timestep,
-                pictures=_pictures(self._recording),
+                images=_images(self._recording),
             )  # fmt: skip
             opened.callback(self._observer.close)
             self._close = opened.pop_all().close
         self.run.loop.hooks.from_outside.append(self._observer.note_from_outside)
         self.run.on_step.append(self._after_step)
         self._changes: list[Called] = []
-        self._lost: list[str] = []
+        self._lost: list[Finding] = []
 
     def close(self) -> None:
         """Release the engines."""
         self._close()
 
     def verify(self) -> ReplayResult:
-        """Run it, up to the first difference, and say what it is."""
+        """Run it up to the first difference, and return the result."""
         return self._go(stop_at_difference=True)
 
     def go(self) -> ReplayResult:
-        """Run all of it, whatever differs; record it where that is wanted."""
+        """Run all of it, regardless of differences; record it if requested."""
         return self._go(stop_at_difference=False)
 
     # -- the parts of a replay
@@ -156,6 +140,11 @@ class Replay(Closing):
         return reduce(
             lambda p, side: exchange[side](p, self._recording), sorted(self._request.recorded), plan
         )
+
+    def _build(self) -> Build | None:
+        """Return a maker of the network that does not run the brain's script, where the brain is recorded."""
+        network = recorded_network(self._recording.run) if "brain" in self._request.recorded else None
+        return None if network is None else lambda _: network
 
     def _go(self, *, stop_at_difference: bool) -> ReplayResult:
         recorded, begin_ns = self._begin()
@@ -177,13 +166,28 @@ class Replay(Closing):
         if comparison.difference is not None:
             self.warnings += other_surroundings(self._recording, self._experiment)
         return ReplayResult(
-            comparison.steps, comparison.difference, begin_ns, self.run.loop.now_ns, error, self.warnings
+            comparison.steps,
+            comparison.difference,
+            begin_ns,
+            self.run.loop.now_ns,
+            self._check.flaws,
+            tuple(self._not_compared(begin_ns, next(recorded, None))),
+            error,
+            self.warnings,
         )
 
-    def _begin(self) -> tuple[Iterator[RecordedStep], int]:
-        """Bring the run to where the comparison begins; return what was recorded from there on, and the time.
+    def _not_compared(self, begin_ns: int, rest: RecordedStep | None) -> Iterator[str]:
+        if begin_ns > self._recorded_from_ns:
+            yield f"the steps up to {seconds(begin_ns):g} s"
+        if rest is not None:
+            yield f"the steps after {seconds(self.run.loop.now_ns):g} s"
+        for side in sorted(self._request.recorded):
+            yield f"the {side}, which was played back"
 
-        A snapshot that does not fit is no obstacle to a recording that begins at 0.
+    def _begin(self) -> tuple[Iterator[RecordedStep], int]:
+        """Bring the run to the start of the comparison; return the recorded steps from there, and the time.
+
+        If a snapshot does not fit, a recording that begins at 0 is run from there.
         """
         recorded = steps_of(self._recording)
         first = self._first(recorded)
@@ -195,7 +199,7 @@ class Replay(Closing):
         except SnapshotError as error:
             if first.t_ns > 0 or self._lost:
                 raise
-            self.warnings.append(f"{error}; the run starts at 0 instead")
+            self.warnings.add(Code.NRP285, f"{error}; the run starts at 0 instead")
             self._close()
             self._open()
             recorded = steps_of(self._recording)
@@ -209,6 +213,7 @@ class Replay(Closing):
             raise ExperimentError(
                 "no recording of a run, or not a single step of it is whole", path=self._recording.file
             )
+        self._recorded_from_ns = first.t_ns
         if self._request.from_ns is not None and self._request.from_ns < first.t_ns:
             raise ExperimentError(f"begins at {seconds(first.t_ns):g} s only", path=self._recording.folder)
         return first
@@ -223,7 +228,7 @@ class Replay(Closing):
             self._compare(first)
             return
         self._chain = passed.hash.chain
-        self._observer.step(passed.hash.step)  # what has been compared when it was recorded
+        self._observer.step(passed.hash.step)  # these messages were compared at the recording
 
     def _pass(self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int) -> RecordedStep:
         """Pass over the steps up to a time, changing functions as they were changed; return the last one."""
@@ -240,7 +245,8 @@ class Replay(Closing):
         try:
             self.run.restore(snapshot)
         except SnapshotError as error:
-            raise SnapshotError("; ".join([str(error), *self._lost, *self._about_snapshot()])) from error
+            reasons = [str(error), *(finding.message for finding in self._lost), *self._about_snapshot()]
+            raise SnapshotError("; ".join(reasons)) from error
 
     def _about_snapshot(self) -> Iterator[str]:
         """Return what may explain that a snapshot does not fit, and what to do."""
@@ -251,9 +257,9 @@ class Replay(Closing):
             yield f"go on anew from {place}, which this one continues"
 
     def _repeat(self, call: Called) -> None:
-        """Do again what was done from outside, or say that it cannot be."""
+        """Repeat a call from outside, or warn that this is not possible."""
         if call.name == LOST:
-            self._lost.append(f"a replay does without {bytes(call.data).decode()}")
+            self._lost.append(lost(bytes(call.data).decode()))
             self.warnings.append(self._lost[-1])
             return
         repeat(self.run, call, self._scratch)
@@ -275,14 +281,14 @@ class Replay(Closing):
         return found if found is None or self._may_fit(first) else None
 
     def _may_fit(self, first: RecordedStep) -> bool:
-        """Tell whether to go by snapshots: those of other code may mean something else, and nobody would see.
+        """Return whether to use snapshots: those of other code may mean something else without notice.
 
-        Where the recording begins with one, there is no other way.
+        A recording that begins with a snapshot needs it.
         """
         other = other_code(self._recording, self._experiment)
         if other:
             instead = "they may not fit" if first.t_ns else "the run starts at 0 instead"
-            self.warnings.append(f"the snapshots were made by {other}; {instead}")
+            self.warnings.add(Code.NRP285, f"the snapshots were made by {other}; {instead}")
         return bool(first.t_ns) or not other
 
     def _follow(
@@ -324,7 +330,7 @@ class Replay(Closing):
         if self._request.record is not None:
             origin = Origin(str(self._recording.folder.name), now_ns, self._chain) if now_ns else None
             recording_folder = RecordingFolder(
-                self.run, self._request.record, pictures=_pictures(self._recording), files=self._files,
+                self.run, self._request.record, images=_images(self._recording), files=self._files,
                 origin=origin, calls=self._changes,
             )  # fmt: skip
             stack.callback(lambda: self.warnings.extend(recording_folder.warnings))
@@ -341,14 +347,15 @@ class Replay(Closing):
         """Go on with the functions of the files, those that were edited among them."""
         self.run.continue_as(edited)
         if self._changes:
-            self.warnings.append(
+            self.warnings.add(
+                Code.NRP285,
                 f"from {self.run.now_s:g} s on the transfer functions are those of the files; how they were "
-                "changed while the run went on is left out"
+                "changed while the run went on is left out",
             )
             self._changes.clear()
 
     def _run_on(self) -> None:
-        """Go on beyond what was recorded where that is wanted, and decide the criteria."""
+        """Continue beyond the end of the recording if requested, and decide the criteria."""
         until_ns = self._request.until_ns
         if until_ns is not None and until_ns < self.run.loop.now_ns:
             raise self._no_step(until_ns)
@@ -370,5 +377,5 @@ def _edited(recording: Recording, experiment: Experiment, files: Sequence[Path])
     return recorded_experiment(recording, ["pace=max", f"transfer_functions=[{listed}]"])
 
 
-def _pictures(recording: Recording) -> Pictures:
-    return Pictures(str(recording.run.get("pictures") or Pictures.EXACT))
+def _images(recording: Recording) -> Images:
+    return Images(str(recording.run.get("images") or recording.run.get("pictures") or Images.EXACT))

@@ -1,9 +1,9 @@
-"""A hash of every step, each made from the one before: equal chains, equal runs up to there."""
+"""A chain of hashes of the steps: equal chains mean equal runs up to there."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from nrp_core.world.world import World
 
 BRAIN, WORLD, INPUTS, OUTPUTS = range(4)
 GROUPS = ("brain", "world", "inputs", "outputs")
-"""What a step has a hash of: two states, what transfer functions could read, what they and others wrote."""
+"""The hashed groups of a step: two states, data that transfer functions could read, and data written."""
 
 GROUP_OF = {
     Role.SPIKES.value: BRAIN,
@@ -37,7 +37,7 @@ VOLTAGES_EVERY = 25
 
 
 class Step(NamedTuple):
-    """One step as it was seen.
+    """One observed step.
 
     Args:
         t_ns: when it ended.
@@ -51,7 +51,7 @@ class Step(NamedTuple):
 
 
 class Voltages:
-    """Reads the membrane voltages that a brain shows: every so many steps, for it takes its time."""
+    """Reads the membrane voltages of a brain, only in some steps because it is slow."""
 
     def __init__(self, brain: Brain) -> None:
         self._brain, self._shown = brain, _showing_voltage(brain)
@@ -64,7 +64,7 @@ class Voltages:
 
 
 class Hasher:
-    """Hashes what a step came to, group by group; packed pixels count by their own hash."""
+    """Hashes the messages of a step, group by group; packed pixels count by their own hash."""
 
     def __init__(self) -> None:
         self._topics: dict[str, tuple[int | None, bytes]] = {}
@@ -80,20 +80,25 @@ class Hasher:
                 counted[group].append(name)
                 for part in entry.parts:
                     counted[group].append(part.digest if isinstance(part, Packed) else part)
-        return [xxhash.xxh3_64_hexdigest(b"".join(one)) for one in counted]
+        return [hash_of(one) for one in counted]
 
     def _know(self, entry: RecordEntry) -> tuple[int | None, bytes]:
-        """Return in which group a topic counts, if in any, and its name as bytes."""
+        """Return the group of a topic, if it counts, and its name as bytes."""
         known = GROUP_OF.get(entry.about["role"]), entry.topic.encode()
         self._topics[entry.topic] = known
         return known
+
+
+def hash_of(counted: Iterable[Any]) -> str:
+    """Return the hash of one group of a step: each topic, and the bytes of its message."""
+    return xxhash.xxh3_64_hexdigest(b"".join(counted))
 
 
 class Chain:
     """The chain of the hashes of all steps.
 
     Args:
-        value: where it goes on from, hexadecimal.
+        value: its initial value, hexadecimal.
     """
 
     def __init__(self, value: str) -> None:
@@ -102,11 +107,15 @@ class Chain:
     @classmethod
     def begin(cls, brain: Brain, world: World) -> Chain:
         """Return a new chain, which depends on the network, the scene and the seed."""
-        text = f"{brain.network.digest} {world.scene.digest} {brain.seed}"
-        return cls(_hash(text))
+        return cls.of(brain.network.digest, world.scene.digest, brain.seed)
+
+    @classmethod
+    def of(cls, network: str, scene: str, seed: int) -> Chain:
+        """Return a new chain, given the digests of network and scene."""
+        return cls(_hash(f"{network} {scene} {seed}"))
 
     def add(self, hashes: Sequence[str]) -> str:
-        """Take in the hashes of one more step and return the new value."""
+        """Add the hashes of a step and return the new value."""
         self.value = _hash(" ".join((self.value, *hashes)))
         return self.value
 

@@ -1,4 +1,4 @@
-"""Take in what goes on between a brain and a world, step by step."""
+"""Collect the data of a brain and a world, step by step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ import numpy as np
 
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import TopicError
-from nrp_core.recording.layout import CALLED, PUBLISHED, Pictures, Role
+from nrp_core.findings import Code, Findings
+from nrp_core.recording.layout import CALLED, PUBLISHED, Images, Role
+from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.hashes import Step, Voltages
 from nrp_core.recording.writing.signals import (
     QUICKLY_ENCODED,
@@ -26,6 +28,7 @@ from nrp_core.recording.writing.signals import (
     Signal,
     about_role,
 )
+from nrp_core.recording.writing.transforms import LinkTransforms
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.cdr import Codec
@@ -41,33 +44,36 @@ _t_ns = itemgetter(0)
 
 
 class Observer:
-    """Sees what a brain and a world do and exchange while they run; changes nothing.
+    """Observes a brain and a world during a run without changing them.
 
-    Of what the world senses, that is taken in which somebody else listens to; the rest costs nothing.
+    Of the sensor topics only those with other subscribers are collected; the rest costs nothing.
 
     Args:
-        brain, world: are listened to from now on.
+        brain, world: observed from now on.
         period_ns: time between two calls of :meth:`step`.
-        pictures: how camera pictures are kept.
+        images: how camera images are kept.
         codec: encodes the messages.
 
     Attributes:
-        warnings: what could not be taken in.
+        warnings: warnings about data that could not be collected.
     """
 
     def __init__(
-        self, brain: Brain, world: World, *, period_ns: int, pictures: Pictures, codec: Codec | None = None
+        self, brain: Brain, world: World, *, period_ns: int, images: Images, codec: Codec | None = None
     ) -> None:
-        self.warnings: list[str] = []
+        self.warnings = Findings()
         self.codec = codec or Codec()
         for kind in QUICKLY_ENCODED:  # learned now: later they are asked for from another thread
             self.codec.name(kind)
         self._brain, self._world = brain, world
-        self._period_ns, self._pictures = period_ns, pictures
+        self._period_ns, self._images = period_ns, images
         self._refused: set[str] = set()
+        self._published: dict[str, Mapping[str, str]] = {}
         self._pending: list[RecordEntry] = []
+        frames = SceneFrames(world)
         self._signals: list[Signal] = [
-            Scenery(world), MovingModels(world), PopulationSpikes(brain), DeviceRecords(brain)
+            Scenery(world, frames), MovingModels(world), LinkTransforms(frames), PopulationSpikes(brain),
+            DeviceRecords(brain),
         ]  # fmt: skip
         self._followed = {MODEL_STATES}
         self._voltages = Voltages(brain)
@@ -75,10 +81,10 @@ class Observer:
         world.add_observer(self._note_published)
 
     def step(self, number: int) -> Step:
-        """Return what is new since the last call, in the order of time.
+        """Return the new data since the last call, in the order of time.
 
         Args:
-            number: of the step, from 0 for what there is before the first.
+            number: the number of the step; 0 is the state before the first step.
         """
         self._follow_new()
         now_ns = self._brain.now_ns
@@ -89,23 +95,23 @@ class Observer:
         return Step(now_ns, pending, self._voltages.at(number))
 
     def note_from_outside(self, topic: str, message: Any) -> None:
-        """Take in that a message came from outside of the run."""
+        """Collect a message from outside the run."""
         header = Header(Time.from_ns(self._world.now_ns))
         try:
             kind, data = self.codec.name(type(message)), self.codec.encode(message)
         except TopicError:
-            return  # which is told when it is published
+            return  # reported when it is published
         noted = nrp_msgs.Published(header, topic, kind, data)  # type: ignore[arg-type]
         self._add(RecordEntry(self._world.now_ns, PUBLISHED, nrp_msgs.Published, _RUN, message=noted))
 
     def note_call(self, name: str, data: bytes) -> None:
-        """Take in what else was done from outside of the run."""
+        """Collect another call from outside the run."""
         header = Header(Time.from_ns(self._world.now_ns))
         noted = nrp_msgs.Called(header, name, np.frombuffer(data, np.uint8))
         self._add(RecordEntry(self._world.now_ns, CALLED, nrp_msgs.Called, _RUN, message=noted))
 
     def close(self) -> list[RecordEntry]:
-        """Leave the run as if nobody had looked; return what had come of a step that was not finished."""
+        """End the observation; return the data of an unfinished step."""
         self._world.remove_observer(self._note_published)
         for signal in self._signals:
             with suppress(Exception):  # after a failure an engine may refuse to say
@@ -115,7 +121,7 @@ class Observer:
         return sorted(entries, key=_t_ns)
 
     def _follow_new(self) -> None:
-        """Begin to take in what somebody has begun to listen to."""
+        """Start to collect newly subscribed topics."""
         subscribed = self._world.subscribed
         if subscribed is not self._subscribed:
             for name in sorted(subscribed - self._followed):
@@ -123,25 +129,32 @@ class Observer:
             self._subscribed = self._world.subscribed
 
     def _follow(self, topic: TopicInfo) -> None:
-        """Take in a topic that only gives messages; what is published is noted anyway."""
+        """Collect an outgoing topic; published messages are collected anyway."""
         self._followed.add(topic.name)
         if topic.direction is not Direction.OUT:
             return
         if topic.type is not Image:
             self._signals.append(Sensor(self._world, topic, self._period_ns))
-        elif self._pictures is Pictures.HASH:
+        elif self._images is Images.HASH:
             self._signals.append(CameraHashes(self._world, topic, self._period_ns))
-        elif self._pictures is not Pictures.OFF:
-            self._signals.append(CameraImages(self._world, topic, self._period_ns, self._pictures))
+        elif self._images is not Images.OFF:
+            self._signals.append(CameraImages(self._world, topic, self._period_ns, self._images))
 
     def _note_published(self, topic: str, stamped: Stamped) -> None:
         message = stamped.message
         data = self._encoded(topic, message)
         if data is not None:
-            self._pending.append(RecordEntry(stamped.t_ns, topic, type(message), _PUBLISHED, (data,)))
+            about = self._about_published(topic)
+            self._pending.append(RecordEntry(stamped.t_ns, topic, type(message), about, (data,)))
+
+    def _about_published(self, topic: str) -> Mapping[str, str]:
+        if topic not in self._published:
+            unit = self._world.topics[topic].unit
+            self._published[topic] = about_role(Role.PUBLISHED, unit=unit) if unit else _PUBLISHED
+        return self._published[topic]
 
     def _add(self, entry: RecordEntry) -> None:
-        """Keep an entry; what has yet to be encoded is, for whoever owns the message may change it later."""
+        """Store an entry; it is encoded now, because the owner of the message may change it later."""
         if not entry.parts:
             data = self._encoded(entry.topic, entry.message)
             if data is None:
@@ -157,10 +170,10 @@ class Observer:
             return self.codec.encode(message)
         except TopicError as error:
             self._refused.add(topic)
-            self.warnings.append(f"{topic} is not recorded: {error.message}")
+            self.warnings.add(Code.NRP284, f"{topic} is not recorded: {error.message}", subject=topic)
             return None
 
 
 def about_run() -> Mapping[str, str]:
-    """Return what readers are told of topics that the platform itself needs."""
+    """Return the metadata of the platform's own topics."""
     return _RUN

@@ -2,7 +2,7 @@
 
 A frame is a header, blocks that do not need each other, and an end (``lz4_Frame_format.md`` of the LZ4
 project, version 1.6.4). Each block carries the XXH32 of its bytes, which is checked before it is unpacked:
-of a picture that takes half a microsecond, where the CRC of all its pixels takes thirty.
+of an image that takes half a microsecond, where the CRC of all its pixels takes thirty.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ BLOCK_BYTES: Final = 1 << 22
 _WORD = struct.Struct("<I")
 _MAGIC = _WORD.pack(0x184D2204)
 _DESCRIPTOR = bytes((0b01_1_1_0_0_0_0, 7 << 4))  # version 1, independent blocks with checksums, of 4 MB
-_HEADER = _MAGIC + _DESCRIPTOR + bytes((xxhash.xxh32_intdigest(_DESCRIPTOR) >> 8 & 0xFF,))
+FRAME_HEADER: Final = _MAGIC + _DESCRIPTOR + bytes((xxhash.xxh32_intdigest(_DESCRIPTOR) >> 8 & 0xFF,))
+"""The header of every frame."""
 _END = bytes(4)
 _NOT_PACKED = 1 << 31
 
 
 def frame(blocks: Iterable[bytes]) -> bytes:
     """Return a frame of blocks that :func:`pack` gave."""
-    return b"".join((_HEADER, *blocks, _END))
+    return b"".join((FRAME_HEADER, *blocks, _END))
 
 
 def pack(data: bytes | memoryview) -> bytes:

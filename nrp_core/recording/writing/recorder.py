@@ -1,4 +1,4 @@
-"""Record what goes on between a brain and a world."""
+"""Record the data of a brain and a world."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from typing import Any
 
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import RecordingError
-from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS, Pictures
+from nrp_core.findings import Findings
+from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS, Images
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.hashes import Chain, Hasher, Step
 from nrp_core.recording.writing.observer import Observer, about_run
@@ -27,20 +28,20 @@ done beside it, and so often it is looked: together less than the tenth of a sec
 
 
 class Recorder:
-    """Writes what a brain and a world do and exchange into an MCAP file, while they run.
+    """Writes the data of a brain and a world into an MCAP file during a run.
 
-    Memory does not grow with what is recorded. What a step was is on its way to the disk a tenth of a second
-    after its end, whatever the next one does (but for C code that keeps Python's lock).
-    Call :meth:`step` after each step and :meth:`close` at the end, however it came about.
+    Memory does not grow with the recording. The data of a step are written a tenth of a second after its end,
+    even during the next step (except in C code that holds the GIL). Call :meth:`step` after each step and
+    :meth:`close` at the end, however it came about.
 
     Args:
-        brain, world: are listened to from now on.
+        brain, world: observed from now on.
         directory: an existing folder; ``recording.mcap`` appears in it.
         period_ns: time between two calls of :meth:`step`.
-        pictures: how camera pictures are kept.
-        chain: what the chain of hashes goes on from; by default it begins.
-        steps: how many steps there were already.
-        calls: what was done to the transfer functions before.
+        images: how camera images are kept.
+        chain: the initial chain of hashes; by default a new one.
+        steps: number of earlier steps.
+        calls: earlier changes of the transfer functions.
     """
 
     def __init__(
@@ -50,7 +51,7 @@ class Recorder:
         directory: Path,
         *,
         period_ns: int,
-        pictures: Pictures = Pictures.EXACT,
+        images: Images = Images.EXACT,
         chain: Chain | None = None,
         steps: int = 0,
         calls: Iterable[nrp_msgs.Called] = (),
@@ -61,7 +62,7 @@ class Recorder:
         self.steps = self._written = steps
         with self._writing():
             self._file = McapFile(directory / MCAP_NAME)
-        self.observer = Observer(brain, world, period_ns=period_ns, pictures=pictures, codec=self._file.codec)
+        self.observer = Observer(brain, world, period_ns=period_ns, images=images, codec=self._file.codec)
         for call in calls:
             self.observer.note_call(call.name, bytes(call.data))
         self._hasher = Hasher()
@@ -71,24 +72,25 @@ class Recorder:
         self._ticker = Ticker(self._flush_late, LOOK_S)
 
     @property
-    def warnings(self) -> list[str]:
-        """What could not be recorded."""
+    def warnings(self) -> Findings:
+        """Warnings about data that could not be recorded."""
         return self.observer.warnings
 
     def step(self) -> None:
-        """Take in what is new; now and then, hand it to the system.
+        """Collect new data; at intervals, write them to the file.
 
         Raises:
-            RecordingError: the file cannot be written, e.g. because the disk is full.
+            RecordingError: the disk is full, and up to here everything was recorded; or the file cannot be
+                written, and what came since the last flush is lost.
         """
-        self._report()
         self.steps += 1
         self._steps.append(self.observer.step(self.steps))
+        self._report()
         if self._file.is_due():
             self.flush()
 
     def add_snapshot(self, data: bytes) -> None:
-        """Keep the complete state of the run after the last step."""
+        """Record the complete state of the run after the last step."""
         now_ns = self._world.now_ns
         parts = encoding.snapshot(now_ns, self.steps, data)
         self._steps.append(RecordEntry(now_ns, SNAPSHOTS, nrp_msgs.Snapshot, about_run(), parts))
@@ -101,9 +103,11 @@ class Recorder:
         with self._lock, self._writing():
             self._write_steps()
             self._file.flush()
+            if self._file.full is not None:
+                raise self._file.full
 
     def _flush_late(self) -> None:
-        """Flush while a step lasts; who takes the next one hears what went wrong."""
+        """Flush during a long step; errors are raised at the next step."""
         if self._steps and not self._failed and self._file.is_due(LATE_S):
             try:
                 self.flush()
@@ -116,7 +120,7 @@ class Recorder:
             raise self._unreported.pop()
 
     def close(self) -> None:
-        """Write whatever can still be had and close the file; calling it again does nothing.
+        """Write the remaining data and close the file; calling it again does nothing.
 
         Raises:
             RecordingError: the file cannot be written.
@@ -127,6 +131,9 @@ class Recorder:
         rest = self.observer.close()
         if self._failed:
             with suppress(OSError):  # which was reported when it first came
+                if self._file.full is not None:
+                    self._write_steps()  # into what room was kept for them
+            with suppress(OSError):
                 self._file.close()
             self._report()
             return
@@ -135,6 +142,11 @@ class Recorder:
             for entry in rest:  # of a step that was not finished
                 self._put(entry)
             self._file.close()
+
+    @property
+    def digests(self) -> dict[str, str]:
+        """The SHA-256 of the file by its name, once it is closed; empty where the disk did not take it."""
+        return {} if self._file.digest is None else {MCAP_NAME: self._file.digest}
 
     def _write_steps(self) -> None:
         while self._steps:
@@ -148,8 +160,8 @@ class Recorder:
         for entry in step.entries:
             self._put(entry)
         hashes = self._hasher.hashes(step)
-        told = encoding.step_hash(step.t_ns, self._written, hashes, self.chain.add(hashes))
-        self._file.write(STEPS, step.t_ns, told)
+        message = encoding.step_hash(step.t_ns, self._written, hashes, self.chain.add(hashes))
+        self._file.write(STEPS, step.t_ns, message)
         self._written += 1
 
     def _put(self, entry: RecordEntry) -> None:

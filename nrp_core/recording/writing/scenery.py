@@ -1,77 +1,124 @@
-"""A scene as markers, which ROS viewers draw and the figure reads."""
+"""The look of a scene as Foxglove's scene entities, one for each visual, in the frame that it moves with."""
 
 from __future__ import annotations
 
-from nrp_core.recording.layout import WORLD_FRAME
-from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA, Header
-from nrp_core.world.messages.visualization_msgs import (
-    CUBE,
-    CYLINDER,
-    MESH_RESOURCE,
-    SPHERE,
-    Marker,
-    MarkerArray,
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from nrp_core.errors import SceneError
+from nrp_core.recording.layout import MESH_TYPE
+from nrp_core.recording.writing.frames import Frames
+from nrp_core.world.messages.base import Time
+from nrp_core.world.messages.foxglove_msgs import (
+    Color,
+    CubePrimitive,
+    CylinderPrimitive,
+    ModelPrimitive,
+    SceneEntity,
+    SceneEntityDeletion,
+    SceneUpdate,
+    SpherePrimitive,
 )
+from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_core.world.pose_messages import pose_message
-from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
     Cylinder,
     Geometry,
-    Link,
     Mesh,
-    Model,
     Plane,
+    Rgba,
     Scene,
     Sphere,
-    Visual,
 )
 
-_PLANE_THICKNESS = 0.001
+_PLANE_THICKNESS_M = 0.002
 
 
-def markers(scene: Scene) -> MarkerArray:
-    """Return every visual of a scene: in the world's frame if its model is static, else in the model's."""
-    return MarkerArray([
-        _marker(number, model, link, visual)
-        for number, (model, link, visual) in enumerate(
-            (model, link, visual) for model, link in scene.links() for visual in link.visuals
-        )
-    ])  # fmt: skip
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A visual and its place.
+
+    Args:
+        frame: the name of the frame that it moves with.
+        pose: in that frame.
+        geometry: its shape.
+        rgba: its colour.
+    """
+
+    frame: str
+    pose: Pose
+    geometry: Geometry
+    rgba: Rgba
 
 
-def _marker(number: int, model: Model, link: Link, visual: Visual) -> Marker:
-    pose = link.pose @ visual.pose
-    if model.static:
-        pose = model.pose @ pose
-    kind, scale = _shape(visual.geometry)
-    return Marker(
-        header=Header(frame_id=WORLD_FRAME if model.static else model.name),
-        ns=f"{model.name}/{link.name}/{visual.name}",
-        id=number,
-        type=kind,
-        pose=pose_message(pose),
-        scale=Vector3(*scale),
-        color=ColorRGBA(*visual.rgba),
-        frame_locked=not model.static,
-        mesh_resource=visual.geometry.path.as_uri() if isinstance(visual.geometry, Mesh) else "",
-    )
+def shown_visuals(scene: Scene, frames: Frames, colors: Mapping[str, Rgba]) -> dict[str, Shown]:
+    """Return every visual of a scene by its path, ``model/link/visual``.
+
+    Args:
+        scene: with its visuals.
+        frames: of the scene.
+        colors: of visuals by their paths, where they differ from those of the scene.
+    """
+    shown = {}
+    for model, link in scene.links():
+        frame, place = frames.place(model.name, link.name)
+        for visual in link.visuals:
+            path = f"{model.name}/{link.name}/{visual.name}"
+            rgba = colors.get(path, visual.rgba)
+            shown[path] = Shown(frame, place @ visual.pose, visual.geometry, rgba)
+    return shown
 
 
-def _shape(geometry: Geometry) -> tuple[int, Vector]:
-    """Return the type of marker and its extents in m; a capsule is shown as a cylinder of its length."""
-    match geometry:
+def scene_update(before: Mapping[str, Shown], now: Mapping[str, Shown], now_ns: int) -> SceneUpdate:
+    """Return the entities to remove and to add, so that a viewer that shows ``before`` shows ``now``."""
+    stamp = Time.from_ns(now_ns)
+    gone = [SceneEntityDeletion(stamp, id=path) for path in before if path not in now]
+    new = [_entity(stamp, path, shown) for path, shown in now.items() if before.get(path) != shown]
+    return SceneUpdate(gone, new)
+
+
+def _entity(stamp: Time, path: str, shown: Shown) -> SceneEntity:
+    entity = SceneEntity(stamp, shown.frame, path, frame_locked=True)
+    pose, color = pose_message(shown.pose), Color(*shown.rgba)
+    match shown.geometry:
         case Box(size):
-            return CUBE, size
+            entity.cubes = [CubePrimitive(pose, Vector3(*size), color)]
         case Sphere(radius):
-            return SPHERE, (2 * radius, 2 * radius, 2 * radius)
+            entity.spheres = [SpherePrimitive(pose, _ball(radius), color)]
         case Cylinder(radius, length):
-            return CYLINDER, (2 * radius, 2 * radius, length)
+            entity.cylinders = [_cylinder(shown.pose, radius, length, color)]
         case Capsule(radius, length):
-            return CYLINDER, (2 * radius, 2 * radius, length + 2 * radius)
-        case Plane(size):
-            return CUBE, (*size, _PLANE_THICKNESS)
-        case Mesh(scale=scale):
-            return MESH_RESOURCE, scale
+            entity.cylinders = [_cylinder(shown.pose, radius, length, color)]
+            ends = [shown.pose @ Pose((0.0, 0.0, z)) for z in (-length / 2, length / 2)]
+            entity.spheres = [SpherePrimitive(pose_message(end), _ball(radius), color) for end in ends]
+        case Plane((width, depth)):
+            below = pose_message(shown.pose @ Pose((0.0, 0.0, -_PLANE_THICKNESS_M / 2)))
+            entity.cubes = [CubePrimitive(below, Vector3(width, depth, _PLANE_THICKNESS_M), color)]
+        case Mesh() as mesh:
+            entity.models = [_mesh(mesh, shown.pose, color)]
+    return entity
+
+
+def _ball(radius: float) -> Vector3:
+    return Vector3(2 * radius, 2 * radius, 2 * radius)
+
+
+def _cylinder(pose: Pose, radius: float, length: float, color: Color) -> CylinderPrimitive:
+    return CylinderPrimitive(pose_message(pose), Vector3(2 * radius, 2 * radius, length), color=color)
+
+
+def _mesh(mesh: Mesh, pose: Pose, color: Color) -> ModelPrimitive:
+    """Return a mesh with its file, so that it is seen on other machines."""
+    try:
+        data = np.fromfile(mesh.path, np.uint8)
+    except OSError as error:
+        raise SceneError(f"the mesh cannot be read: {error.strerror}", path=mesh.path) from error
+    scale = Vector3(*mesh.scale)
+    return ModelPrimitive(
+        pose_message(pose), scale, color, override_color=True, media_type=MESH_TYPE, data=data
+    )

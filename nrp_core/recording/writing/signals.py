@@ -1,4 +1,4 @@
-"""What is recorded of a run after each step: one small class for each kind of signal."""
+"""The signals recorded after each step: one class for each kind."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from nrp_core.clock import seconds
 from nrp_core.recording.images import compress, compressible
 from nrp_core.recording.layout import (
     SCENE,
-    Pictures,
+    Images,
     Role,
     compressed_topic,
     device_topic,
@@ -29,14 +29,15 @@ from nrp_core.recording.layout import (
 )  # fmt: skip
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.encoding import Parts
-from nrp_core.recording.writing.scenery import markers
+from nrp_core.recording.writing.frames import SceneFrames
+from nrp_core.recording.writing.scenery import Shown, scene_update, shown_visuals
 from nrp_core.world.messages import nrp_msgs
+from nrp_core.world.messages.foxglove_msgs import SceneUpdate
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray, String
-from nrp_core.world.messages.visualization_msgs import MarkerArray
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.model import Rgba, Scene
 from nrp_core.world.topics import Stamped, TopicInfo
 from nrp_core.world.world import World
 
@@ -45,11 +46,11 @@ class RecordEntry(NamedTuple):
     """A message to be recorded.
 
     Args:
-        t_ns: when it was taken.
-        topic: where it goes.
+        t_ns: time of the sample, ns.
+        topic: its topic.
         kind: its class.
-        about: what readers are told of the topic, its role among it.
-        parts: its bytes; without any, the codec has to make them.
+        about: the metadata of the topic, including its role.
+        parts: its bytes; if empty, the codec encodes the message.
         message: the message itself, for the codec.
     """
 
@@ -69,39 +70,44 @@ Add = Callable[[RecordEntry], None]
 
 
 def about_role(role: Role, **about: str) -> Mapping[str, str]:
-    """Return what readers are told of a topic."""
+    """Return the metadata of a topic."""
     return {"role": role.value, **about}
 
 
 class Signal(ABC):
-    """Something that is recorded after each step."""
+    """A signal that is recorded after each step."""
 
     @abstractmethod
     def take(self, now_ns: int, add: Add) -> None:
-        """Add what is new since the last call."""
+        """Add new data since the last call."""
 
     def close(self) -> None:
-        """Leave the run as if nobody had listened."""
+        """End the observation."""
 
 
 class Scenery(Signal):
-    """The look of the room and the robots, at the start and whenever models come, go or are put elsewhere."""
+    """The look of the room and the robots: all of it at the start, then every change."""
 
     _about = about_role(Role.SCENE)
 
-    def __init__(self, world: World) -> None:
-        self._world = world
-        self._shown: Scene | None = None
+    def __init__(self, world: World, frames: SceneFrames) -> None:
+        self._world, self._frames = world, frames
+        self._scene: Scene | None = None
+        self._colors: dict[str, Rgba] = {}
+        self._shown: dict[str, Shown] = {}
 
     def take(self, now_ns: int, add: Add) -> None:
-        scene = self._world.scene
-        if scene is not self._shown:
-            self._shown = scene
-            add(RecordEntry(now_ns, SCENE, MarkerArray, self._about, message=markers(scene)))
+        scene, colors = self._world.scene, self._world.engine.visual_colors
+        if scene is self._scene and colors == self._colors:
+            return
+        self._scene, self._colors = scene, dict(colors)
+        before, self._shown = self._shown, shown_visuals(scene, self._frames.now, colors)
+        update = scene_update(before, self._shown, now_ns)
+        add(RecordEntry(now_ns, SCENE, SceneUpdate, self._about, message=update))
 
 
 class MovingModels(Signal):
-    """Where the models are that can move, under Gazebo's topic."""
+    """States of the movable models, on Gazebo's topic."""
 
     _about = about_role(Role.MODELS)
 
@@ -114,7 +120,8 @@ class MovingModels(Signal):
         world = self._world
         if world.scene is not self._scene:
             self._scene = world.scene
-            self._names = [model.name for model in world.scene.models if not model.static]
+            moving = world.scene.models if world.capabilities.poses else ()
+            self._names = [model.name for model in moving if not model.static]
             self._encode = encoding.ModelStatesEncoder(self._names)
         if now_ns > self._seen_ns:
             self._seen_ns = now_ns
@@ -123,10 +130,10 @@ class MovingModels(Signal):
 
 
 class Sensor(Signal):
-    """The messages of one outgoing topic; a value without a rate is noted once a step.
+    """The messages of one outgoing topic; a value without a rate is recorded once per step.
 
     Args:
-        world: whose topic.
+        world: the world of the topic.
         topic: the topic.
         period_ns: time between two steps.
     """
@@ -143,7 +150,7 @@ class Sensor(Signal):
         for stamped in self._subscription.since(self._seen_ns):
             self._seen_ns = stamped.t_ns
             add(self._entry(self._subscription.topic.name, stamped))
-        self._subscription.clear()  # a picture that is held takes the place of others in the cache
+        self._subscription.clear()  # an image that is held takes the place of others in the cache
 
     def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
         return RecordEntry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message)
@@ -153,26 +160,26 @@ class Sensor(Signal):
 
 
 class CameraImages(Sensor):
-    """The pictures of one camera, compressed where that is wanted and possible."""
+    """The images of one camera, compressed if requested and possible."""
 
     _about = about_role(Role.CAMERA)
 
-    def __init__(self, world: World, topic: TopicInfo, period_ns: int, pictures: Pictures) -> None:
+    def __init__(self, world: World, topic: TopicInfo, period_ns: int, images: Images) -> None:
         super().__init__(world, topic, period_ns)
-        self._compressed = pictures is Pictures.JPEG
+        self._compressed = images is Images.JPEG
 
     def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
-        picture = stamped.message
-        if self._compressed and compressible(picture):
-            small = compress(picture)
+        image = stamped.message
+        if self._compressed and compressible(image):
+            small = compress(image)
             return RecordEntry(
                 stamped.t_ns, compressed_topic(topic), CompressedImage, self._about, message=small
             )
-        return RecordEntry(stamped.t_ns, topic, Image, self._about, encoding.image(picture))
+        return RecordEntry(stamped.t_ns, topic, Image, self._about, encoding.image(image))
 
 
 class CameraHashes(Sensor):
-    """A hash of each picture of one camera."""
+    """A hash of each image of one camera."""
 
     def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
         digest = String(xxhash.xxh3_128_hexdigest(np.ascontiguousarray(stamped.message.data).data))
@@ -256,7 +263,7 @@ class DeviceRecords(Signal):
                 add(device.entry(now_ns, value))
 
     def _show(self) -> list[_Device]:
-        """Return all that have a value, each under a topic of its own."""
+        """Return all devices with a value, each with its own topic."""
         kept = {id(device.port): device for device in self._shown}
         last = {device.topic: device.last for device in self._shown}
         shown: dict[str, _Device] = {}

@@ -1,4 +1,4 @@
-"""Do something again and again beside the run."""
+"""Call a function repeatedly beside the run."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from nrp_core._support.closing import Closing
 
 
 class Ticker(Closing):
-    """Calls something from a thread of its own until it is closed.
+    """Calls a function from a separate thread until it is closed.
 
     Args:
-        call: what; raises nothing.
+        call: the function; it must not raise exceptions.
         every_s: wall time between two calls, s.
     """
 

@@ -7,7 +7,6 @@ much. The layouts of messages, chunks and their indexes are those of the specifi
 
 from __future__ import annotations
 
-import shutil
 import struct
 import time
 from array import array
@@ -22,11 +21,12 @@ from mcap.records import Channel, DataEnd, Footer, Header, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
 from nrp_core.recording.writing.encoding import Parts
+from nrp_core.recording.writing.growing_file import GrowingFile
 from nrp_core.recording.writing.packing import Packed, frame, pack
 from nrp_core.world.messages.cdr import Codec
 
 FLUSH_S = 0.065
-"""Wall time after which what was written so far goes to disk."""
+"""Wall time between two flushes to disk, s."""
 
 _CHUNK_BYTES = 1 << 20
 """A reader unpacks a whole chunk at once."""
@@ -65,8 +65,8 @@ class McapFile:
     ) -> None:
         self.codec = codec or Codec()
         self._clock = clock
-        self._file = path.open("wb")
-        self._file.write(MCAP0_MAGIC + _bytes_of(Header("ros2", "nrp-core")))
+        self._file = GrowingFile(path)
+        self._file.append(MCAP0_MAGIC + _bytes_of(Header("ros2", "nrp-core")))
         self._definitions = bytearray()
         self._chunk = _Chunk()
         self._chunk_indexes = SpooledTemporaryFile(_INDEX_BYTES)  # noqa: SIM115  closed with the file
@@ -82,7 +82,7 @@ class McapFile:
         Args:
             topic: its name.
             type_name: the full name of its type.
-            about: what readers are told of it besides its type.
+            about: its metadata besides its type.
         """
         if type_name not in self._schemas:
             number = self._schemas[type_name] = len(self._schemas) + 1
@@ -103,14 +103,13 @@ class McapFile:
         if self._chunk.size > _CHUNK_BYTES:
             self._end_chunk()
 
-    def is_due(self, after_s: float = FLUSH_S) -> bool:
-        """Return whether the last flush is so much wall time ago."""
-        return self._clock() - self._flushed_at >= after_s
+    def is_due(self, after_s: float | None = None) -> bool:
+        """Return whether the last flush was this wall time ago, by default :data:`FLUSH_S`."""
+        return self._clock() - self._flushed_at >= (FLUSH_S if after_s is None else after_s)
 
     def flush(self) -> None:
         """Hand everything to the operating system; from here on a kill of this process loses none of it."""
         self._end_chunk()
-        self._file.flush()
         self._flushed_at = self._clock()
 
     @property
@@ -119,17 +118,36 @@ class McapFile:
         return {topic: channel.count for topic, channel in self._channels.items()}
 
     @property
+    def full(self) -> OSError | None:
+        """The error of a full disk; the remaining space is reserved for the end of the file."""
+        return self._file.full
+
+    @property
+    def digest(self) -> str | None:
+        """The SHA-256 of the file once it is closed; None before, and where the disk did not take it all."""
+        return self._file.digest if self._file.closed and self._file.failed is None else None
+
+    @property
     def closed(self) -> bool:
         """Whether :meth:`close` was called."""
         return self._file.closed
 
     def close(self) -> None:
-        """Write the index and close; calling it again does nothing."""
+        """Write the index and close; calling it again does nothing.
+
+        Raises:
+            OSError: the disk does not take it; the file then ends like that of a run that was killed.
+        """
         if self._file.closed:
             return
         try:
             self._end_chunk()
-            self._write_summary()
+            end = self._file.size
+            try:
+                self._write_summary()
+            except OSError:
+                self._file.cut(end)
+                raise
         finally:
             self._chunk_indexes.close()
             self._file.close()
@@ -148,14 +166,14 @@ class McapFile:
         self._chunks += 1
         earliest, latest = self._span_ns or (first, last)
         self._span_ns = (min(first, earliest), max(last, latest))
-        packed, place = chunk.packed(), self._file.tell()
+        packed, place = chunk.packed(), self._file.size
         head = _CHUNK.pack(
             Opcode.CHUNK, _CHUNK.size - _HEAD_BYTES + len(packed), first, last, chunk.size, _NO_CRC,
             *_LZ4, len(packed),
         )  # fmt: skip
         length = len(head) + len(packed)
         index, offsets = chunk.message_indexes(place + length)
-        self._file.write(b"".join((head, packed, index)))
+        self._file.append(b"".join((head, packed, index)))
         self._chunk_indexes.write(
             _CHUNK_INDEX.pack(
                 Opcode.CHUNK_INDEX, _CHUNK_INDEX.size + len(offsets) + _SIZES.size - _HEAD_BYTES, first, last,
@@ -166,10 +184,10 @@ class McapFile:
         )  # fmt: skip
 
     def _write_summary(self) -> None:
-        """Write what lets a reader find its way: all definitions, counts, and where the chunks are."""
-        self._file.write(_bytes_of(DataEnd(0)))
-        start = self._file.tell()
-        self._file.write(self._definitions)
+        """Write the summary section: all definitions, counts, and the places of chunks."""
+        self._file.append(_bytes_of(DataEnd(0)))
+        start = self._file.size
+        self._file.append(self._definitions)
         counts = {channel.number: channel.count for channel in self._channels.values()}
         first, last = self._span_ns or (0, 0)
         statistics = Statistics(
@@ -177,10 +195,11 @@ class McapFile:
             chunk_count=self._chunks, message_count=sum(counts.values()), channel_message_counts=counts,
             message_start_time=first, message_end_time=last,
         )  # fmt: skip
-        self._file.write(_bytes_of(statistics))
+        self._file.append(_bytes_of(statistics))
         self._chunk_indexes.seek(0)
-        shutil.copyfileobj(self._chunk_indexes, self._file)
-        self._file.write(_bytes_of(Footer(start, 0, 0)) + MCAP0_MAGIC)
+        while block := self._chunk_indexes.read(_INDEX_BYTES):
+            self._file.append(block)
+        self._file.append(_bytes_of(Footer(start, 0, 0)) + MCAP0_MAGIC)
 
 
 class _Channel:

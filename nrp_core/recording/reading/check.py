@@ -1,0 +1,204 @@
+"""Whether a recording is as it was written, byte by byte; nothing of it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nrp_core.clock import seconds
+from nrp_core.errors import ExperimentError
+from nrp_core.recording.layout import CSV_FOLDER, EXPERIMENT_NAME, FILES_FOLDER, MCAP_NAME, RUN_NAME, RUNNING
+from nrp_core.recording.reading.chain import ChainCheck, check_chain
+from nrp_core.recording.reading.mcap_messages import McapMessages
+from nrp_core.recording.reading.unread import unread_chunk
+from nrp_core.recording.sealing import file_digest, read_sealed
+from nrp_core.recording.writing.hashes import Chain
+
+DAMAGED, MISSING = "was changed or damaged since it was written", "is missing"
+_FEWER_DIGESTS = 3
+"""In recordings up to this format, only the files of the experiment have digests."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flaw:
+    """A file of a recording that is not as it was written.
+
+    Args:
+        file: its path in the recording.
+        problem: such as ``is missing``.
+        holds: its part in the recording, or the part of it that is damaged; empty where that is not known.
+    """
+
+    file: str
+    problem: str
+    holds: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.file}{f' ({self.holds})' if self.holds else ''} {self.problem}"
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """The result of a check.
+
+    Args:
+        flaws: the files that are not as they were written.
+        finished: whether the recording was completed; that of a run that was killed never was.
+        undigested: files of the recording of which it has no digest.
+        unlisted: files that are not part of the recording.
+        files, size: how many files were compared with their digests, and their size in bytes.
+        chain: how far the messages match the hashes of their steps; None where a digest covers them all.
+    """
+
+    flaws: tuple[Flaw, ...]
+    finished: bool
+    undigested: tuple[str, ...] = ()
+    unlisted: tuple[str, ...] = ()
+    files: int = 0
+    size: int = 0
+    chain: ChainCheck | None = None
+
+    @property
+    def intact(self) -> bool:
+        """Whether every byte is as it was written, and every byte has a digest."""
+        return self.finished and not self.flaws and not self.undigested
+
+    @property
+    def notes(self) -> list[str]:
+        """What to know of it besides its flaws, in words."""
+        notes = []
+        if not self.finished and self.chain is not None:
+            end = "" if self.chain.until_ns is None else self._end(self.chain.until_ns)
+            notes.append(f"the recording is unfinished, because its run was killed or goes on{end}")
+        elif self.undigested:
+            files = " and ".join(self.undigested)
+            notes.append(f"the recording holds no digest of {files}: an earlier version made it")
+        notes += [f"{name} is not part of the recording" for name in self.unlisted]
+        return notes
+
+    def _end(self, until_ns: int) -> str:
+        return f": it holds {seconds(until_ns):g} s, which match the hashes of their steps"
+
+
+def check_messages(file: Path) -> Check:
+    """Check a file of messages by itself."""
+    chain, problems = _followed(file, None, finished=False)
+    return Check(tuple(problems), finished=False, undigested=(file.name,), chain=chain)
+
+
+def check_folder_of(folder: Path) -> Check:
+    """Compare every file of a recording with its digest, and messages without one with their hashes.
+
+    Without a whole ``run.json`` there is nothing to compare them with.
+    """
+    try:
+        run = read_sealed(folder / RUN_NAME)
+    except ExperimentError as error:
+        problem = error.message if (folder / RUN_NAME).exists() else MISSING
+        return Check(
+            (Flaw(RUN_NAME, problem, "what ran, and the digests of all other files"),), finished=False
+        )
+    digests = digests_of(run)
+    flaws = list(_changed(folder, digests, run))
+    finished = run.get("state", RUNNING) != RUNNING and (MCAP_NAME in digests or _has_fewer(run))
+    chain = None
+    if MCAP_NAME not in digests:
+        chain, problems = _followed(folder / MCAP_NAME, _beginning(run), finished=finished)
+        flaws += problems
+    own = [name for name in (MCAP_NAME, EXPERIMENT_NAME) if (folder / name).is_file()]
+    present = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    return Check(
+        tuple(flaws),
+        finished,
+        undigested=tuple(name for name in own if name not in digests),
+        unlisted=tuple(sorted(present - {RUN_NAME, *own, *digests})),
+        files=len(digests),
+        size=sum((folder / name).stat().st_size for name in digests if name in present),
+        chain=chain,
+    )
+
+
+def digests_of(run: Mapping[str, Any]) -> dict[str, str]:
+    """Return the digests of files that ``run.json`` holds, by path in the recording."""
+    digests = dict(run.get("files") or {})
+    return {f"{FILES_FOLDER}/{name}": one for name, one in digests.items()} if _has_fewer(run) else digests
+
+
+def _has_fewer(run: Mapping[str, Any]) -> bool:
+    return int(run.get("format", _FEWER_DIGESTS)) <= _FEWER_DIGESTS
+
+
+def _changed(folder: Path, digests: Mapping[str, str], run: Mapping[str, Any]) -> Iterator[Flaw]:
+    for name, digest in digests.items():
+        path = folder / name
+        try:
+            if not path.is_file():
+                yield Flaw(name, MISSING, _part(name, run))
+            elif file_digest(path) != digest:
+                yield Flaw(name, DAMAGED, _damage(path) if name == MCAP_NAME else _part(name, run))
+        except OSError as error:
+            yield Flaw(name, f"cannot be read: {error.strerror}", _part(name, run))
+
+
+def _part(name: str, run: Mapping[str, Any]) -> str:
+    """Return which part of the recording a file is, as far as is known."""
+    parts = {MCAP_NAME: "every message", EXPERIMENT_NAME: "the experiment as it was run"}
+    if name.startswith(f"{CSV_FOLDER}/"):
+        return "rows that functions recorded"
+    inside = name.removeprefix(f"{FILES_FOLDER}/")
+    return parts.get(name) or next(_keys_of(run.get("settings"), inside), "")
+
+
+def _keys_of(settings: Any, name: str, key: str = "") -> Iterator[str]:
+    """Yield under which keys of an experiment the path of a file stands."""
+    if isinstance(settings, str) and f"/{settings}".endswith(f"/{name}"):
+        yield key
+    elif isinstance(settings, dict):
+        for own, value in settings.items():
+            yield from _keys_of(value, name, f"{key}.{own}" if key else own)
+    elif isinstance(settings, list):
+        for value in settings:
+            yield from _keys_of(value, name, key)
+
+
+def _damage(file: Path) -> str:
+    """Return which messages of a file are lost."""
+    messages, last_ns = McapMessages(file), None
+    for _, message in messages:
+        last_ns = last_ns if message is None else message.log_time
+    return _unread(messages, last_ns)
+
+
+def _unread(messages: McapMessages, last_ns: int | None) -> str:
+    if messages.all_read:
+        return "all messages are whole, the data around them is not"
+    return "every message" if last_ns is None else f"messages after {seconds(last_ns):g} s"
+
+
+def _beginning(run: Mapping[str, Any]) -> Chain:
+    """Return the chain of hashes before the first step."""
+    if run.get("continues"):
+        return Chain(run["continues"]["chain"])
+    return Chain.of(run["brain"]["network"], run["world"]["scene"], run["seed"])
+
+
+def _followed(file: Path, begin: Chain | None, *, finished: bool) -> tuple[ChainCheck, list[Flaw]]:
+    """Follow the hashes of the messages; of a file that was never closed the end may be missing."""
+    if not file.is_file():
+        return ChainCheck(), [Flaw(file.name, MISSING, "every message")]
+    messages = McapMessages(file)
+    chain = check_chain(messages, begin)
+    if chain.problem is not None:
+        return chain, [Flaw(file.name, DAMAGED, chain.problem)]
+    if _is_sound(messages, finished=finished):
+        return chain, []
+    return chain, [Flaw(file.name, DAMAGED, _unread(messages, chain.until_ns))]
+
+
+def _is_sound(messages: McapMessages, *, finished: bool) -> bool:
+    """Return whether all was read that a file was given, up to its end or to where a kill cut it."""
+    if finished or messages.ends:
+        return messages.whole if finished else messages.all_read
+    return not messages.broken and unread_chunk(messages) is None

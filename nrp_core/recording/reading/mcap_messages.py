@@ -1,0 +1,184 @@
+"""The messages of an MCAP file, also of one that was cut or damaged."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema, Statistics
+from mcap.stream_reader import breakup_chunk
+from mcap.writer import MCAP0_MAGIC
+
+_HEAD = struct.Struct("<BQ")
+_COMPRESSIONS = ("lz4", "zstd")
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedTopic:
+    """A topic of a recording.
+
+    Args:
+        name: as it was published or subscribed to.
+        type_name: full name of its type.
+        definition: text of its type and of those in it.
+        about: its metadata: ``role``, and ``unit`` where its values have one.
+    """
+
+    name: str
+    type_name: str
+    definition: str
+    about: Mapping[str, str]
+
+    @property
+    def role(self) -> str:
+        """One of :class:`~nrp_core.recording.layout.Role`, or the empty string in a foreign file."""
+        return self.about.get("role", "")
+
+
+def is_mcap(path: Path) -> bool:
+    """Return whether a file begins like every MCAP file."""
+    with path.open("rb") as file:
+        return bool(file.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC)
+
+
+class McapMessages:
+    """Reads the messages of a file once, up to where it was cut or stops making sense.
+
+    In a file with chunks only these are believed, because they carry a checksum.
+
+    Args:
+        path: the file.
+
+    Attributes:
+        read_bytes: up to where the file was read without a flaw.
+        chunks: from where to where its chunks go, of those that were read.
+        ends: whether the end of the messages was read.
+        broken: whether reading ended at a record that is there as a whole, or at a gap between messages.
+        count: how many messages were read.
+        expected: the number of messages by the file's statistics; None if it has none.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.read_bytes = 0
+        self.chunks: list[tuple[int, int]] = []
+        self.ends = self.broken = False
+        self.count = 0
+        self.expected: int | None = None
+
+    def __iter__(self) -> Iterator[tuple[RecordedTopic, Message | None]]:
+        """Return every topic as it opens (without a message), and every message; end where one is missing."""
+        schemas: dict[int, Schema] = {}
+        topics: dict[int, RecordedTopic] = {}
+        next_number: dict[int, int] = {}
+        for record in self._records():
+            if isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel) and record.id not in topics and record.schema_id in schemas:
+                schema = schemas[record.schema_id]
+                topic = RecordedTopic(record.topic, schema.name, schema.data.decode(), record.metadata)
+                topics[record.id] = topic
+                yield topic, None
+            elif isinstance(record, Message) and record.channel_id in topics:
+                if record.sequence not in (0, next_number.get(record.channel_id, 0)):
+                    self.broken = True
+                    return
+                next_number[record.channel_id] = record.sequence + 1
+                self.count += 1
+                yield topics[record.channel_id], record
+
+    @property
+    def all_read(self) -> bool:
+        """Whether every message that was ever in the file has been read."""
+        return self.ends and not self.broken and self.expected in (None, self.count)
+
+    @property
+    def whole(self) -> bool:
+        """Whether every message has been read, and the file ends as it should."""
+        return self.all_read and self.closed
+
+    @property
+    def closed(self) -> bool:
+        """Whether the file ends as one that was closed."""
+        with self.path.open("rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(0, size - len(MCAP0_MAGIC)))
+            return size > len(MCAP0_MAGIC) and file.read() == MCAP0_MAGIC
+
+    def _records(self) -> Iterator[McapRecord]:
+        with self.path.open("rb") as file:
+            if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                return
+            size = os.fstat(file.fileno()).st_size
+            while True:
+                self.read_bytes = file.tell()
+                found = _next(file, size)
+                if found is None:
+                    return
+                try:
+                    yield from self._within(*found)
+                except _BrokenRecordError:
+                    self.broken = True
+                    return
+                if found[0] == Opcode.FOOTER:
+                    return
+
+    def _within(self, opcode: int, content: bytes) -> list[McapRecord]:
+        """Return the records that a record holds, or the record itself."""
+        try:
+            record = _parsed(opcode, content)
+            if isinstance(record, Chunk):
+                _require_known(record)
+                inner: list[McapRecord] = breakup_chunk(record, validate_crc=True)
+                self.chunks.append((self.read_bytes, self.read_bytes + _HEAD.size + len(content)))
+                return inner
+        except Exception as error:
+            raise _BrokenRecordError from error  # damage shows in as many ways as there are kinds of records
+        if isinstance(record, DataEnd):
+            self.ends = True
+        elif isinstance(record, Statistics):
+            self.expected = record.message_count
+        return [] if record is None or self.chunks or self.ends else [record]
+
+
+class _BrokenRecordError(Exception):
+    """A record does not have the contents of its kind."""
+
+
+def _require_known(chunk: Chunk) -> None:
+    """Refuse chunks with an unknown compression."""
+    is_plain = chunk.compression == "" and len(chunk.data) == chunk.uncompressed_size
+    if not is_plain and chunk.compression not in _COMPRESSIONS:
+        raise _BrokenRecordError
+
+
+_READ = {
+    Opcode.SCHEMA: lambda stream, _: Schema.read(stream),
+    Opcode.CHANNEL: lambda stream, _: Channel.read(stream),
+    Opcode.MESSAGE: Message.read,
+    Opcode.CHUNK: lambda stream, _: Chunk.read(stream),
+    Opcode.DATA_END: lambda stream, _: DataEnd.read(stream),
+    Opcode.STATISTICS: lambda stream, _: Statistics.read(stream),
+}
+"""How to read the kinds of records that count here."""
+
+
+def _parsed(opcode: int, content: bytes) -> McapRecord | None:
+    read = _READ.get(opcode)
+    return None if read is None else read(ReadDataStream(BytesIO(content)), len(content))
+
+
+def _next(file: BinaryIO, size: int) -> tuple[int, bytes] | None:
+    """Return opcode and content of the next record; None where the file ends before the record does."""
+    head = file.read(_HEAD.size)
+    if len(head) < _HEAD.size:
+        return None
+    opcode, length = _HEAD.unpack(head)
+    return None if length > size - file.tell() else (opcode, file.read(length))

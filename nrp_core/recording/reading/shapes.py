@@ -1,0 +1,104 @@
+"""The shapes of a recorded scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core.world.messages.foxglove_msgs import SceneEntity, SceneUpdate
+from nrp_core.world.messages.visualization_msgs import CYLINDER, MESH_RESOURCE, SPHERE, MarkerArray
+from nrp_core.world.pose_messages import pose_of, vector_of
+from nrp_core.world.rigid.pose import Pose, Vector
+
+
+class ShapeKind(Enum):
+    """The kinds of shapes in a recorded scene."""
+
+    BOX = "box"
+    ELLIPSOID = "ellipsoid"
+    CYLINDER = "cylinder"
+    MESH = "mesh"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """A shape in a frame.
+
+    Args:
+        visual: path of its visual, ``model/link/visual``; a visual may have several shapes.
+        frame: name of the frame that it moves with.
+        kind: of the shape.
+        pose: in the frame.
+        size: extents along its axes, m; of a mesh, the factors of its coordinates.
+        rgba: its colour, each component 0..1.
+        mesh: the STL file of a mesh, if the recording has it.
+    """
+
+    visual: str
+    frame: str
+    kind: ShapeKind
+    pose: Pose
+    size: Vector
+    rgba: tuple[float, float, float, float]
+    mesh: npt.NDArray[np.uint8] | None = None
+
+    @property
+    def model(self) -> str:
+        """The model that it is a part of."""
+        return self.visual.partition("/")[0]
+
+
+class RecordedScene:
+    """The shapes of a scene as the messages on ``/scene`` have set them.
+
+    Recordings of version 0.1 hold markers, all of them anew with each change, and no meshes.
+    """
+
+    def __init__(self) -> None:
+        self._shapes: dict[str, list[Shape]] = {}
+
+    @property
+    def shapes(self) -> list[Shape]:
+        """All shapes."""
+        return [shape for shapes in self._shapes.values() for shape in shapes]
+
+    def take(self, message: SceneUpdate | MarkerArray) -> list[str]:
+        """Follow a message; return the visuals that came or changed."""
+        if isinstance(message, MarkerArray):
+            self._shapes = {marker.ns: [_of_marker(marker)] for marker in message.markers}
+            return list(self._shapes)
+        for deletion in message.deletions:
+            self._shapes.pop(deletion.id, None)
+        for entity in message.entities:
+            self._shapes[entity.id] = list(_of_entity(entity))
+        return [entity.id for entity in message.entities]
+
+
+def _of_entity(entity: SceneEntity) -> Iterator[Shape]:
+    for kind, primitives in (
+        (ShapeKind.BOX, entity.cubes),
+        (ShapeKind.ELLIPSOID, entity.spheres),
+        (ShapeKind.CYLINDER, entity.cylinders),
+    ):
+        for each in primitives:
+            size, color = vector_of(each.size), _rgba(each.color)
+            yield Shape(entity.id, entity.frame_id, kind, pose_of(each.pose), size, color)
+    for model in entity.models:
+        scale, color = vector_of(model.scale), _rgba(model.color)
+        pose = pose_of(model.pose)
+        yield Shape(entity.id, entity.frame_id, ShapeKind.MESH, pose, scale, color, model.data)
+
+
+def _of_marker(marker: Any) -> Shape:
+    kinds = {SPHERE: ShapeKind.ELLIPSOID, CYLINDER: ShapeKind.CYLINDER, MESH_RESOURCE: ShapeKind.MESH}
+    kind, size = kinds.get(marker.type, ShapeKind.BOX), vector_of(marker.scale)
+    return Shape(marker.ns, marker.header.frame_id, kind, pose_of(marker.pose), size, _rgba(marker.color))
+
+
+def _rgba(color: Any) -> tuple[float, float, float, float]:
+    return float(color.r), float(color.g), float(color.b), float(color.a)

@@ -1,0 +1,57 @@
+"""JSON files that show whether they are as they were written: each holds a digest of all else in it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from nrp_core.errors import ExperimentError
+
+DIGEST = "digest"
+"""Key of the SHA-256 of all other keys."""
+
+_ODD_NAMES = "surrogateescape"
+"""The name of a file need not be text."""
+
+
+def sealed(data: Mapping[str, Any]) -> bytes:
+    """Return JSON data as the bytes of a file, with their digest as the last key."""
+    rest = {key: value for key, value in data.items() if key != DIGEST}
+    digest = hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
+    text = json.dumps({**rest, DIGEST: digest}, indent=2, ensure_ascii=False)
+    return f"{text}\n".encode(errors=_ODD_NAMES)
+
+
+def read_sealed(path: Path) -> dict[str, Any]:
+    """Return the data of a file that :func:`sealed` made.
+
+    Raises:
+        ExperimentError: it cannot be read, or one of its bytes is not as it was written.
+    """
+    try:
+        written = path.read_bytes()
+        data = json.loads(written.decode(errors=_ODD_NAMES))
+        intact = isinstance(data, dict) and written == sealed(data)
+    except OSError as error:
+        raise ExperimentError(f"cannot be read: {error.strerror or error}", path=path) from error
+    except (ValueError, RecursionError) as error:
+        raise ExperimentError(f"cannot be read as JSON: {error}", path=path) from error
+    if not intact:
+        raise ExperimentError("was changed or damaged since it was written", path=path)
+    return dict(data)
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file, read in blocks.
+
+    Of the standard library's hashes without known collisions it is the fastest where the processor has
+    instructions for it (1.7 GB/s, BLAKE2b 1.5 GB/s), and ``sha256sum`` makes the same.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

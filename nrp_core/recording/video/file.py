@@ -1,0 +1,45 @@
+"""Video files: VP9, which browsers play; OpenCV's wheel has no encoder for H.264."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+from nrp_core._support.quiet import quiet
+from nrp_core.errors import ExperimentError
+from nrp_core.recording.images import Pixels
+from nrp_core.recording.video import Progress
+
+_CODEC = "vp09"
+
+
+def write_video(
+    path: Path, frames: Iterator[Pixels], rate_hz: float, total: int, progress: Progress | None
+) -> int:
+    """Write images of one size as a video; return their number.
+
+    Raises:
+        ExperimentError: the file cannot be written.
+    """
+    import cv2
+
+    first = next(frames)
+    height, width = first.shape[:2]
+    with quiet():  # FFmpeg reports that it chooses the tag of the codec itself
+        code = cv2.VideoWriter.fourcc(*_CODEC)
+        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, rate_hz, (width, height))
+    if not writer.isOpened():
+        raise ExperimentError("the video cannot be written: OpenCV's FFmpeg does not open it", path=path)
+    count = 0
+    try:
+        for image in chain([first], frames):
+            writer.write(cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+            count += 1
+            if progress is not None:
+                progress(count, total)
+    finally:
+        writer.release()
+    if not path.is_file() or not path.stat().st_size:
+        raise ExperimentError("the video cannot be written: is the disk full?", path=path)
+    return count

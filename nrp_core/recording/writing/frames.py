@@ -1,0 +1,148 @@
+"""The moving frames of a scene: those of links, or those of models where the engine knows no more."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from math import sqrt
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core._support.jit import inlined, jit
+from nrp_core.errors import CapabilityError, SceneError
+from nrp_core.recording.layout import WORLD_FRAME
+from nrp_core.world.render.scene_mesh import frames_of
+from nrp_core.world.rigid.matrices import matrix_of
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import bodies_of, body_of, place_in_frame
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.world import World
+
+
+class Frames(ABC):
+    """The frames of one scene.
+
+    Attributes:
+        names: of the frames that move.
+    """
+
+    names: tuple[str, ...] = ()
+
+    @abstractmethod
+    def place(self, model: str, link: str) -> tuple[str, Pose]:
+        """Return the frame that a link moves with, and its pose in that frame."""
+
+    @abstractmethod
+    def poses(self) -> FloatArray:
+        """Return the poses of the frames: positions and orientations (x, y, z, w), shape ``(n, 7)``."""
+
+
+class SceneFrames:
+    """The frames of a world, whose scene may change.
+
+    Args:
+        world: its engine says where bodies are.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._scene: Scene | None = None
+
+    @property
+    def now(self) -> Frames:
+        """The frames of the scene of now."""
+        if self._world.scene is not self._scene:
+            self._scene = self._world.scene
+            self._frames = _frames(self._world)
+        return self._frames
+
+
+def _frames(world: World) -> Frames:
+    try:
+        return _LinkFrames(world)
+    except (CapabilityError, SceneError):  # an engine without joints needs no masses and knows only models
+        return _ModelFrames(world)
+
+
+class _LinkFrames(Frames):
+    """A frame for each body that moves, named after its first link, ``model/link``."""
+
+    def __init__(self, world: World) -> None:
+        self._bodies = {model.name: bodies_of(model) for model in world.scene.models}
+        paths = list(frames_of(self._bodies))
+        moving = [(model, self._bodies[model][index]) for model, index in paths]
+        self.names = tuple(f"{model}/{body.name}" for model, body in moving)
+        self._in_body = np.array([matrix_of(body.links[0].pose) for _, body in moving]).reshape(-1, 3, 4)
+        self._at, self._poses = np.empty((len(paths), 3, 4)), np.empty((len(paths), 7))
+        self._read = world.engine.frames(paths)
+        self._read(self._at)  # an engine that lacks this says so now
+
+    def place(self, model: str, link: str) -> tuple[str, Pose]:
+        bodies = self._bodies[model]
+        body = bodies[body_of(bodies, link)]
+        pose = next(each.pose for each in body.links if each.name == link)
+        if body.fixed:
+            return WORLD_FRAME, place_in_frame(body) @ pose
+        return f"{model}/{body.name}", body.links[0].pose.inverse() @ pose
+
+    def poses(self) -> FloatArray:
+        self._read(self._at)
+        to_poses(self._at, self._in_body, self._poses)
+        return self._poses
+
+
+class _ModelFrames(Frames):
+    """A frame for each model that is not static, under its name."""
+
+    def __init__(self, world: World) -> None:
+        self._world, self._scene = world, world.scene
+        if world.engine.capabilities.poses:
+            self.names = tuple(model.name for model in world.scene.models if not model.static)
+
+    def place(self, model: str, link: str) -> tuple[str, Pose]:
+        found = self._scene.model(model)
+        pose = found.link(link).pose
+        return (WORLD_FRAME, found.pose @ pose) if found.static else (model, pose)
+
+    def poses(self) -> FloatArray:
+        at = [self._world.model_motion(name).pose for name in self.names]
+        return np.array([(*pose.position, *pose.orientation) for pose in at]).reshape(-1, 7)
+
+
+@jit
+def to_poses(frames: FloatArray, in_frames: FloatArray, poses: FloatArray) -> None:
+    """Write positions and orientations (x, y, z, w) of poses fixed in frames.
+
+    Args:
+        frames: rotation and translation, shape ``(n, 3, 4)``.
+        in_frames: likewise, of something in each frame.
+        poses: gets the result, shape ``(n, 7)``.
+    """
+    r = np.empty((3, 3))
+    for n in range(len(frames)):
+        for i in range(3):
+            poses[n, i] = frames[n, i, 3]
+            for k in range(3):
+                poses[n, i] += frames[n, i, k] * in_frames[n, k, 3]
+                r[i, k] = 0.0
+                for j in range(3):
+                    r[i, k] += frames[n, i, j] * in_frames[n, j, k]
+        poses[n, 3:] = orientation(r)
+
+
+@inlined
+def orientation(r: FloatArray) -> tuple[float, float, float, float]:
+    """Return a rotation matrix as a quaternion (x, y, z, w), from its largest component (Shepperd, 1978)."""
+    x, y, z = r[0, 0], r[1, 1], r[2, 2]
+    w = x + y + z
+    if w >= max(x, y, z):
+        s = 2.0 * sqrt(1.0 + w)
+        return (r[2, 1] - r[1, 2]) / s, (r[0, 2] - r[2, 0]) / s, (r[1, 0] - r[0, 1]) / s, s / 4
+    if x >= max(y, z):
+        s = 2.0 * sqrt(1.0 + x - y - z)
+        return s / 4, (r[0, 1] + r[1, 0]) / s, (r[0, 2] + r[2, 0]) / s, (r[2, 1] - r[1, 2]) / s
+    if y >= z:
+        s = 2.0 * sqrt(1.0 + y - x - z)
+        return (r[0, 1] + r[1, 0]) / s, s / 4, (r[1, 2] + r[2, 1]) / s, (r[0, 2] - r[2, 0]) / s
+    s = 2.0 * sqrt(1.0 + z - x - y)
+    return (r[0, 2] + r[2, 0]) / s, (r[1, 2] + r[2, 1]) / s, s / 4, (r[1, 0] - r[0, 1]) / s

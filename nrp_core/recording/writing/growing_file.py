@@ -1,0 +1,106 @@
+"""A file that only grows, with a digest of all in it, on a disk that may become full."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO
+
+from nrp_core._support.closing import Closing
+
+RESERVE_BYTES = 1 << 20
+"""Room on the disk that is kept for the end of a file."""
+
+
+class GrowingFile(Closing):
+    """Writes a file, each piece as a whole or not at all.
+
+    Beside it lies a file without a name that does nothing but occupy room. When the disk is full, it makes
+    way: so there is still room for the end.
+
+    Args:
+        path: a new file; its folder exists.
+
+    Attributes:
+        size: how many bytes were written.
+        full: the error that made the reserve go; None while there is room.
+        failed: the error after which nothing more is written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.size = 0
+        self.full: OSError | None = None
+        self.failed: OSError | None = None
+        self._file = path.open("wb", buffering=0)
+        self._digest = hashlib.sha256()
+        self._reserve = _reserved(path.parent)
+
+    def append(self, data: bytes | bytearray) -> None:
+        """Hand some bytes to the operating system.
+
+        Raises:
+            OSError: this write or an earlier one failed.
+        """
+        if self.failed is not None:
+            raise self.failed
+        with memoryview(data) as rest:
+            try:
+                written = 0
+                while written < len(rest):
+                    written += self._written(rest[written:])
+            except OSError as error:
+                self.failed = error
+                self.cut(self.size)
+                raise
+        self._digest.update(data)
+        self.size += len(data)
+
+    def cut(self, size: int) -> None:
+        """Truncate the file to a size after a failed write."""
+        self._file.truncate(size)
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 of the file."""
+        return self._digest.hexdigest()
+
+    @property
+    def closed(self) -> bool:
+        """Whether :meth:`close` was called."""
+        return self._file.closed
+
+    def close(self) -> None:
+        """Close the file and give back the reserve; calling it again does nothing."""
+        self._free_reserve()
+        self._file.close()
+
+    def _written(self, data: memoryview) -> int:
+        try:
+            return self._file.write(data)
+        except OSError as error:
+            if self._reserve is None:
+                raise
+            self._free_reserve()
+            self.full = error
+            return self._file.write(data)
+
+    def _free_reserve(self) -> None:
+        if self._reserve is not None:
+            self._reserve.close()
+            self._reserve = None
+
+
+def _reserved(folder: Path) -> IO[bytes] | None:
+    """Occupy room in a folder; None where there is too little of it even for that."""
+    try:
+        reserve = TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115  closed with the file
+    except OSError:
+        return None
+    try:
+        if reserve.write(bytes(RESERVE_BYTES)) == RESERVE_BYTES:
+            return reserve
+    except OSError:
+        pass
+    reserve.close()
+    return None
