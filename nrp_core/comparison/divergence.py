@@ -1,9 +1,10 @@
-"""Where two runs diverge: the first step that differs in any bit, and the first that differs visibly."""
+"""Where two runs diverge: the first step that differs by more than rounding, and the first visible one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
 from nrp_core.world.messages.cdr import Codec
 
+NOISE = 1e-9
+"""Numbers of a message are the same if they differ by less than this share of the largest, or of 1."""
 VISIBLE = 0.05
 """A signal differs visibly when it differs by this share of its range over both runs."""
 
@@ -63,8 +66,9 @@ class Divergence:
     Args:
         one, other: their names.
         steps: number of steps compared.
-        first: the first difference; None: the runs are identical.
+        first: the first difference that is more than noise of rounding; None: there is none.
         visible: the first visible difference; None: there is none.
+        is_identical: whether the runs are the same to the last bit.
     """
 
     one: str
@@ -72,26 +76,42 @@ class Divergence:
     steps: int
     first: Difference | None
     visible: Visible | None
+    is_identical: bool = False
 
 
 def divergence_of(one: RunSignals, other: RunSignals) -> Divergence:
     """Return where two runs diverge."""
-    steps, first = first_difference(one.recording, other.recording)
-    return Divergence(one.label, other.label, steps, first, None if first is None else _visible(one, other))
+    found = first_difference(one.recording, other.recording)
+    visible = None if found.is_identical else _visible(one, other)
+    return Divergence(one.label, other.label, found.steps, found.first, visible, found.is_identical)
 
 
-def first_difference(one: Recording, other: Recording) -> tuple[int, Difference | None]:
-    """Compare two recordings step by step, from the later of their two starts.
+class FirstDifference(NamedTuple):
+    """How far two recordings are the same.
 
-    Returns:
-        The number of steps compared, and the first difference, if there is one.
+    Args:
+        steps: number of steps compared.
+        first: the first difference beyond noise.
+        is_identical: whether there is no difference in any bit.
     """
-    comparison, codec = Comparison(), Codec({})
+
+    steps: int
+    first: Difference | None
+    is_identical: bool
+
+
+def first_difference(one: Recording, other: Recording) -> FirstDifference:
+    """Compare two recordings step by step from the later of their starts, up to a difference beyond noise."""
+    exact, coarse, codec = Comparison(), Comparison(noise=NOISE), Codec({})
     for ours, theirs in _together(steps_of(one), steps_of(other)):
-        comparison.add_recorded(ours, theirs, codec)
-        if comparison.difference is not None:
+        exact.add_recorded(ours, theirs, codec)
+        if exact.difference is not None:
+            coarse.add_recorded(ours, theirs, codec)
+        else:
+            coarse.steps += 1
+        if coarse.difference is not None:
             break
-    return comparison.steps, comparison.difference
+    return FirstDifference(coarse.steps, coarse.difference, exact.difference is None)
 
 
 def _together(

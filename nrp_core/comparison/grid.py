@@ -117,8 +117,8 @@ class RunGrid:
         """Return the folder of a run; its name holds everything that the run depends on."""
         sides = zip(self._sides(), (cell.brain, cell.world), strict=True)
         providers = [str(registry.provider(name)) for (registry, _), name in sides]
-        told = [self._digest, *providers, *self.settings(cell), code_of(cell.brain, cell.world)]
-        digest = hashlib.blake2b(json.dumps(told).encode(), digest_size=4).hexdigest()
+        described = [self._digest, *providers, *self.settings(cell), code_of(cell.brain, cell.world)]
+        digest = hashlib.blake2b(json.dumps(described).encode(), digest_size=4).hexdigest()
         return results / f"{cell}-{digest}"
 
     def load(self, cell: GridCell) -> Experiment:

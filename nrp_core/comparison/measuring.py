@@ -166,7 +166,7 @@ def _of_distance(
     matrix = _Distances(metric, name, features, seeds)
     off = ~np.eye(len(seeds), dtype=bool)
     spread = float(np.mean([matrix.between(pair, pair)[off].mean() for pair in pairs]))
-    reach = excess_of_shift(margin.amount) * spread if margin.in_sd else margin.amount
+    reach = max(excess_of_shift(margin.amount) * spread if margin.in_sd else margin.amount, margin.at_least)
     contrasts = tuple(
         Contrast(
             factor, one, other, estimate, shift_of_excess(_ratio(estimate.mean, spread)), estimate.p_different

@@ -7,7 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from nrp_core.comparison.completeness import incompleteness, missing_from
 from nrp_core.comparison.divergence import Deviation, Divergence, deviations, divergence_of
+from nrp_core.comparison.engines.measures import DEFAULT_MARGINS, EngineMargins, measured
+from nrp_core.comparison.engines.signals import Kind
+from nrp_core.comparison.engines.verdict import NOT_COMPARED, EngineDifference, EngineVerdict, ranked
 from nrp_core.comparison.grid import GridCell, RunGrid
 from nrp_core.comparison.judgement import Answer, Judgement, combined
 from nrp_core.comparison.measuring import judge
@@ -28,6 +32,7 @@ class GridDiff:
         judgements: the judgement of every metric, those of the finding first.
         divergences: where the runs of the first seed diverge, for each backend against its side's first.
         folder: the folder of the recordings.
+        engines: the verdict on the engines, each on the inputs of another.
     """
 
     name: str
@@ -36,15 +41,18 @@ class GridDiff:
     judgements: Sequence[Judgement]
     divergences: Sequence[Divergence]
     folder: Path
+    engines: EngineVerdict = NOT_COMPARED
 
     @classmethod
     def of(
         cls, grid: RunGrid, runs: Mapping[GridCell, RunSignals], metrics: Sequence[Metric], margins: Margins,
-        folder: Path,
+        folder: Path, engines: EngineVerdict = NOT_COMPARED,
     ) -> GridDiff:  # fmt: skip
         """Measure, judge, and find where runs diverge."""
         name = str(next(iter(runs.values())).settings.get("name", grid.experiment))
-        return cls(name, grid, runs, judge(grid, runs, metrics, margins), _partings(grid, runs), folder)
+        return cls(
+            name, grid, runs, judge(grid, runs, metrics, margins), _partings(grid, runs), folder, engines
+        )
 
     @cached_property
     def finding(self) -> Sequence[Judgement]:
@@ -59,9 +67,14 @@ class GridDiff:
 
     @property
     def failures(self) -> dict[GridCell, str]:
-        """Runs that ended early, and why."""
-        errors = {cell: run.result.get("error") for cell, run in self.runs.items()}
-        return {cell: str(error) for cell, error in errors.items() if error}
+        """Runs that are not complete, and why."""
+        missing = {cell: missing_from(run) for cell, run in self.runs.items()}
+        return {cell: reasons for cell, reasons in missing.items() if reasons}
+
+    @property
+    def incomplete(self) -> list[str]:
+        """The runs in which something was left out or that ended early, and why."""
+        return incompleteness({str(cell): run for cell, run in self.runs.items()})
 
 
 def _partings(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Divergence]:
@@ -99,7 +112,10 @@ class PairDiff:
         divergence: where they diverge.
         deviations: the differences of the signals.
         measured: every part of every metric.
+        engines: the verdict on the engines. The inputs of both are their own, so that a difference may follow
+            from another one.
         reservations: the parts of the runs that are not compared, and why.
+        flaws: the files of the recordings that are not as they were written.
     """
 
     one: RunSignals
@@ -107,11 +123,15 @@ class PairDiff:
     divergence: Divergence
     deviations: Sequence[Deviation]
     measured: Sequence[Measured]
+    engines: EngineVerdict = NOT_COMPARED
     reservations: Sequence[str] = ()
+    flaws: Sequence[str] = ()
 
     @classmethod
-    def of(cls, one: Path, other: Path, metrics: Sequence[Metric]) -> PairDiff:
-        """Compare two recordings.
+    def of(
+        cls, one: Path, other: Path, metrics: Sequence[Metric], margins: EngineMargins = DEFAULT_MARGINS
+    ) -> PairDiff:
+        """Compare two recordings, damaged ones as far as they can be read.
 
         Raises:
             ExperimentError: one is not a recording, or they have no step in common.
@@ -120,16 +140,42 @@ class PairDiff:
         begin_s, end_s = max(run.begin_s for run in runs), min(run.end_s for run in runs)
         ours, theirs = (run.between(begin_s, end_s) for run in runs)
         divergence = divergence_of(ours, theirs)
-        if not divergence.steps:
-            raise ExperimentError(f"has no step in common with {other}", path=one)
-        measured = [row for metric in metrics for row in _measured(metric, ours, theirs)]
+        flaws = [f"{path}: {flaw}" for path in (one, other) for flaw in Recording(path).check().flaws]
+        if not divergence.steps or end_s <= begin_s:
+            because = "".join(f"; {flaw}" for flaw in flaws)
+            raise ExperimentError(f"has no step in common with {other}{because}", path=one)
+        rows = [row for metric in metrics for row in _measured(metric, ours, theirs)]
         left_out = [*_left_out(one, runs[0], ours), *_left_out(other, runs[1], ours)]
-        return cls(ours, theirs, divergence, deviations(ours, theirs), measured, left_out)
+        engines = _engines(ours, theirs, margins)
+        return cls(ours, theirs, divergence, deviations(ours, theirs), rows, engines, left_out, flaws)
 
     @property
     def is_identical(self) -> bool:
-        """Whether all common steps are identical, bit for bit."""
-        return self.divergence.first is None
+        """Whether all common steps are identical, bit for bit, and both recordings as they were written."""
+        return self.divergence.is_identical and not self.flaws
+
+    @property
+    def incomplete(self) -> list[str]:
+        """The runs in which something was left out or that ended early, and why."""
+        return incompleteness({str(run.recording.folder): run for run in (self.one, self.other)})
+
+
+def _engines(one: RunSignals, other: RunSignals, margins: EngineMargins) -> EngineVerdict:
+    """Measure everything that both runs have."""
+    differences = [
+        EngineDifference(
+            "run",
+            one.label,
+            other.label,
+            row.measure,
+            row.part,
+            row.amount,
+            margins.of(row.measure, row.part),
+        )
+        for row in measured(one, other, Kind, spikes=True)
+    ]
+    margins.require_parts(f"{one.measure.name}/{one.part}" for one in differences)
+    return EngineVerdict(ranked(differences))
 
 
 def _left_out(path: Path, run: RunSignals, compared: RunSignals) -> Iterator[str]:

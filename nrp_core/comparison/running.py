@@ -15,9 +15,10 @@ from threading import Thread
 from nrp_core.comparison.grid import GridCell, RunGrid
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError
+from nrp_core.experiment.making.prepare import Plan
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.layout import RUN_NAME, Pictures
+from nrp_core.recording.layout import RUN_NAME, Images
 from nrp_core.recording.reading.recording import Recording
 
 Progress = Callable[[int, int, str], None]
@@ -43,7 +44,7 @@ def run_grid(grid: RunGrid, results: Path, workers: int, tell: Progress) -> dict
         NrpError: an experiment cannot be opened. Anything else that ends a run is part of its result.
     """
     folders = {cell: grid.folder(results, cell) for cell in grid.cells}
-    missing = [cell for cell, folder in folders.items() if not _is_whole(folder)]
+    missing = [cell for cell, folder in folders.items() if not is_whole(folder)]
     done = len(folders) - len(missing)
     tell(done, len(folders), "")
     for cell in _run_all(grid, {cell: folders[cell] for cell in missing}, workers):
@@ -52,15 +53,25 @@ def run_grid(grid: RunGrid, results: Path, workers: int, tell: Progress) -> dict
     return {cell: RunSignals(Recording(folder)) for cell, folder in folders.items()}
 
 
-def record(grid: RunGrid, cell: GridCell, folder: Path) -> None:
-    """Record one run into a folder, with hashes instead of images; an incomplete recording is removed first.
+def record(
+    grid: RunGrid, cell: GridCell, folder: Path, *,
+    images: Images = Images.HASH, revise: Callable[[Plan], Plan] | None = None,
+) -> None:  # fmt: skip
+    """Record one run into a folder; an incomplete recording is removed first.
+
+    Args:
+        grid: the grid.
+        cell: one of its runs.
+        folder: the folder.
+        images: how they are kept, by default as hashes.
+        revise: may exchange a side of the run for a recorded one.
 
     Raises:
         NrpError: the experiment cannot be opened, or the recording cannot be written.
     """
     shutil.rmtree(folder, ignore_errors=True)
-    with Run(grid.load(cell)) as run:
-        recording_folder = RecordingFolder(run, folder, pictures=Pictures.HASH, snapshots_ns=None)
+    with Run(grid.load(cell), revise=revise) as run:
+        recording_folder = RecordingFolder(run, folder, images=images, snapshots_ns=None)
         state = "interrupted"
         try:
             run.run()
@@ -119,11 +130,12 @@ def _require_done(future: Future[None], cell: GridCell) -> None:
         raise SimulationError(f"{message}; the finished runs are kept", t_ns=0) from error
 
 
-def _is_whole(folder: Path) -> bool:
-    """Whether a run was recorded to its end."""
+def is_whole(folder: Path) -> bool:
+    """Whether a run was recorded to its end, and its recording is as it was written."""
     if not (folder / RUN_NAME).is_file():
         return False
     try:
-        return Recording(folder).run.get("state") in WHOLE
+        recording = Recording(folder)
+        return recording.run.get("state") in WHOLE and not recording.check().flaws
     except ExperimentError:  # damaged: the run is repeated
         return False

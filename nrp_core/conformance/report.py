@@ -102,10 +102,10 @@ def lines(report: Mapping[str, Any]) -> Iterator[str]:
             yield from _about(result, again=_cause(result) in seen)
             seen |= {_cause(result)} - {""}
     yield from _shared_causes(results)
-    told = ", ".join(f"{count} {outcome}" for outcome, count in report["counts"].items())
+    detail = ", ".join(f"{count} {outcome}" for outcome, count in report["counts"].items())
     verdict = "conforms" if report["conforms"] else "does not conform"
     seconds = sum(result.seconds for result in results)
-    yield f"{report['kind']} {report['name']} {verdict}: {told or 'no tests'} in {seconds:.0f} s"
+    yield f"{report['kind']} {report['name']} {verdict}: {detail or 'no tests'} in {seconds:.0f} s"
 
 
 def _shared_causes(results: Sequence[KitResult]) -> Iterator[str]:
@@ -126,10 +126,10 @@ def _cause(result: KitResult) -> str:
 def _about(result: KitResult, *, again: bool) -> Iterator[str]:
     marks = {Outcome.PASSED: "✓", Outcome.FAILED: "✗", Outcome.SKIPPED: "-"}
     measured = ", ".join(f"{name} {value:.3g}" for name, value in result.measured.items())
-    told = measured if result.outcome is Outcome.PASSED else result.reason.partition("\n")[0]
+    detail = measured if result.outcome is Outcome.PASSED else result.reason.partition("\n")[0]
     failed = result.outcome is Outcome.FAILED
     if failed:
-        told = "with the same error as above" if again else ""
-    yield f"  {marks.get(result.outcome, '~')} {result.sentence}" + (f"  ({told})" if told else "")
+        detail = "with the same error as above" if again else ""
+    yield f"  {marks.get(result.outcome, '~')} {result.sentence}" + (f"  ({detail})" if detail else "")
     if failed and not again:
         yield from (f"      {line}" for line in result.reason.splitlines())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,14 @@ under_test: list[type[BackendTests]] = []
 """The last one is what :mod:`nrp_core.conformance.suite` shows to pytest."""
 
 
-def run_tests(tests: type[BackendTests]) -> list[KitResult]:
-    """Run the tests of a class in a separate pytest run in this process, and return their results."""
-    collector = ResultCollector()
+def run_tests(tests: type[BackendTests], only: Collection[str] = ()) -> list[KitResult]:
+    """Run tests in a separate pytest run in this process, and return their results.
+
+    Args:
+        tests: the suite.
+        only: the names of the tests to run; by default all.
+    """
+    collector = ResultCollector(only)
     under_test.append(tests)
     sys.modules.pop(
         "nrp_core.conformance.suite", None
@@ -37,13 +43,21 @@ def run_tests(tests: type[BackendTests]) -> list[KitResult]:
 
 
 class ResultCollector:
-    """A pytest plugin that collects results."""
+    """A pytest plugin that collects results.
 
-    def __init__(self) -> None:
+    Args:
+        only: the names of the tests to run; by default all.
+    """
+
+    def __init__(self, only: Collection[str] = ()) -> None:
         self.results: list[KitResult] = []
+        self._only = frozenset(only)
         self._failed: set[str] = set()
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items[:] = [
+            item for item in items if not self._only or getattr(item, "originalname", "") in self._only
+        ]
         for item in items:
             item.user_properties.append(("level", _level_of(item)))
 

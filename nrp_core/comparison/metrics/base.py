@@ -14,7 +14,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
@@ -30,15 +30,17 @@ class Margin:
         in_sd: whether it is in standard deviations of the spread from seed to seed, else in the metric's
             own unit.
         at_most: upper limit, in the metric's own unit.
+        at_least: lower limit, in the metric's own unit: nobody who uses the robot notices less.
     """
 
     amount: float = 1.0
     in_sd: bool = True
     at_most: float | None = None
+    at_least: float = 0.0
 
     def within(self, sd: float) -> float:
         """Return the margin in the metric's unit, for a spread in that unit."""
-        margin = self.amount * sd if self.in_sd else self.amount
+        margin = max(self.amount * sd if self.in_sd else self.amount, self.at_least)
         return margin if self.at_most is None else min(margin, self.at_most)
 
     @classmethod
@@ -125,11 +127,34 @@ def all_metrics() -> list[Metric]:
     return sorted(found.values(), key=lambda metric: (not metric.is_finding, metric.name))
 
 
-@dataclass(frozen=True, slots=True)
-class Margins:
-    """The margins that were set, by ``metric`` and by ``metric/part``; every metric has a default."""
+T = TypeVar("T")
 
-    given: Mapping[str, Margin] = field(default_factory=dict)
+
+@dataclass(frozen=True, slots=True)
+class GivenMargins(Generic[T]):
+    """The margins that were set, by name and by ``name/part``."""
+
+    given: Mapping[str, T] = field(default_factory=dict)
+
+    def or_default(self, name: str, part: str, default: T) -> T:
+        """Return the margin of a part: its own, that of all parts, or the default."""
+        return next((self.given[key] for key in (f"{name}/{part}", name) if key in self.given), default)
+
+    def require_parts(self, parts: Iterable[str]) -> None:
+        """Refuse a margin of a part (``name/part``) that was not measured.
+
+        Raises:
+            ExperimentError: there is one.
+        """
+        known = list(parts)
+        for key in self.given:
+            if "/" in key and key not in known:
+                hint = did_you_mean(key, known)
+                raise ExperimentError(f"'{key}' was not measured, so it cannot have a margin{hint}")
+
+
+class Margins(GivenMargins[Margin]):
+    """The margins that were set for metrics; every metric has a default."""
 
     @classmethod
     def parse(cls, texts: Iterable[str], metrics: Iterable[Metric]) -> Margins:
@@ -151,17 +176,5 @@ class Margins:
         return cls(margins)
 
     def of(self, metric: Metric, part: str) -> Margin:
-        """Return the margin of a part: its own, or that of the metric."""
-        named = (f"{metric.name}/{part}", metric.name)
-        return next((self.given[key] for key in named if key in self.given), metric.margin)
-
-    def require_parts(self, parts: Iterable[str]) -> None:
-        """Refuse a margin of a part (``metric/part``) that no run has.
-
-        Raises:
-            ExperimentError: there is one.
-        """
-        known = list(parts)
-        for key in self.given:
-            if "/" in key and key not in known:
-                raise ExperimentError(f"no run has '{key}' to set a margin for{did_you_mean(key, known)}")
+        """Return the margin of a part."""
+        return self.or_default(metric.name, part, metric.margin)

@@ -8,7 +8,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.distances import filtered_trains
-from nrp_core.comparison.metrics.base import DistanceMetric, ScalarMetric
+from nrp_core.comparison.metrics.base import DistanceMetric, Margin, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
 
 _SMALL = 20
@@ -24,6 +24,7 @@ class FiringRate(ScalarMetric):
     """Spikes per neuron and second, of groups and of the neurons of small populations."""
 
     name, title, unit = "rate", "Firing rate", "Hz"
+    margin = Margin(at_least=1.0)  # a spike a second
 
     def values(self, run: RunSignals) -> Mapping[str, float]:
         return {
@@ -40,6 +41,7 @@ class Irregularity(ScalarMetric):
     """Coefficient of variation of the intervals between spikes: 0 for a clock, 1 for a Poisson process."""
 
     name, title = "cv", "Irregularity (CV)"
+    margin = Margin(at_least=0.05)  # cells of one kind differ more
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         return {part: _mean_cv(trains) for part, trains in _parts(run)}

@@ -9,7 +9,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.distances import dtw_distance
-from nrp_core.comparison.metrics.base import DistanceMetric, ScalarMetric
+from nrp_core.comparison.metrics.base import DistanceMetric, Margin, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.recording.export.numbers import Series
 from nrp_core.recording.layout import Role
@@ -32,6 +32,7 @@ class Trajectory(DistanceMetric):
     """Mean distance of two trajectories, m, when one may run ahead of the other (DTW)."""
 
     name, title, unit = "trajectory", "Trajectory (DTW)", "m"
+    margin = Margin(at_least=0.05)  # a tenth of a small robot's length
 
     def features(self, run: RunSignals) -> Mapping[str, FloatArray]:
         def thinned(robot: str) -> FloatArray:
@@ -52,6 +53,7 @@ class FinalPosition(DistanceMetric):
     """The position of the robot at the end, m."""
 
     name, title, unit = "final_position", "Final position", "m"
+    margin = Margin(at_least=0.05)  # a tenth of a small robot's length
 
     def features(self, run: RunSignals) -> Mapping[str, FloatArray]:
         return {robot: poses(run, robot)[-1, :3] for robot in run.robots}
@@ -67,6 +69,7 @@ class FinalHeading(DistanceMetric):
     """The heading of the robot at the end, rad; differences are taken the shorter way round."""
 
     name, title, unit = "final_heading", "Final heading", "rad"
+    margin = Margin(at_least=2 * pi / 180)  # two degrees, as a compass has
 
     def features(self, run: RunSignals) -> Mapping[str, float]:
         ends = {robot: poses(run, robot)[-1, 3:] for robot in run.robots}
@@ -83,6 +86,7 @@ class Distance(ScalarMetric):
     """The distance that the robot has covered, m."""
 
     name, title, unit = "distance", "Distance covered", "m"
+    margin = Margin(at_least=0.05)  # a tenth of a small robot's length
 
     def values(self, run: RunSignals) -> Mapping[str, float]:
         steps = {robot: np.diff(poses(run, robot)[:, :3], axis=0) for robot in run.robots}
@@ -100,14 +104,15 @@ class DriveResponse(ScalarMetric):
     """
 
     name, title = "drive_response", "Drive response"
+    margin = Margin(at_least=0.01)  # a centimetre in a metre, as of real wheels
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         found: dict[str, float | None] = {}
         for robot, command in self._commands(run):
-            told, done = run.held(command)[:-1], self._motion(run, robot)
-            steps = min(len(told), len(done["turn"]))
+            commanded, done = run.held(command)[:-1], self._motion(run, robot)
+            steps = min(len(commanded), len(done["turn"]))
             for name, column in (("forward", "linear.x"), ("turn", "angular.z")):
-                wanted = np.nan_to_num(told[:steps, command.columns.index(column)])
+                wanted = np.nan_to_num(commanded[:steps, command.columns.index(column)])
                 effort = float(np.abs(wanted).mean()) if steps else 0.0
                 made = done[name][:steps] * np.sign(wanted)
                 found[f"{robot}/{name}"] = float(made.mean()) / effort if effort > _MOVING else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nrp_core.comparison.divergence import Divergence
+from nrp_core.comparison.engines.verdict import EngineVerdict
 from nrp_core.comparison.judgement import Contrast, Judgement, Part
 from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, PairDiff
@@ -20,8 +21,10 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
         "seeds": diff.grid.seeds,
         "overrides": diff.grid.overrides,
         "varied": {key: str(values) for key, values in diff.grid.varied.items()},
+        "incomplete": diff.incomplete,
         "independent": diff.answer.is_independent,
         "answer": diff.answer,
+        "engines": engine_data(diff.engines),
         "advice": words.advice(diff),
         "finding": [one.metric.name for one in diff.finding],
         "metrics": {one.metric.name: _judgement(one) for one in diff.judgements},
@@ -34,7 +37,10 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
 def pair_data(diff: PairDiff) -> dict[str, Any]:
     """Return the comparison of two recordings."""
     return {
+        "incomplete": diff.incomplete,
         "identical": diff.is_identical,
+        "flaws": diff.flaws,
+        "engines": engine_data(diff.engines),
         "reservations": diff.reservations,
         "divergence": _parting(diff.divergence),
         "signals": diff.deviations,
@@ -48,6 +54,34 @@ def pair_data(diff: PairDiff) -> dict[str, Any]:
                 "apart": row.apart,
             }
             for row in diff.measured
+        ],
+    }
+
+
+def engine_data(verdict: EngineVerdict) -> dict[str, Any]:
+    """Return the verdict on the engines, the largest difference first."""
+    return {
+        "answer": verdict.agreement,
+        "agree": verdict.agrees,
+        "headline": verdict.headline,
+        "new": [one.key for one in verdict.new],
+        "known": [one.key for one in verdict.known],
+        "problems": verdict.problems,
+        "differences": [
+            {
+                "key": one.key,
+                "side": one.side,
+                "one": one.one,
+                "other": one.other,
+                "measure": one.measure.name,
+                "part": one.part,
+                "difference": one.amount,
+                "unit": one.measure.unit,
+                "margin": one.margin,
+                "in_margins": one.size,
+                "known": one.is_known,
+            }
+            for one in verdict.differences
         ],
     }
 
@@ -93,6 +127,7 @@ def _parting(one: Divergence) -> dict[str, Any]:
         "other": one.other,
         "steps": one.steps,
         "first": None if one.first is None else difference_data(one.first),
+        "identical": one.is_identical,
         "visible": one.visible,
     }
 

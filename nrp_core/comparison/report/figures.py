@@ -44,14 +44,14 @@ def svg(figure: Figure) -> str:
 def grid_figures(diff: GridDiff) -> Iterator[tuple[str, str, str]]:
     """Return the title, the caption and the SVG of every figure that the runs allow."""
     with style():
-        for title, told, figure in (
+        for title, caption, figure in (
             ("Results", _ABOUT_STRIPS, strips(diff)),
             ("Differences between backends", _ABOUT_FOREST, forest(diff.judgements)),
             ("Where the robots went", _ABOUT_TRAJECTORIES, trajectories(diff)),
             ("How runs diverge", _ABOUT_APART, apart(diff)),
         ):
             if figure is not None:
-                yield title, told, svg(figure)
+                yield title, caption, svg(figure)
 
 
 _ABOUT_STRIPS = (
@@ -289,13 +289,13 @@ def pair_figures(diff: PairDiff) -> Iterator[tuple[str, str, str]]:
     with style():
         robots = [robot for robot in diff.one.robots if robot in diff.other.robots]
         if robots:
-            told = "From above; blue the first recording, red the second."
-            yield "Where the robots went", told, svg(_both_ways(diff, robots))
+            caption = "From above; blue the first recording, red the second."
+            yield "Where the robots went", caption, svg(_both_ways(diff, robots))
         chosen = [one for one in diff.deviations if one.span and one.largest][:6]
         if chosen:
             names = [one.signal for one in chosen]
-            told = "The signals that differ most. The dashed line marks where the runs diverge."
-            yield "Signals", told, svg(_both_signals(diff, names))
+            caption = "The signals that differ most. The dashed line marks where the runs diverge."
+            yield "Signals", caption, svg(_both_signals(diff, names))
 
 
 def _both_ways(diff: PairDiff, robots: Sequence[str]) -> Figure:

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from nrp_core.comparison.divergence import Divergence
+from nrp_core.comparison.engines.verdict import EngineVerdict
 from nrp_core.comparison.judgement import Answer, Judgement, Part
 from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, Measured, PairDiff
@@ -22,9 +23,11 @@ _STYLES = {Answer.AGREES: "green", Answer.SEED: "green", Answer.OPEN: "yellow", 
 
 
 def tell_grid(diff: GridDiff, console: Console) -> None:
-    """Write the answer, then every metric with its largest difference, then where runs diverge."""
+    """Write both verdicts, then every metric with its largest difference, then where runs diverge."""
+    _tell_incomplete(console, diff.incomplete)
     style = f"bold {_style(diff.answer)}"
     console.print(Text.assemble((words.HEADLINES[diff.answer], style)))
+    _tell_engines(console, diff.engines)
     console.print(Text(f"{diff.name}, {words.subject(diff)}; {words.finding(diff)}", style="dim"))
     if (advice := words.advice(diff)) is not None:
         console.print(Text(advice, style="yellow"))
@@ -34,20 +37,22 @@ def tell_grid(diff: GridDiff, console: Console) -> None:
     console.print(table)
     for one in diff.divergences:
         _tell_parting(console, one)
-    for cell, why in diff.failures.items():
-        console.print(Text(f"{cell} failed: {why}", style="red"))
 
 
 def tell_pair(diff: PairDiff, console: Console) -> None:
     """Write what two recordings have in common and where they diverge."""
+    _tell_incomplete(console, [*diff.flaws, *diff.incomplete])
     for said in diff.reservations:
         console.print(Text(said, style="yellow"))
     if diff.is_identical:
         console.print(Text(f"identical: {diff.divergence.steps} steps", style="bold green"))
         return
+    if diff.flaws:
+        console.print(Text("not identical: a recording is not as it was written", style="bold red"))
     experiments = [str(run.run.get("experiment", "?")) for run in (diff.one, diff.other)]
     if experiments[0] != experiments[1]:
         console.print(Text(f"two experiments: {' and '.join(experiments)}", style="yellow"))
+    _tell_engines(console, diff.engines)
     _tell_parting(console, diff.divergence)
     signals = _table("signal", "apart by", "at", "RMS", "range")
     for one in [one for one in diff.deviations if one.largest][:_MOST_SIGNALS]:
@@ -60,6 +65,19 @@ def tell_pair(diff: PairDiff, console: Console) -> None:
     for table in (signals, metrics):
         if table.row_count:
             console.print(table)
+
+
+def _tell_incomplete(console: Console, reasons: Sequence[str]) -> None:
+    for reason in reasons:
+        console.print(Text(reason, style="bold red"))
+
+
+def _tell_engines(console: Console, verdict: EngineVerdict) -> None:
+    """Write the verdict on the engines, and the known differences in one line."""
+    style = "green" if verdict.agrees else "red" if verdict.new else "yellow"
+    console.print(Text(verdict.headline, style=f"bold {style}"))
+    if verdict.new and verdict.known:
+        console.print(Text(f"known already: {', '.join(one.key for one in verdict.known)}", style="dim"))
 
 
 def _add(table: Table, judged: Judgement) -> None:
@@ -105,11 +123,12 @@ def _weight(part: Part) -> tuple[int, float]:
 def _tell_parting(console: Console, one: Divergence) -> None:
     console.print(Text(f"{one.one} and {one.other}", style="bold"))
     if one.first is None:
-        console.print(f"  the same to the last bit in {one.steps} steps")
+        how = "to the last bit" if one.is_identical else "but for rounding"
+        console.print(f"  the same {how} in {one.steps} steps")
         return
     first = one.first
-    told = f"  diverge in step {first.step}, {first.t_ns * 1e-9:g} s, with {first.signal} ({first.group}): "
-    console.print(Text(f"{told}{first.recorded}; {first.now}"))
+    line = f"  diverge in step {first.step}, {first.t_ns * 1e-9:g} s, with {first.signal} ({first.group}): "
+    console.print(Text(f"{line}{first.recorded}; {first.now}"))
     if one.visible is not None:
         console.print(Text(f"  visibly at {one.visible}"))
 

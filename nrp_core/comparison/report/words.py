@@ -23,7 +23,7 @@ def subject(diff: GridDiff) -> str:
     """Describe the runs."""
     grid = diff.grid
     first, last = grid.seeds[0], grid.seeds[-1]
-    failed = f", {len(diff.failures)} of them failed" if diff.failures else ""
+    failed = f", {len(diff.failures)} of them not complete" if diff.failures else ""
     return (
         f"{len(diff.runs)} runs{failed}: {', '.join(grid.brains)} x {', '.join(grid.worlds)}, "
         + (f"seed {first}" if first == last else f"{len(grid.seeds)} seeds ({first} to {last})")

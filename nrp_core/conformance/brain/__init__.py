@@ -12,6 +12,7 @@ from nrp_core.conformance.brain.short_term import ShortTermTests
 from nrp_core.conformance.brain.state import StateTests
 from nrp_core.conformance.brain.statistical import StatisticalTests
 from nrp_core.conformance.brain.timing import TimingTests
+from nrp_core.conformance.brain.twins import TwinTests
 from nrp_core.conformance.brain.wiring import WiringTests
 
 
@@ -20,7 +21,13 @@ class BrainContractTests(TimingTests, WiringTests, EachTests, DeviceTests, State
 
 
 class BrainBackendTests(
-    BrainContractTests, CapabilityTests, ChangeTests, ShortTermTests, AccuracyTests, DeviceAccuracyTests
+    BrainContractTests,
+    CapabilityTests,
+    ChangeTests,
+    ShortTermTests,
+    AccuracyTests,
+    DeviceAccuracyTests,
+    TwinTests,
 ):
     """The tests for the author of a backend: contract, capabilities, accuracy."""
 

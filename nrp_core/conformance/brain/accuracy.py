@@ -56,15 +56,15 @@ class AccuracyTests(BrainKit):
         self.run(brain, 80)
         found = times(heard, 0)
         expected = simulate(sample, until_ms=80 + self.tolerance_ms, i_offset=sample.current_na).spikes
-        told = f"under {sample.current_na} nA the cell fires at {found}; its equations give {expected} ms"
-        assert abs(len(found) - len(expected)) <= 1, told
-        assert len(found) >= 1, told
+        message = f"under {sample.current_na} nA the cell fires at {found}; its equations give {expected} ms"
+        assert abs(len(found) - len(expected)) <= 1, message
+        assert len(found) >= 1, message
         errors = [abs(a - b) for a, b in zip(found, expected, strict=False)]
         self.note("spike_time_error_ms", max(errors))
         if cell_type in self.capabilities.approximate:
             undeclared(f"exact spike times of {cell_type}")
         for n, error in enumerate(errors):
-            assert error <= (n + 1) * self.tolerance_ms + EXACT_MS, told
+            assert error <= (n + 1) * self.tolerance_ms + EXACT_MS, message
 
     @CELLS
     @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
@@ -81,9 +81,9 @@ class AccuracyTests(BrainKit):
             undeclared("tsodyks_markram synapses")
         sample, u, tau_rec = self.sample, 0.4, 120.0
         emitted = [4.0, 12.0, 20.0, 45.0]
-        released = _released(emitted, u, tau_rec, facilitation, sample.all_parameters.get("tau_syn_E", 0.0))
+        shares = released(emitted, u, tau_rec, facilitation, sample.all_parameters.get("tau_syn_E", 0.0))
         arrivals = [
-            Arrival(t + 2.0, 3 * sample.weak * share) for t, share in zip(emitted, released, strict=True)
+            Arrival(t + 2.0, 3 * sample.weak * share) for t, share in zip(emitted, shares, strict=True)
         ]
         synapse = connect(
             "s", "n", 3 * sample.weak, 2.0, kind=TSODYKS_MARKRAM, U=u, tau_rec=tau_rec, tau_facil=facilitation
@@ -212,10 +212,10 @@ class DeviceAccuracyTests(BrainKit):
         self.run(brain, 120)
         gaps = [b - a for a, b in pairwise(times(heard, 0))]
         one, two = simulate(self.sample, until_ms=40, stop_at=2, **driven).spikes
-        told = f"refractory for 7 ms, it may fire every {two - one:g} ms; the cell fires every {gaps} ms"
-        assert len(gaps) > 5, told
-        assert min(gaps) >= two - one - EXACT_MS, told
-        assert sum(gaps) / len(gaps) <= two - one + 2 * self.tolerance_ms, told
+        message = f"refractory for 7 ms, it may fire every {two - one:g} ms; the cell fires every {gaps} ms"
+        assert len(gaps) > 5, message
+        assert min(gaps) >= two - one - EXACT_MS, message
+        assert sum(gaps) / len(gaps) <= two - one + 2 * self.tolerance_ms, message
 
     def test_what_arrives_while_a_membrane_is_held_acts_when_it_is_free(self) -> None:
         sample = self.sample
@@ -231,9 +231,9 @@ class DeviceAccuracyTests(BrainKit):
         self.run(brain, 25)
         expected = simulate(sample, arrivals, until_ms=25).spikes
         found = times(heard, 2)
-        told = f"it fires at {found}; its equations give {expected} ms"
-        assert len(expected) == len(found) == 2, told
-        assert found == pytest.approx(expected, abs=3 * self.tolerance_ms + EXACT_MS), told
+        message = f"it fires at {found}; its equations give {expected} ms"
+        assert len(expected) == len(found) == 2, message
+        assert found == pytest.approx(expected, abs=3 * self.tolerance_ms + EXACT_MS), message
 
 
 def _firsts(found: list[float], *, apart_ms: float) -> list[float]:
@@ -250,9 +250,7 @@ def _potential(dt: float, tau_m: float, tau_syn: float, alpha: bool) -> float:
     return exp(1) / tau_syn * (rise - dt * exp(-dt / tau_syn)) / gap
 
 
-def _released(
-    emitted: list[float], u: float, tau_rec: float, tau_facil: float, tau_psc: float
-) -> list[float]:
+def released(emitted: list[float], u: float, tau_rec: float, tau_facil: float, tau_psc: float) -> list[float]:
     """Return the released shares of the weight by Tsodyks, Uziel & Markram (2000), J Neurosci 20:RC50."""
     shares, use, active, inactive, before = [], 0.0, 0.0, 0.0, emitted[0]
     for t in emitted:

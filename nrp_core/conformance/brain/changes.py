@@ -80,6 +80,21 @@ class ChangeTests(BrainKit):
         assert first < 50
         assert second > 90
 
+    def test_each_weight_changes_to_its_own(self) -> None:
+        """The order is that of the synapses, which differs from that of the sources and of the targets."""
+        self._require(WEIGHTS)
+        strong = self.sample.strong
+        fan = connect("s", "n", strong, 2.0, pairs=[(2, 1), (0, 2), (1, 0)])
+        brain = self.open(spikes("s", [15.0], [15.0], [15.0]), self.cells("n", 3), fan)
+        heard = record(brain, [3, 4, 5])
+        self.run(brain, 10)
+        weights = [0.0, strong, 0.25 * strong]
+        brain.set_weights("s to n, excitatory", weights)
+        assert brain.read_weights("s to n, excitatory") == pytest.approx(weights, rel=PRECISION)
+        self.run(brain, 40)
+        assert times(heard, 5), "the second synapse is that of the third cell"
+        assert not times(heard, 4), "the first synapse is that of the second cell"
+
     def test_a_spike_on_its_way_keeps_the_weight_that_it_set_out_with(self) -> None:
         self._require(WEIGHTS)
         brain = self._with_synapse([5.0], delay=14.0)

@@ -28,10 +28,17 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """The response of a cell: its membrane potential every :data:`STEP_MS`, and its spike times, ms."""
+    """The response of a cell.
+
+    Args:
+        voltages: its membrane potential every :data:`STEP_MS`.
+        spikes: its spike times, ms.
+        recoveries: its second variable (``w``, ``u``) at the times of the voltages, if it has one.
+    """
 
     voltages: list[float]
     spikes: list[float]
+    recoveries: list[float]
 
     def voltage(self, t_ms: float) -> float:
         """Return the membrane potential at the step nearest to a time, mV."""
@@ -62,13 +69,14 @@ def simulate(
     due: dict[int, list[Arrival]] = {}
     for arrival in arrivals:
         due.setdefault(round(arrival.time_ms / STEP_MS), []).append(arrival)
-    trace = Trace([], [])
+    trace = Trace([], [], [])
     free_at = -inf
     for step in range(round(until_ms / STEP_MS) + 1):
         t = step * STEP_MS
         for arrival in due.get(step, ()):
             cell.receive(arrival, refractory=t < free_at - 1e-9)
         trace.voltages.append(cell.y[0])
+        trace.recoveries.extend(cell.y[1 : min(2, cell.n_own)])
         crossed = cell.advance(max(0.0, free_at - t))
         if crossed is not None:
             trace.spikes.append(t + crossed)

@@ -5,7 +5,9 @@ from nrp_core.conformance.world.capability import CapabilityTests
 from nrp_core.conformance.world.changing import ChangingTests
 from nrp_core.conformance.world.comparison import CrossTests, SpeedTests
 from nrp_core.conformance.world.driving import DrivingTests
+from nrp_core.conformance.world.exact_motion import ExactMotionTests
 from nrp_core.conformance.world.joints import JointTests
+from nrp_core.conformance.world.mechanics import MechanicsTests
 from nrp_core.conformance.world.motion import MotionTests
 from nrp_core.conformance.world.seeing import SeeingTests
 from nrp_core.conformance.world.sensing import SensingTests
@@ -19,9 +21,16 @@ class WorldContractTests(TopicTests, MotionTests, DrivingTests, SeeingTests, Sta
 
 
 class WorldBackendTests(
-    WorldContractTests, CapabilityTests, BodyTests, JointTests, SensingTests, ChangingTests
+    WorldContractTests,
+    CapabilityTests,
+    ExactMotionTests,
+    BodyTests,
+    JointTests,
+    SensingTests,
+    ChangingTests,
+    MechanicsTests,
 ):
-    """The tests for the author of a backend: contract and capabilities."""
+    """The tests for the author of a backend: contract, capabilities, accuracy."""
 
 
 class FullWorldTests(WorldBackendTests, SequenceTests, CrossTests, SpeedTests):

@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.conformance.world.changing import INERTIA, arm
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
-from nrp_core.conformance.world.scenes import at, floor, pendulum, thing
+from nrp_core.conformance.world.scenes import at, floor, pendulum, rubbing, thing
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid.motion import Wrench
 from nrp_core.world.rigid.pose import Pose, Vector
@@ -60,10 +60,10 @@ class BodyTests(WorldKit):
         """Gravity is tilted so that one box holds and the other one slides."""
         self.require("dynamics")
         boxes = [
-            self._rubbing(thing(name, Box((0.4, 0.4, 0.2)), at(0, y, 0.1), mass=1.0), friction)
+            rubbing(thing(name, Box((0.4, 0.4, 0.2)), at(0, y, 0.1), mass=1.0), friction)
             for name, y, friction in (("rough", 1.0, 0.8), ("smooth", -1.0, 0.1))
         ]
-        ground = self._rubbing(floor(), 1.0)
+        ground = rubbing(floor(), 1.0)
         pull = 0.4 * GRAVITY
         world = self.open(ground, *boxes, gravity=(pull, 0.0, -GRAVITY))
         self.run(world, 1.0)
@@ -138,8 +138,3 @@ class BodyTests(WorldKit):
         velocity = float(world.joint_states("pendulum").velocities[0])
         assert velocity > 0.5
         assert world.link_motion("pendulum", "bob").angular == pytest.approx((0, velocity, 0), abs=1e-3)
-
-    def _rubbing(self, model: Model, friction: float) -> Model:
-        (link,) = model.links
-        collisions = tuple(replace(each, friction=friction) for each in link.collisions)
-        return replace(model, links=(replace(link, collisions=collisions),))

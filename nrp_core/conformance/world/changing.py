@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, sqrt
 
 import pytest
@@ -55,9 +56,9 @@ class ChangingTests(WorldKit):
         world = self.open(arm("effort"), gravity=(0.0, 0.0, 0.0))
         world.advertise("/arm/cmd").publish(Float64(-0.5))
         self.run(world, 0.5)
-        told = world.joint_states("arm")
-        assert told.velocities[0] == pytest.approx(-0.25 / INERTIA, rel=0.02)
-        assert told.efforts[0] == pytest.approx(-0.5, rel=0.01)
+        states = world.joint_states("arm")
+        assert states.velocities[0] == pytest.approx(-0.25 / INERTIA, rel=0.02)
+        assert states.efforts[0] == pytest.approx(-0.5, rel=0.01)
 
     def test_a_snapshot_keeps_what_joints_are_told(self) -> None:
         self.require("joint_control")
@@ -73,6 +74,36 @@ class ChangingTests(WorldKit):
         for again in (world, fresh):
             again.restore(snapshot)
             assert self._later(again) == expected
+
+    def test_a_snapshot_keeps_forces_and_targets(self) -> None:
+        self.require_snapshot()
+        world, fresh = self._forced(), self._forced(only_opened=True)
+        snapshot = world.snapshot()
+        expected = self._later(world)
+        for again in (world, fresh):
+            again.restore(snapshot)
+            assert self._later(again) == expected
+
+    def test_a_reset_ends_forces_and_targets(self) -> None:
+        world, fresh = self._forced(), self._forced(only_opened=True)
+        world.reset()
+        assert self._later(world) == self._later(fresh)
+
+    def _forced(self, *, only_opened: bool = False) -> World:
+        """Return a world with a force on a body, a torque on a joint, and a target of another joint."""
+        self.require("joint_control")
+        self.require_repeatable()
+        ball = thing("ball", Sphere(0.1), at(3, 0, 5), mass=2.0)
+        free = replace(arm(), name="free", pose=at(0, 3, 2), controllers=())
+        world = self.open(floor(), ball, arm(), free, robot(x=-3.0))
+        if only_opened:
+            return world
+        wrench = Wrench(Vector3(3.0), Vector3(0.0, 0.0, 0.1))
+        world.call("/gazebo/apply_body_wrench", "ball::link", wrench=wrench, duration=Duration(5))
+        world.call("/gazebo/apply_joint_effort", "free::joint", effort=0.5, duration=Duration(5))
+        world.advertise("/arm/cmd").publish(Float64(-0.4))
+        self.drive(world, 0.5, 0.3, 0.2)
+        return world
 
     def test_a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused(self) -> None:
         self.require("dynamics")

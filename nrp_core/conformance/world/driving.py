@@ -57,10 +57,10 @@ class DrivingTests(WorldKit):
         heard = world.subscribe("/robot/odom")
         self.drive(world, 0.5, 0.4, 1.0)
         assert heard.latest is not None
-        told, moved = heard.latest.message.pose.pose, start.inverse() @ self._pose(world)
-        position = (told.position.x, told.position.y, told.position.z)
+        reported, moved = heard.latest.message.pose.pose, start.inverse() @ self._pose(world)
+        position = (reported.position.x, reported.position.y, reported.position.z)
         assert position == pytest.approx(moved.position, abs=0.01)
-        orientation = told.orientation
+        orientation = reported.orientation
         found = Pose(position, (orientation.x, orientation.y, orientation.z, orientation.w))
         assert found.yaw == pytest.approx(moved.yaw, abs=0.01)
 
@@ -125,11 +125,11 @@ class DrivingTests(WorldKit):
         assert moved.position[:2] == pytest.approx((0.5, 0.0), abs=0.06)
         assert turned.position[:2] == pytest.approx((0.0, 3.0), abs=0.06)
         assert turned.yaw == pytest.approx(0.8, abs=0.12)
-        told = {
+        reported = {
             name: odometry.latest.message.twist.twist for name, odometry in heard.items() if odometry.latest
         }
-        assert [told[name].linear.x for name in "abc"] == pytest.approx([0.5, 0.0, 0.0], abs=0.05)
-        assert [told[name].angular.z for name in "abc"] == pytest.approx([0.0, 0.8, 0.0], abs=0.08)
+        assert [reported[name].linear.x for name in "abc"] == pytest.approx([0.5, 0.0, 0.0], abs=0.05)
+        assert [reported[name].angular.z for name in "abc"] == pytest.approx([0.0, 0.8, 0.0], abs=0.08)
         if self.capabilities.dynamics:
             rolling = [float(world.joint_states(name).velocities.mean()) for name in "abc"]
             assert rolling == pytest.approx([0.5 / WHEEL_RADIUS, 0.0, 0.0], abs=0.3)

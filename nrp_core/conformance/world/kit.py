@@ -19,7 +19,7 @@ from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.world import World
 
-Picture = npt.NDArray[np.int64]
+Pixels = npt.NDArray[np.int64]
 GRAVITY = 9.8
 COMMANDS_HZ = 50
 
@@ -58,14 +58,14 @@ class WorldKit(SimulatorTests[WorldBackend, WorldCapabilities]):
             commands.publish(twist(forward, turn))
             self.run(world, start_s + (step + 1) / COMMANDS_HZ)
 
-    def look(self, world: World, robot: str = "robot") -> Picture:
+    def look(self, world: World, robot: str = "robot") -> Pixels:
         """Return the next image of a robot's camera, as signed integers."""
         self.require_camera()
-        pictures = world.subscribe(f"/{robot}/camera")
+        images = world.subscribe(f"/{robot}/camera")
         self.run(world, seconds(world.now_ns) + 1 / CAMERA_HZ)
-        stamped = pictures.latest
+        stamped = images.latest
         assert stamped is not None, "no image within one period"
-        world.unsubscribe(pictures)
+        world.unsubscribe(images)
         return np.asarray(stamped.message.data, dtype=np.int64)
 
     def movable(self, *models: Model) -> tuple[Model, ...]:
@@ -98,10 +98,10 @@ def states(world: World) -> dict[str, ModelMotion]:
     return {model.name: world.model_motion(model.name) for model in world.scene.models if not model.static}
 
 
-def where(picture: Picture, channel: int) -> npt.NDArray[np.bool_]:
+def where(image: Pixels, channel: int) -> npt.NDArray[np.bool_]:
     """Return the pixels in which one channel clearly exceeds both others."""
-    others = np.delete(picture, channel, axis=2).max(axis=2)
-    return np.asarray(picture[:, :, channel] > others + 60)
+    others = np.delete(image, channel, axis=2).max(axis=2)
+    return np.asarray(image[:, :, channel] > others + 60)
 
 
 def centre(mask: npt.NDArray[np.bool_]) -> tuple[float, float]:

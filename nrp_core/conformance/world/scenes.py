@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 from nrp_core.world.drives.wheels import WheelDrive
@@ -27,7 +28,7 @@ BLUE: Rgba = (0.0, 0.0, 1.0, 1.0)
 GREY: Rgba = (0.6, 0.6, 0.6, 1.0)
 
 WHEEL_RADIUS, WHEEL_WIDTH, TRACK = 0.15, 0.08, 0.5
-CAMERA_HEIGHT = 0.5
+LENGTH, CAMERA_HEIGHT = 0.8, 0.5
 FIELD_OF_VIEW, WIDTH, HEIGHT = pi / 2, 48, 32
 CAMERA_HZ = 25.0
 DRIVE_TIMEOUT_S = 0.3
@@ -43,6 +44,13 @@ def thing(
     touching = (Collision("collision", geometry),) if solid else ()
     link = Link("link", Pose(), inertial, (Visual("visual", geometry, rgba=rgba),), touching)
     return Model(name, (link,), pose=pose, static=not mass)
+
+
+def rubbing(model: Model, friction: float) -> Model:
+    """Return a model of one link whose shapes have a coefficient of friction."""
+    (link,) = model.links
+    collisions = tuple(replace(each, friction=friction) for each in link.collisions)
+    return replace(model, links=(replace(link, collisions=collisions),))
 
 
 def at(x: float, y: float, z: float, *, yaw: float = 0.0) -> Pose:
@@ -72,7 +80,7 @@ def robot(
         yaw: the heading, rad.
         tilt: the downward tilt of its camera, rad.
     """
-    body = Box((0.8, 0.4, 0.2))
+    body = Box((LENGTH, 0.4, 0.2))
     base = Link(
         "base", Pose(), Inertial(20.0, Pose((0.0, 0.0, -0.05)), (0.4, 1.2, 1.4, 0.0, 0.0, 0.0)),
         (Visual("body", body),), (Collision("body", body),),

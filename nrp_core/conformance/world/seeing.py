@@ -28,6 +28,8 @@ from nrp_core.world.scene.model import Box, Rgba
 from nrp_core.world.sensors.camera import Camera
 
 PIXEL = 2.0 / WIDTH
+OFF_EDGE = 0.4
+"""The distance of a board's edge from the centre of a pixel, pixels: a field of view of 2 % more is found."""
 """The width of a pixel in image coordinates from -1 to 1."""
 
 
@@ -36,9 +38,9 @@ class SeeingTests(WorldKit):
 
     @pytest.mark.parametrize(("rgba", "channel"), [(RED, 0), (GREEN, 1), (BLUE, 2)])
     def test_channels_are_red_green_blue(self, rgba: Rgba, channel: int) -> None:
-        picture = self.look(self.open(floor(), robot(), screen("screen", 0.0, rgba)))
-        assert where(picture, channel).any()
-        assert not any(where(picture, other).any() for other in {0, 1, 2} - {channel})
+        image = self.look(self.open(floor(), robot(), screen("screen", 0.0, rgba)))
+        assert where(image, channel).any()
+        assert not any(where(image, other).any() for other in {0, 1, 2} - {channel})
 
     def test_left_is_left(self) -> None:
         seen = self.look(self.open(floor(), robot(), screen("l", 1.5, RED), screen("r", -1.5, BLUE)))
@@ -70,6 +72,26 @@ class SeeingTests(WorldKit):
         expected = width / (2 * 2.95)
         assert mask.any(axis=0).sum() == pytest.approx(expected, abs=1.5)
         assert mask.any(axis=1).sum() == pytest.approx(expected, abs=1.5)
+
+    @pytest.mark.parametrize("beyond", [-OFF_EDGE, OFF_EDGE])
+    def test_edges_are_in_the_pixels_of_a_pinhole(self, beyond: float) -> None:
+        """A board just covers a pixel's centre or just does not; the focal length is half the width."""
+        height, width, _ = self.look(self.open(floor(), robot())).shape
+        columns, rows = width * 5 // 12, height // 3
+        ahead, across, up = 0.5, columns + 0.5 + beyond, rows + 0.5 + beyond
+        metre = ahead / (width / 2)  # of a pixel, at that distance
+        board = Box((0.01, 2 * across * metre, 2 * up * metre))
+        place = at(ahead + 0.005, 0, CAMERA_HEIGHT)
+        mask = where(
+            self.look(self.open(floor(), robot(), thing("board", board, place, rgba=RED, solid=False))), 0
+        )
+        seen_across, seen_up = columns + (beyond > 0), rows + (beyond > 0)
+        expected = np.zeros_like(mask)
+        middle_row, middle = height // 2, width // 2
+        expected[middle_row - seen_up : middle_row + seen_up, middle - seen_across : middle + seen_across] = (
+            True
+        )
+        assert np.array_equal(mask, expected)
 
     def test_what_is_nearer_hides_what_is_behind_it(self) -> None:
         near, far = screen("near", 0.0, BLUE, x=2.0), screen("far", 0.0, RED, x=4.0)
@@ -109,10 +131,12 @@ class SeeingTests(WorldKit):
         for name, expected in (("l", RED), ("r", GREY)):
             latest = world.subscribe(f"/{name}/link/visual/color").latest
             assert latest is not None
-            told = latest.message
-            assert (told.r, told.g, told.b, told.a) == pytest.approx(expected)
+            color_message = latest.message
+            assert (color_message.r, color_message.g, color_message.b, color_message.a) == pytest.approx(
+                expected
+            )
 
-    def test_a_picture_shows_the_moment_of_its_stamp(self) -> None:
+    def test_an_image_shows_the_moment_of_its_stamp(self) -> None:
         """A turning robot sees the same as one that took the same path without reading images."""
         self.require_camera()
         self.require_repeatable()
@@ -153,6 +177,15 @@ class SeeingTests(WorldKit):
         mask = where(seen, 0)
         assert centre(mask)[1] == pytest.approx(-0.3, abs=3 * PIXEL)
         assert mask.any(axis=0).sum() > 2 * mask.any(axis=1).sum()
+
+    def test_every_visual_of_a_link_is_seen(self) -> None:
+        (link,) = screen("screen", 0.0, RED).links
+        (red,) = link.visuals
+        blue = replace(red, name="second", rgba=BLUE, pose=Pose((0.0, -1.5, 0.0)))
+        both = replace(screen("screen", 0.0, RED), links=(replace(link, visuals=(red, blue)),))
+        seen = self.look(self.open(floor(), robot(), both))
+        assert where(seen, 0).any()
+        assert centre(where(seen, 2))[1] > 0.2, "the second visual is to the right"
 
     def test_each_robot_sees_with_its_own_camera(self) -> None:
         turned = robot("b", y=-4.0, yaw=pi)

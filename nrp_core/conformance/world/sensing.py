@@ -99,6 +99,18 @@ class SensingTests(WorldKit):
         assert places[:, 2] == pytest.approx(0.0, abs=0.01)
         assert np.abs(places[:, :2]) == pytest.approx(np.full((len(places), 2), 0.1), abs=0.02), "its corners"
 
+    def test_contacts_carry_what_holds_a_box_on_a_slope(self) -> None:
+        """Gravity is tilted; friction holds the box."""
+        self.require("dynamics")
+        self.require("contacts")
+        box = carrier(ContactSensor("bumper", "/bumper", 50.0), pose=at(0, 0, 0.1))
+        world = self.open(floor(), box, gravity=(2.0, 0.0, -GRAVITY))
+        (state,) = self._sensed(world, "/bumper", 1.0).states
+        force = state.total_wrench.force
+        weight = MASS * GRAVITY
+        assert (force.x, force.y, force.z) == pytest.approx((-2.0 * MASS, 0.0, weight), abs=0.01 * weight)
+        assert all(0.0 <= depth <= 0.002 for depth in state.depths), "a hundredth of the box"
+
     def test_what_hangs_free_touches_nothing(self) -> None:
         self.require("dynamics")
         self.require("contacts")

@@ -104,14 +104,14 @@ class StateTests(WorldKit):
         expected = self._went(self._open_busy(), 15)
         world = self._open_busy()
         world.subscribe("/robot/odom")
-        pictures = [world.subscribe("/robot/camera")] if self.capabilities.renderers else []
+        images = [world.subscribe("/robot/camera")] if self.capabilities.renderers else []
         for step in range(15):
             self._go(world, step)
             states(world)
             if self.capabilities.dynamics:
                 world.joint_states("robot")
         assert states(world) == expected
-        assert all(each.latest is not None for each in pictures)
+        assert all(each.latest is not None for each in images)
 
     def test_a_snapshot_keeps_everything_that_moves(self) -> None:
         self._continued(lambda _: None)

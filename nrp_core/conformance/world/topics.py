@@ -23,7 +23,7 @@ SERVED = {
     "/robot/camera": (Image, Direction.OUT, CAMERA_HZ),
     "/robot/cmd_vel": (Twist, Direction.IN, None),
     "/robot/odom": (Odometry, Direction.OUT, 50.0),
-    "/robot/wheel_speeds": (WheelSpeeds, Direction.OUT, 50.0),
+    "/robot/wheel_speeds": (WheelSpeeds, Direction.BOTH, 50.0),
     "/robot/joint_states": (JointState, Direction.OUT, None),
     "/screen/link/visual/color": (ColorRGBA, Direction.BOTH, None),
 }
@@ -57,7 +57,7 @@ class TopicTests(WorldKit):
             assert stamped.message.header.stamp.to_ns() == stamped.t_ns
             assert stamped.message.child_frame_id == "robot/base"
 
-    def test_pictures_have_their_size_and_stamp_and_are_nobodys_to_change(self) -> None:
+    def test_images_have_their_size_and_stamp_and_are_nobodys_to_change(self) -> None:
         self.require_camera()
         world = self.open(floor(), robot(), screen("screen", 0.0, RED))
         heard = world.subscribe("/robot/camera", depth=9)
@@ -72,7 +72,7 @@ class TopicTests(WorldKit):
         with pytest.raises(ValueError, match="read-only"):
             message.data[0, 0, 0] = 7
 
-    def test_an_old_picture_does_not_change_when_a_new_one_is_taken(self) -> None:
+    def test_an_old_image_does_not_change_when_a_new_one_is_taken(self) -> None:
         self.require_camera()
         world = self.open(floor(), robot(), screen("screen", 0.0, RED))
         heard = world.subscribe("/robot/camera", depth=9)

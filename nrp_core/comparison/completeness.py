@@ -1,0 +1,36 @@
+"""Runs that are not whole: a comparison says so before anything else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from nrp_core.comparison.signals import RunSignals
+from nrp_core.experiment.running.judgement import recorded_judgement
+from nrp_core.findings import Weight
+
+_MOST_NAMED = 3
+
+
+def incompleteness(runs: Mapping[str, RunSignals]) -> list[str]:
+    """Return a sentence for each reason why runs are not complete, with the runs that it concerns.
+
+    Args:
+        runs: the runs by their names.
+    """
+    concerned: dict[str, list[str]] = {}
+    for name, run in runs.items():
+        if reason := missing_from(run):
+            concerned.setdefault(reason, []).append(name)
+    return [f"not complete: {_named(names)}: {reason}" for reason, names in concerned.items()]
+
+
+def missing_from(run: RunSignals) -> str:
+    """Return the reasons why a recorded run is not complete; an empty text if it is complete."""
+    judgement = recorded_judgement(run.run, run.end_s)
+    groups = judgement.groups if judgement else []
+    return "; ".join(group.headline for group in groups if group.weight is Weight.INCOMPLETE)
+
+
+def _named(names: list[str]) -> str:
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(names[:_MOST_NAMED]) + more
