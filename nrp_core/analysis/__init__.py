@@ -1,4 +1,5 @@
-"""What can be known of an experiment before its first step.
+"""Static analysis of an experiment, before its first step.
 
-A :class:`~nrp_core.analysis.study.Study` reads the experiment; the checks look at it, each for one thing.
+A :class:`~nrp_core.analysis.study.Study` reads the experiment; each check looks for one kind of mistake in
+it.
 """

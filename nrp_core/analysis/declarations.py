@@ -1,17 +1,15 @@
-"""The transfer functions that a file declares, read from it and not executed."""
+"""The transfer functions that a file declares, read without executing it."""
 
 from __future__ import annotations
 
 import ast
-import re
 from collections.abc import Iterator
-from inspect import signature
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from nrp_core.analysis.declared import Declared, Function, Unread, found_in, stub_of
-from nrp_core.analysis.evaluation import FAILURES
+from nrp_core.analysis.evaluation import FAILURES, MisfitError
 from nrp_core.analysis.events import Call, Event, Index, Read, missing_name
 from nrp_core.analysis.imports import Imports
 from nrp_core.analysis.shapes import UNKNOWN, Known, Names, Shape
@@ -24,7 +22,7 @@ from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters.binding import Mapping
 from nrp_core.dsl.parameters.topics import PreprocessedTopic
 from nrp_core.dsl.selection.selectors import Selector
-from nrp_core.errors import CapabilityError, ExperimentError, TopicError, TriggerError, did_you_mean
+from nrp_core.errors import CapabilityError, ExperimentError, TopicError, TriggerError
 from nrp_core.findings import Code, Finding, Level
 
 _FUNCTION_DECORATORS = (Neuron2Robot, Robot2Neuron)
@@ -32,16 +30,16 @@ _NO_TOPIC = (MapSpikeSink, MapSpikeSource, MapVariable)
 
 
 class Declarations(Statements):
-    """Reads a listing.
+    """Reads the declarations of a listing.
 
     Args:
         listing: the listing.
 
     Attributes:
-        functions: the transfer functions that it declares.
-        findings: what is wrong with their declarations.
-        slices: where neurons are chosen by a slice, of which ones, and the slice.
-        is_complete: whether there are none that it cannot read.
+        functions: the declared transfer functions.
+        findings: the mistakes in their declarations.
+        slices: for each choice of neurons by a slice: its place, the population and the slice.
+        is_complete: whether all declarations could be read.
     """
 
     def __init__(self, listing: Listing) -> None:
@@ -68,7 +66,7 @@ class Declarations(Statements):
 
     @property
     def neighbours(self) -> list[PythonSource]:
-        """The modules beside its files that they import."""
+        """The modules beside its files, as far as they are imported."""
         return list(self._imports.neighbours.sources.values())
 
     # -- statements of the file
@@ -92,7 +90,7 @@ class Declarations(Statements):
                 super().bind(target, shape)
 
     def _settle(self, owner: Shape, name: str, shape: Shape) -> None:
-        """Set what a statement sets of a transfer function."""
+        """Apply a statement that sets an attribute of a transfer function."""
         made = owner.value if isinstance(owner, Known) else None
         if isinstance(made, TransferFunction) and isinstance(shape, Known):
             setattr(made, name, shape.value)
@@ -111,14 +109,14 @@ class Declarations(Statements):
         super().skip(node)
 
     def _note_not_followed(self) -> None:
-        """Note what functions of the file declare that are not called where that could be followed."""
+        """Note the declarations inside functions whose calls could not be followed."""
         within = set(map(id, ast.walk(self._source.tree)))
         for written in self.written:
             if id(written.node) in within and not written.is_followed:
                 self._note_declared(written.node)
 
     def _note_declared(self, node: ast.AST) -> None:
-        """Note the transfer functions that are declared in something that is not followed."""
+        """Note the transfer functions that are declared in code that is not followed."""
         for one in ast.walk(node):
             called = self.names.get(one.id) if isinstance(one, ast.Name) else None
             if isinstance(called, Known) and isinstance(called.value, Written):
@@ -164,7 +162,7 @@ class Declarations(Statements):
             self.findings += _unmapped(declared)
         return declared
 
-    def saw(self, event: Event) -> None:
+    def observe(self, event: Event) -> None:
         match event:
             case Index(node, Known(value), Known(slice() as index)) if isinstance(value, Selector):
                 self.slices.append((self._source, node, value, index))
@@ -173,7 +171,7 @@ class Declarations(Statements):
                 self.findings.append(found_in(self._source, Code.NRP241, node, missing_name(event)))
 
     def _decorator(self, node: ast.expr) -> Any:
-        """Return what a decorator is, None where that is not known or it is none of ours."""
+        """Return the object that a decorator names; None if it is unknown or not one of ours."""
         self._is_wrong = False
         try:
             found = self.shape(node)
@@ -184,7 +182,7 @@ class Declarations(Statements):
             self.findings.append(found_in(self._source, Code.NRP216, node, str(error)))
             return self._substitute_of(node)
         except FAILURES as error:
-            message = self._failure(node, error)
+            message = str(error) if isinstance(error, MisfitError) else f"this is not possible: {error}"
             self.findings.append(found_in(self._source, Code.NRP240, node, message))
             return self._substitute_of(node)
         value = found.value if isinstance(found, Known) else None
@@ -196,19 +194,8 @@ class Declarations(Statements):
             return value()
         return None
 
-    def _failure(self, node: ast.expr, error: Exception) -> str:
-        """Return what to say of a decorator that Python does not take."""
-        called = re.fullmatch(r"[\w.]*__init__\(\) (.*)", str(error))
-        if called is None or not isinstance(node, ast.Call):
-            return f"this cannot be: {error}"
-        kind = self.quietly(node.func)
-        valid = list(signature(kind.value).parameters) if isinstance(kind, Known) else []
-        unknown = re.search(r"unexpected keyword argument '(\w+)'", str(error))
-        hint = did_you_mean(unknown[1], valid) if unknown else f"; it takes {', '.join(valid)}"
-        return f"{ast.unparse(node.func)} {called[1]}{hint}"
-
     def _substitute_of(self, node: ast.expr) -> Any:
-        """Return what takes the place of a decorator that was refused, so that the rest is still checked."""
+        """Return a substitute for a refused decorator, so that the rest is still checked."""
         if not isinstance(node, ast.Call):
             return None
         callee = self.quietly(node.func)
@@ -247,7 +234,7 @@ class Declarations(Statements):
         return UNKNOWN
 
     def _topic(self, call: Call) -> Shape:
-        """Return a topic of which all is known but what becomes of its messages."""
+        """Return a topic of which everything is known but the conversion of its messages."""
         given, named = list(call.given), dict(call.named)
         if len(given) > 2:
             given[2] = Known(_processed)
@@ -262,7 +249,7 @@ class Declarations(Statements):
         self.findings.append(found_in(self._source, code, node, error.message))
 
     def _code_of(self, node: ast.expr) -> Code:
-        """Return what kind of mistake there is in a mapping to a device."""
+        """Return the code of the mistake in a mapping to a device."""
         if not isinstance(node, ast.Call):
             return Code.NRP210
         callee = self.quietly(node.func)
@@ -277,7 +264,7 @@ class Declarations(Statements):
         return Code.NRP210
 
     def _apply(self, declared: Declared, node: ast.expr, decorator: Any) -> bool:
-        """Let a decorator act on a function; return whether there still is one."""
+        """Apply a decorator to a function; return whether the result is still one."""
         try:
             declared.function = self.at(declared.node, decorator, declared.function)
         except ExperimentError as error:
@@ -293,7 +280,7 @@ class Declarations(Statements):
 
 
 def _processed(message: Any) -> Any:
-    """Stand for a function of the user's."""
+    """Represent a function of the user."""
     return message
 
 

@@ -20,7 +20,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 class Unread(Mapping):
-    """A mapping of which only the parameter is known."""
+    """A mapping whose target is not known."""
 
     def __call__(self, function: Any) -> TransferFunction:
         """Return the transfer function with the mapping added."""
@@ -40,13 +40,13 @@ class Declared:
     """A transfer function as it is written.
 
     Args:
-        function: the same with an empty body.
-        node: what is written.
-        source: where.
-        names: what is known of the names that its body sees, parameters aside.
-        nodes: the decorator of each mapping, and under an empty name that of the function.
+        function: the transfer function with an empty body.
+        node: its syntax tree.
+        source: the file.
+        names: the shapes of the names that its body sees, parameters aside.
+        nodes: the decorator of each mapping, and the function's own under an empty name.
         is_read: whether all of its decorators are understood.
-        adapters: what its parameters stand for, once it is bound.
+        adapters: the adapters of its parameters, after binding.
     """
 
     function: TransferFunction
@@ -62,7 +62,7 @@ class Declared:
         return found_in(self.source, code, node or self.node, message, level)
 
     def parameter(self, name: str) -> ast.arg:
-        """Return where a parameter is written."""
+        """Return the place of a parameter."""
         return next(one for one in self.node.args.args if one.arg == name)
 
 
@@ -75,7 +75,7 @@ def found_in(
 
 
 def stub_of(node: Function, path: Path) -> Any:
-    """Return a function with the parameters of one that is written, and nothing in it."""
+    """Return a function with the same parameters and an empty body."""
     yields = any(isinstance(one, (ast.Yield, ast.YieldFrom)) for one in own_nodes(node.body))
     body = ast.Expr(ast.Yield(None)) if yields else ast.Pass()
     parameters = ast.arguments(

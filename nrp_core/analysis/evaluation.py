@@ -1,8 +1,9 @@
-"""Evaluate what decorators say: our own constructors, constants, selectors, and nothing of the user's."""
+"""Evaluate the arguments of decorators: our constructors, constants and selectors, no code of the user."""
 
 from __future__ import annotations
 
 import ast
+import inspect
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count, islice
@@ -12,7 +13,7 @@ from typing import Any
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.expressions import Expressions
 from nrp_core.analysis.shapes import NEURONS, UNKNOWN, Known, Row, Shape, joined
-from nrp_core.errors import NrpError
+from nrp_core.errors import NrpError, did_you_mean
 
 _PLAIN: tuple[Any, ...] = (
     slice, range, int, float, str, bool, list, tuple, dict, len, min, max, sum, abs, round, enumerate, zip,
@@ -22,13 +23,13 @@ _METHODS: dict[type, tuple[str, ...]] = {
     str: ("format", "upper", "lower", "title", "capitalize", "replace", "split", "strip", "join"),
     dict: ("items", "keys", "values", "get"),
 }
-"""Methods of constants that only tell something."""
+"""Methods of constants without side effects."""
 FAILURES = (
     NrpError, TypeError, ValueError, LookupError, AttributeError, ArithmeticError, RecursionError,
 )  # fmt: skip
-"""What our own constructors raise when they are given what cannot be."""
+"""The exceptions of our constructors for invalid arguments."""
 _LIMIT = 100_000
-"""How many items a range, list or map may have that is evaluated here."""
+"""Maximum number of items in a range, list or map that is evaluated here."""
 
 _COMPARISONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le,
@@ -36,20 +37,24 @@ _COMPARISONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.In: lambda left, right: left in right, ast.NotIn: lambda left, right: left not in right,
 }  # fmt: skip
 _DECIDING = (int, float, str, tuple, list, dict, type(None))
-"""Constants of which it is known what they are equal to, and whether they are true."""
+"""Types of constants whose equality and truth value are known."""
 
 
 class UnreadableError(NrpError):
-    """Something depends on what is known only when the file is executed."""
+    """A value that is only known when the file is executed."""
+
+
+class MisfitError(TypeError):
+    """A call of a class with arguments that it does not take."""
 
 
 class Evaluation(Expressions):
-    """Evaluates expressions whose parts are ours or constant.
+    """Evaluates expressions that consist of our objects and constants.
 
     Args:
-        names: what each name is.
-        ours: what may be called.
-        path: the file, which is to be blamed for what is wrong.
+        names: the shape of each name.
+        ours: the objects that may be called.
+        path: the file, for errors.
     """
 
     def __init__(self, names: Mapping[str, Shape], ours: Iterable[Any], path: Path) -> None:
@@ -58,21 +63,21 @@ class Evaluation(Expressions):
         self.path = path
 
     def is_ours(self, value: Any) -> bool:
-        """Whether something may be called."""
+        """Return whether an object may be called."""
         owner = getattr(value, "__self__", None)
         if isinstance(owner, NEURONS):
             return True
         if isinstance(owner, str) and value.__name__ == "format":
-            return ":" not in owner  # a width could be any
+            return ":" not in owner  # a width may be of any size
         if type(owner) in _METHODS:
             return value.__name__ in _METHODS[type(owner)]
         return id(value) in self._ours or (isinstance(value, type) and hasattr(value, "__msgtype__"))
 
     def called(self, call: Call) -> Shape:
-        """Call what is ours, as if the file did it.
+        """Call one of our objects as the file would.
 
         Raises:
-            NrpError, TypeError, ValueError: what it raises.
+            NrpError, TypeError, ValueError: the exceptions of the called object.
         """
         if isinstance(call.callee, Known) and not callable(call.callee.value):
             raise TypeError(f"{ast.unparse(call.node.func)} cannot be called{_meant(call.callee.value)}")
@@ -85,15 +90,16 @@ class Evaluation(Expressions):
             return self.called_in_part(call)
         if not call.is_whole:
             return UNKNOWN
+        _require_fit(call.node, call.callee.value, given, named)
         found = self.at(call.node, call.callee.value, *given, **named)
         return Known(tuple(islice(found, _LIMIT)) if isinstance(found, Iterator) else found)
 
     def called_in_part(self, call: Call) -> Shape:
-        """Return what a call gives of which not all arguments are known."""
+        """Return the result of a call with some unknown arguments."""
         return UNKNOWN
 
     def at(self, node: ast.expr | ast.stmt, function: Callable[..., Any], *given: Any, **named: Any) -> Any:
-        """Call something, from the line of a node of the file."""
+        """Call an object, with the line of a node of the file as the place of the call."""
         call = ast.Call(
             ast.Name("function", ast.Load()),
             [ast.Starred(ast.Name("given", ast.Load()), ast.Load())],
@@ -104,7 +110,7 @@ class Evaluation(Expressions):
         code = compile(ast.Expression(call), str(self.path), "eval")
         return eval(code, {"function": function, "given": given, "named": named, "__builtins__": {}})
 
-    # -- what has a value here that a body only has a shape of
+    # -- expressions that have a value here and only a shape in function bodies
 
     def attribute_of(self, owner: Shape, name: str) -> Shape | None:
         if isinstance(owner, Known) and name in _METHODS.get(type(owner.value), ()):
@@ -152,7 +158,7 @@ class Evaluation(Expressions):
             return value_of(inner.shape(node.body))
 
         function.__name__ = "lambda"
-        # its signature is that of the lambda: some selectors ask how many arguments it takes
+        # it has the lambda's signature, because some selectors inspect the number of arguments
         function.__signature__ = _signature(names)  # type: ignore[attr-defined]
         return Known(function)
 
@@ -174,15 +180,15 @@ class Evaluation(Expressions):
 
 
 def _meant(value: Any) -> str:
-    """Return what is to be written instead of a call."""
+    """Return the correct form of a call."""
     return "; neurons are chosen in brackets: [0]" if isinstance(value, NEURONS) else ""
 
 
 def value_of(shape: Shape) -> Any:
-    """Return the value of which a shape is known.
+    """Return the value of a shape.
 
     Raises:
-        UnreadableError: it is not.
+        UnreadableError: the value is unknown.
     """
     match shape:
         case Known(range() as value):
@@ -195,7 +201,7 @@ def value_of(shape: Shape) -> Any:
 
 
 def items_of(shape: Shape) -> list[Shape] | None:
-    """Return the items of a constant, None of what is none."""
+    """Return the items of a constant; None if it is not a constant."""
     match shape:
         case Row(items):
             return list(items)
@@ -205,7 +211,7 @@ def items_of(shape: Shape) -> list[Shape] | None:
 
 
 def truth_of(shape: Shape) -> bool | None:
-    """Return whether a constant counts as true, None of what is none."""
+    """Return the truth value of a constant; None if it is not a constant."""
     match shape:
         case Row(items):
             return bool(items)
@@ -218,6 +224,24 @@ def _few(values: Any) -> Any:
     if len(values) > _LIMIT:
         raise UnreadableError(f"it has more than {_LIMIT} items")
     return values
+
+
+def _require_fit(node: ast.Call, callee: Any, given: list[Any], named: Mapping[str, Any]) -> None:
+    """Compare the arguments of a call with the signature of a class.
+
+    Raises:
+        MisfitError: they do not fit; with the parameters of the class.
+    """
+    if not isinstance(callee, type) or callee in _PLAIN:
+        return
+    taken = inspect.signature(callee)
+    try:
+        taken.bind(*given, **named)
+    except TypeError as error:
+        unknown = next((name for name in named if name not in taken.parameters), None)
+        valid = list(taken.parameters)
+        hint = f"; it takes {', '.join(valid)}" if unknown is None else did_you_mean(unknown, valid)
+        raise MisfitError(f"{ast.unparse(node.func)}: {error}{hint}") from None
 
 
 def _signature(names: list[str]) -> Any:

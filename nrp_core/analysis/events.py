@@ -1,4 +1,4 @@
-"""What the body of a transfer function does, as far as that can be seen without running it."""
+"""The operations in the body of a transfer function, found without running it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Read:
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """An attribute is set; ``exists`` says whether there is one."""
+    """An attribute is set; ``exists``: whether the object has it."""
 
     node: ast.Attribute
     owner: Shape
@@ -34,7 +34,7 @@ class Write:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Something is called; ``is_whole`` says whether all its arguments are seen."""
+    """An object is called; ``is_whole``: whether all its arguments are known."""
 
     node: ast.Call
     callee: Shape
@@ -45,7 +45,7 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Divide:
-    """Something is divided, or its remainder taken."""
+    """A division or modulo operation."""
 
     node: ast.BinOp
     left: Shape
@@ -54,7 +54,7 @@ class Divide:
 
 @dataclass(frozen=True, slots=True)
 class Add:
-    """Something is added, subtracted or compared."""
+    """An addition, subtraction or comparison."""
 
     node: ast.expr
     left: Shape
@@ -63,7 +63,7 @@ class Add:
 
 @dataclass(frozen=True, slots=True)
 class Multiply:
-    """Something is multiplied."""
+    """A multiplication."""
 
     node: ast.BinOp
     left: Shape
@@ -72,7 +72,7 @@ class Multiply:
 
 @dataclass(frozen=True, slots=True)
 class Compute:
-    """Something is computed with, or compared by size."""
+    """An operand of a computation or an order comparison."""
 
     node: ast.expr
     operand: Shape
@@ -80,7 +80,7 @@ class Compute:
 
 @dataclass(frozen=True, slots=True)
 class Index:
-    """An item is taken; of a loop, which takes all, ``index`` is None."""
+    """An item is read; ``index`` is None in a loop over all items."""
 
     node: ast.expr
     owner: Shape
@@ -89,7 +89,7 @@ class Index:
 
 @dataclass(frozen=True, slots=True)
 class Rename:
-    """What a parameter stood for is out of reach: its name is given another value."""
+    """A parameter's name is assigned another value, so that its device or topic cannot be used any more."""
 
     node: ast.Name
     owner: Shape
@@ -97,7 +97,7 @@ class Rename:
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """The function returns; ``value`` is None where it returns nothing."""
+    """The function returns; ``value`` is None for a bare return."""
 
     node: ast.Return
     value: Shape | None
@@ -107,6 +107,6 @@ Event: TypeAlias = Read | Write | Call | Divide | Add | Multiply | Compute | Ind
 
 
 def missing_name(event: Read) -> str:
-    """Return what to say of a module that does not have a name."""
+    """Return the message for a name that a module does not have."""
     hint = did_you_mean(event.name, names_of(event.owner))
     return f"'{ast.unparse(event.node.value)}' has no '{event.name}'{hint}"

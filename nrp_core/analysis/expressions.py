@@ -1,4 +1,4 @@
-"""Work out what expressions are, as far as that can be known without running them."""
+"""Derive the shapes of expressions without running them."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ _DIVISIONS = (ast.Div, ast.FloorDiv, ast.Mod)
 _SAME_UNIT: tuple[Any, ...] = (min, max, abs, float, round, sum)
 """Functions whose result has the unit of their arguments."""
 _COUNTS: tuple[Any, ...] = (int, len)
-"""Functions whose result is a number, whatever they get."""
+"""Functions whose result is a number for any argument."""
 
 
 class Expressions:
-    """Knows names, and works out expressions of them.
+    """Derives the shapes of expressions from the shapes of names.
 
     Args:
-        names: what each name is.
+        names: the shape of each name.
     """
 
     def __init__(self, names: Mapping[str, Shape]) -> None:
         self.names = dict(names)
 
-    def saw(self, event: Event) -> None:
-        """Hear of something that an expression does."""
+    def observe(self, event: Event) -> None:
+        """Called for each operation in an expression."""
 
     def shape(self, node: ast.expr | None) -> Shape:
-        """Return what is known of an expression."""
+        """Return the shape of an expression."""
         known = None if node is None else getattr(self, f"_{type(node).__name__.lower()}", None)
         if known is not None:
             found: Shape = known(node)
@@ -60,7 +60,7 @@ class Expressions:
                 self.shape(child)
         return UNKNOWN
 
-    # -- the kinds of expressions
+    # -- kinds of expressions
 
     def _constant(self, node: ast.Constant) -> Shape:
         return Known(node.value)
@@ -73,16 +73,16 @@ class Expressions:
     def _attribute(self, node: ast.Attribute) -> Shape:
         owner = self.shape(node.value)
         found = self.attribute_of(owner, node.attr)
-        self.saw(Read(node, owner, node.attr, found is not None))
+        self.observe(Read(node, owner, node.attr, found is not None))
         return UNKNOWN if found is None else found
 
     def attribute_of(self, owner: Shape, name: str) -> Shape | None:
-        """Return what is known of an attribute; None: there is no such attribute."""
+        """Return the shape of an attribute; None if there is no such attribute."""
         return attribute(owner, name)
 
     def _subscript(self, node: ast.Subscript) -> Shape:
         owner, index = self.shape(node.value), self.shape(node.slice)
-        self.saw(Index(node, owner, index))
+        self.observe(Index(node, owner, index))
         if isinstance(owner, Known) and isinstance(owner.value, NEURONS):
             neurons: Any = owner.value
             return Known(neurons[index.value]) if isinstance(index, Known) else UNKNOWN
@@ -91,7 +91,7 @@ class Expressions:
         return self.item_of(owner, index)
 
     def item_of(self, owner: Shape, index: Shape) -> Shape:
-        """Return what is known of an item of a sequence."""
+        """Return the shape of an item of a sequence."""
         if isinstance(index, Known) and isinstance(index.value, int):
             found = _item_at(owner, index.value)
             if found is not None:
@@ -120,14 +120,14 @@ class Expressions:
 
     def _binop(self, node: ast.BinOp) -> Shape:
         left, right = self.shape(node.left), self.shape(node.right)
-        self.saw(Compute(node.left, left))
-        self.saw(Compute(node.right, right))
+        self.observe(Compute(node.left, left))
+        self.observe(Compute(node.right, right))
         if isinstance(node.op, _DIVISIONS):
-            self.saw(Divide(node, left, right))
+            self.observe(Divide(node, left, right))
         if isinstance(node.op, (ast.Add, ast.Sub)):
-            self.saw(Add(node, left, right))
+            self.observe(Add(node, left, right))
         if isinstance(node.op, ast.Mult):
-            self.saw(Multiply(node, left, right))
+            self.observe(Multiply(node, left, right))
         match left, right:
             case Known(a), Known(b):
                 return _folded(node.op, a, b)
@@ -144,7 +144,7 @@ class Expressions:
     def _unaryop(self, node: ast.UnaryOp) -> Shape:
         operand = self.shape(node.operand)
         if isinstance(node.op, (ast.USub, ast.UAdd)):
-            self.saw(Compute(node.operand, operand))
+            self.observe(Compute(node.operand, operand))
         match node.op, operand:
             case ast.USub(), Known(int() | float() as value):
                 return Known(-value)
@@ -202,11 +202,11 @@ class Expressions:
         whole = None not in named and not any(isinstance(argument, ast.Starred) for argument in node.args)
         by_name = {name: shape for name, shape in named.items() if name is not None}
         call = Call(node, callee, tuple(given), by_name, whole)
-        self.saw(call)
+        self.observe(call)
         return self.called(call)
 
     def called(self, call: Call) -> Shape:
-        """Return what is known of what a call gives."""
+        """Return the shape of the result of a call."""
         if not isinstance(call.callee, Known):
             return UNKNOWN
         callee = call.callee.value
@@ -223,7 +223,7 @@ class Expressions:
         return UNKNOWN
 
     def bind(self, target: ast.expr, shape: Shape) -> None:
-        """Let a target of an assignment be something."""
+        """Assign a shape to the target of an assignment."""
         match target:
             case ast.Name(name):
                 self.names[name] = shape
@@ -236,7 +236,7 @@ class Expressions:
 
 
 def with_hidden(expressions: Expressions, hidden: list[str], work: Callable[[], object]) -> None:
-    """Do some work while some names mean something that is not known."""
+    """Run a block in which some names are unknown."""
     kept = dict(expressions.names)
     expressions.names.update(dict.fromkeys(hidden, UNKNOWN))
     work()
@@ -271,7 +271,7 @@ def _item_at(owner: Shape, index: int) -> Shape | None:
 
 
 def _folded(operation: ast.operator, left: Any, right: Any) -> Shape:
-    """Return the result of an operation on values of ours, or on two numbers or texts."""
+    """Return the result of an operation on our objects, or on two numbers or strings."""
     work = _OPERATIONS.get(type(operation))
     plain = isinstance(left, (int, float)) and isinstance(right, (int, float))
     texts = isinstance(left, str) and isinstance(right, str) and isinstance(operation, ast.Add)

@@ -66,7 +66,7 @@ def _result(finding: Finding, rule: int) -> dict[str, Any]:
 
 
 def _uri(path: Path) -> str:
-    """Return the address of a file, relative where it lies below the current folder."""
+    """Return the URI of a file, relative if it is below the current folder."""
     absolute = path.absolute()
     if absolute.is_relative_to(Path.cwd()):
         return quote(absolute.relative_to(Path.cwd()).as_posix())
@@ -80,12 +80,12 @@ def github(findings: Iterable[Finding]) -> Iterable[str]:
             "file": None if finding.path is None else _relative(finding.path),
             "line": finding.line, "col": finding.column, "title": finding.code.name,
         }  # fmt: skip
-        told = ",".join(
+        properties = ",".join(
             f"{key}={_escaped(str(value), _PROPERTY_ESCAPES)}"
             for key, value in place.items()
             if value is not None
         )
-        yield f"::{_GITHUB[finding.level]} {told}::{_escaped(finding.message, _ESCAPES)}"
+        yield f"::{_GITHUB[finding.level]} {properties}::{_escaped(finding.message, _ESCAPES)}"
 
 
 def _relative(path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""Walk through the body of a function, statement by statement, and note what it does."""
+"""Walk through the body of a function, statement by statement, and collect its operations."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from nrp_core.analysis.shapes import UNKNOWN, Shape, attribute, item_of, joined
 
 _ENDS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
 _ASKS = frozenset({"hasattr", "isinstance", "getattr", "callable"})
-"""Functions that a body asks before it does what may not be possible."""
+"""Functions with which a body tests whether an operation is possible."""
 ORDERS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
-"""Comparisons by size."""
+"""Order comparisons."""
 
 
 class FunctionBody(Expressions):
-    """What a function does.
+    """The operations of a function.
 
     Args:
-        names: what is known of the names that it sees.
+        names: the shapes of the names that it sees.
         statements: its body.
 
     Attributes:
-        events: what it does, in the order in which it is written. What stands in a ``try`` or behind a
-            question such as ``hasattr`` is left out: it is meant to fail.
+        events: its operations, in source order. Code in a ``try`` or after a test such as ``hasattr`` is left
+            out, because it is meant to fail.
     """
 
     def __init__(self, names: Mapping[str, Shape], statements: Sequence[ast.stmt]) -> None:
@@ -37,7 +37,7 @@ class FunctionBody(Expressions):
         self._inner = 0
         self._walk(statements)
 
-    def saw(self, event: Event) -> None:
+    def observe(self, event: Event) -> None:
         if not self._guards and not (self._inner and isinstance(event, Return)):
             self.events.append(event)
 
@@ -45,7 +45,7 @@ class FunctionBody(Expressions):
         match target:
             case ast.Attribute(value, name):
                 owner = self.shape(value)
-                self.saw(Write(target, owner, name, attribute(owner, name) is not None, shape))
+                self.observe(Write(target, owner, name, attribute(owner, name) is not None, shape))
             case ast.Subscript(value, index):
                 self.shape(value)
                 self.shape(index)
@@ -55,12 +55,12 @@ class FunctionBody(Expressions):
     def _compare(self, node: ast.Compare) -> Shape:
         sides = [self.shape(side) for side in (node.left, *node.comparators)]
         for left, right in pairwise(sides):
-            self.saw(Add(node, left, right))
+            self.observe(Add(node, left, right))
         nodes = [node.left, *node.comparators]
         for i, operation in enumerate(node.ops):
             if isinstance(operation, ORDERS):
-                self.saw(Compute(nodes[i], sides[i]))
-                self.saw(Compute(nodes[i + 1], sides[i + 1]))
+                self.observe(Compute(nodes[i], sides[i]))
+                self.observe(Compute(nodes[i + 1], sides[i + 1]))
         return UNKNOWN
 
     # -- statements
@@ -82,7 +82,7 @@ class FunctionBody(Expressions):
             else:
                 found = self.shape(node.value)
             if isinstance(target, ast.Name) and not _is_part_of(node.value, target.id):
-                self.saw(Rename(target, self.names.get(target.id, UNKNOWN)))
+                self.observe(Rename(target, self.names.get(target.id, UNKNOWN)))
             self.bind(target, found)
 
     def _do_annassign(self, node: ast.AnnAssign) -> None:
@@ -96,7 +96,7 @@ class FunctionBody(Expressions):
     def _do_return(self, node: ast.Return) -> None:
         is_none = node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None)
         found = self.shape(node.value)
-        self.saw(Return(node, None if is_none else found))
+        self.observe(Return(node, None if is_none else found))
 
     def _do_if(self, node: ast.If) -> None:
         self.shape(node.test)
@@ -112,7 +112,7 @@ class FunctionBody(Expressions):
 
     def _do_for(self, node: ast.For | ast.AsyncFor) -> None:
         items = self.shape(node.iter)
-        self.saw(Index(node.iter, items, None))
+        self.observe(Index(node.iter, items, None))
         self._loop(node, lambda: self.bind(node.target, item_of(items)))
 
     _do_asyncfor = _do_for
@@ -121,7 +121,7 @@ class FunctionBody(Expressions):
         self._loop(node, lambda: self.shape(node.test))
 
     def _loop(self, node: ast.For | ast.AsyncFor | ast.While, begin: Callable[[], object]) -> None:
-        """Walk through a loop, of which a later round begins with what an earlier one left."""
+        """Walk through a loop; a later iteration starts with the names as an earlier one left them."""
         changed = dict.fromkeys(assigned(node.body), UNKNOWN)
         self.names.update(changed)
         begin()
@@ -181,14 +181,14 @@ class FunctionBody(Expressions):
 
 
 def _is_part_of(value: ast.expr, name: str) -> bool:
-    """Whether an expression is what a name stands for, or something in it: ``camera.value``."""
+    """Return whether an expression is a name or an attribute of one: ``camera.value``."""
     while isinstance(value, (ast.Attribute, ast.Subscript)):
         value = value.value
     return isinstance(value, ast.Name) and value.id == name
 
 
 def _loaded(target: ast.expr) -> ast.expr:
-    """Return the expression that reads what a target sets."""
+    """Return the expression that reads the value set by an assignment target."""
     match target:
         case ast.Name(name):
             return ast.copy_location(ast.Name(name, ast.Load()), target)
@@ -209,7 +209,7 @@ def _merged(first: Mapping[str, Shape], second: Mapping[str, Shape]) -> dict[str
 
 
 def assigned(statements: Iterable[ast.stmt]) -> set[str]:
-    """Return the names that statements set, but those inside of functions."""
+    """Return the names that statements set, those inside functions excepted."""
     found: set[str] = set()
     for node in own_nodes(statements):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):

@@ -17,8 +17,8 @@ class Imported:
 
     Args:
         name: the name.
-        shape: what it is.
-        wrong: why the import finds nothing; empty if it does.
+        shape: its shape.
+        wrong: why the import fails; empty if it does not.
     """
 
     name: str
@@ -27,4 +27,4 @@ class Imported:
 
 
 ImportsOf: TypeAlias = Callable[[ast.Import | ast.ImportFrom, Path], Iterable[Imported]]
-"""Gives the names that a statement in a file imports."""
+"""Returns the names that a statement in a file imports."""

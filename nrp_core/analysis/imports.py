@@ -1,4 +1,4 @@
-"""What imports give, without executing what is imported."""
+"""Resolve imports without executing the imported modules."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Imports:
     """The imports of one listing.
 
     Args:
-        listing: what imports.
+        listing: the listing.
 
     Attributes:
         neighbours: the modules beside its files.
@@ -34,11 +34,11 @@ class Imports:
         self.neighbours = Neighbours(
             node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
         )
-        # code of another platform may mean something else than it says
+        # names may mean something else in code of another platform
         self._reads = listing.scope is None
 
     def of(self, node: ast.Import | ast.ImportFrom, path: Path) -> Iterator[Imported]:
-        """Yield what a statement in a file imports."""
+        """Yield the names that a statement in a file imports."""
         if isinstance(node, ast.Import):
             for alias in node.names:
                 found, wrong = self._module(alias.name, path)
@@ -66,7 +66,7 @@ class Imports:
                 yield Imported("*", wrong=wrong)
 
     def _module(self, name: str, path: Path) -> tuple[Shape, str]:
-        """Return a module, and what is wrong with its name."""
+        """Return a module and the error of its import."""
         root = name.partition(".")[0]
         if (ours := self._scope.substitute(name)) is not None:
             return Known(ours), ""
@@ -80,7 +80,7 @@ class Imports:
         return UNKNOWN, self._missing(name, path)
 
     def _missing(self, name: str, path: Path) -> str:
-        """Return what to say of a module that is not beside a file, empty where it may be elsewhere."""
+        """Return the message for a module that is not beside a file; empty if it may be elsewhere."""
         root, _, child = name.partition(".")
         if (parent := self._scope.substitute(root)) is not None:
             known = [one for one in dir(parent) if not one.startswith("_")]
@@ -103,11 +103,11 @@ class Imports:
         return next((file for file in files if file.is_file()), None)
 
     def _is_package(self, root: str, path: Path) -> bool:
-        """Whether modules of a package stand beside a file."""
+        """Return whether modules of a package are beside a file."""
         return any(any((folder / root).glob("*.py")) for folder in (path.parent, *self._folders))
 
     def _names(self, name: str, module: Shape, path: Path) -> list[str] | None:
-        """Return the names in a module, None where they are not known."""
+        """Return the names in a module; None if they are unknown."""
         if isinstance(module, Names):
             return list(module.names)
         if isinstance(module, Known) and isinstance(module.value, ModuleType):
@@ -127,7 +127,7 @@ def _exists(root: str) -> bool:
 
 
 def _imported(name: str) -> tuple[Shape, str]:
-    """Return a module that is looked into, and why it cannot be imported."""
+    """Return a module whose names are known, and the error of its import."""
     try:
         return Known(importlib.import_module(name)), ""
     except ImportError as error:
@@ -135,7 +135,7 @@ def _imported(name: str) -> tuple[Shape, str]:
 
 
 def _lacking(module: str, name: str, names: Collection[str] | None) -> str:
-    """Return what to say of a name that a module has not, empty where its names are not known."""
+    """Return the message for a name that a module does not have; empty if its names are unknown."""
     if names is None or name in names:
         return ""
     return f"'{module}' has no '{name}'{did_you_mean(name, names)}"
@@ -151,7 +151,7 @@ def _member(module: Shape, name: str) -> Shape:
 
 
 def _defined(file: Path) -> list[str] | None:
-    """Return the names that a file defines, None where they cannot be told."""
+    """Return the names that a file defines; None if they cannot be determined."""
     try:
         tree = ast.parse(file.read_bytes())
     except (SyntaxError, ValueError):

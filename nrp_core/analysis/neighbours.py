@@ -13,18 +13,18 @@ from nrp_core.dsl.loading.listing import PythonSource, python_listing
 from nrp_core.errors import ExperimentError, TransferFunctionError
 
 _HIDING = frozenset({"globals", "exec", "setattr", "vars", "locals", "__getattr__"})
-"""What gives a module names that are not written in it."""
+"""Constructs that give a module names which are not written in it."""
 
 
 class Neighbours:
-    """The modules that files import from beside them, each of them read once.
+    """The modules beside files that they import, each read once.
 
     Args:
-        written: attributes that the files set, which a module then has.
+        written: attributes of modules that the files set.
 
     Attributes:
-        sources: what was read.
-        errors: what is wrong with it.
+        sources: the source files.
+        errors: the mistakes found.
     """
 
     def __init__(self, written: Iterable[str]) -> None:
@@ -34,11 +34,11 @@ class Neighbours:
         self._found: dict[Path, Names | None] = {}
 
     def names_of(self, path: Path, imports: ImportsOf) -> Names | None:
-        """Return the names of a module, None where they cannot be told.
+        """Return the names of a module; None if they cannot be determined.
 
         Args:
             path: its file.
-            imports: what a statement in it imports.
+            imports: returns the imports of a statement in it.
         """
         if path not in self._found:
             self._found[path] = None  # for modules that import each other
@@ -63,11 +63,11 @@ class _Module(Statements):
     """Reads a module.
 
     Args:
-        source: what is written in it.
-        imports: what a statement in it imports.
+        source: its source.
+        imports: returns the imports of a statement in it.
 
     Attributes:
-        errors: what is wrong with it.
+        errors: the mistakes found.
         is_whole: whether all its names are known.
     """
 
@@ -76,7 +76,7 @@ class _Module(Statements):
         self._imports = imports
         self.errors: list[ExperimentError] = []
         self.is_whole = True
-        for node in ast.walk(source.tree):  # what is set in branches and functions may be there, too
+        for node in ast.walk(source.tree):  # names set in branches and functions may exist, too
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
                 self.names[node.id] = UNKNOWN
         self.follow_file(source.tree.body)
@@ -103,7 +103,7 @@ def _hides(node: ast.AST) -> bool:
 
 
 def _may_declare(function: ast.FunctionDef) -> bool:
-    """Whether a function decorates others, which may so become transfer functions."""
+    """Return whether a function is used as a decorator, which may create transfer functions."""
     return any(
         isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef)) and one.decorator_list
         for one in ast.walk(function)

@@ -1,8 +1,9 @@
-"""What a network is, without building it in this process.
+"""Describe a network without building it in this process.
 
 A brain script is the one piece of user code that has to be executed to know what it says. It runs in a child
-process with a time limit, and its answer is kept for as long as the script, what it imports, and the
-programs that read it stay the same.
+process without network, with limits to time and memory, that can write only temporary files. The answer is
+kept for as long as the script, what it imports, the environment variables that it reads, and the programs
+that read it stay the same.
 """
 
 from __future__ import annotations
@@ -12,41 +13,57 @@ import base64
 import hashlib
 import json
 import pickle
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import nrp_core.brain
 from nrp_core import errors
-from nrp_core._support.probe import inquire
-from nrp_core.analysis.skeleton import skeleton_of
+from nrp_core._support.environment import have_changed
+from nrp_core._support.machine import cores
+from nrp_core._support.probe import ChildResult, run_module, run_probe
+from nrp_core.analysis.silence import Silence, silent_parts
+from nrp_core.analysis.skeleton import skeleton_of, unconnected
+from nrp_core.brain.files import read_network
 from nrp_core.brain.interface import BrainBackend, BrainOptions
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError, NrpError, SlowScriptError
 from nrp_core.experiment.making.maker import build_here
+from nrp_core.findings import Finding
 
 TIME_LIMIT_S = 20.0
+_DAY_S = 86_400.0
 _LARGE = 10_000_000
 CHILD = "nrp_core.analysis.child"
 
 
 class ChildBuilder:
-    """Builds networks in a child process.
+    """Builds networks in a confined child process.
 
     Args:
-        backend: is asked what it would not keep of the network; None: nobody is.
+        backend: reports the properties of the network that it would not keep; None: no backend is asked.
         options: its options.
+        limit_s: wall time that a script may take, s, if that is less than :data:`TIME_LIMIT_S`.
 
     Attributes:
-        warnings: what the backend said of the last network.
+        warnings: the backend's warnings about the last network.
+        unconnected: labels of the populations of the last network that have no synapse.
+        silent: its parts that no spike comes from or passes, see :mod:`nrp_core.analysis.silence`.
         refusal: why it would not take it at all.
     """
 
-    def __init__(self, backend: BrainBackend | None, options: BrainOptions | None) -> None:
+    def __init__(
+        self, backend: BrainBackend | None, options: BrainOptions | None, limit_s: float | None = None
+    ) -> None:
         self._backend, self._options = backend, options
-        self.warnings: list[str] = []
+        self._limit_s = min(TIME_LIMIT_S, limit_s or TIME_LIMIT_S)
+        self.warnings: list[Finding] = []
+        self.unconnected: list[str] = []
+        self.silent: list[Silence] = []
         self.refusal: NrpError | None = None
 
     def __call__(self, make: Callable[[], Network]) -> Network:
@@ -55,25 +72,84 @@ class ChildBuilder:
         Raises:
             NrpError: what ``make`` raises.
         """
-        try:
-            question = pickle.dumps((make, self._backend, _parts(self._options)))
-        except (pickle.PicklingError, AttributeError, TypeError):  # made of what lives in this process only
-            return build_here(make)
-        answer = inquire(
-            CHILD, base64.b64encode(question).decode(), depends_on=_contents(make, self._backend),
-            timeout_s=TIME_LIMIT_S, keep_failures=False,
-        )  # fmt: skip
-        if answer.exit_code is None:
-            raise SlowScriptError(f"it had not built its network after {TIME_LIMIT_S:g} s")
-        try:
-            told = json.loads(answer.output)
-        except ValueError:
-            raise NetworkError(f"it ended the process that read it: {answer.errors[-300:].strip()}") from None
-        if "error" in told:
-            raise _error_of(told["error"])
-        self.warnings = told["warnings"]
-        self.refusal = _error_of(told["refusal"]) if told["refusal"] else None
-        return skeleton_of(told["network"])
+        question = _question(make, self._backend, _parts(self._options))
+        if question is None:
+            network = build_here(make)
+            self.unconnected, self.silent = unconnected(network), silent_parts(network)
+            return network
+        data = self._asked(question, _contents(make, self._backend))
+        self.warnings = [Finding.from_dict(one) for one in data["warnings"]]
+        self.unconnected = data["network"]["unconnected"]
+        self.silent = [(part, first_ms) for part, first_ms in data["network"]["silent"]]
+        self.refusal = _error_of(data["refusal"]) if data["refusal"] else None
+        return skeleton_of(data["network"])
+
+    def _asked(self, question: str, depends_on: str) -> dict[str, Any]:
+        """Return the answer of the child, a kept one only if the environment is the same for the script."""
+        for anew in (False, True):
+            answer = run_probe(
+                CHILD, question, _cpu_s(self._limit_s), depends_on=depends_on, timeout_s=self._limit_s,
+                keep_failures=False, anew=anew,
+            )  # fmt: skip
+            data = _data(answer, self._limit_s)
+            if not have_changed(data["variables"]):
+                break
+        return data
+
+
+def build_confined(make: Callable[[], Network], limit_s: float | None) -> Network:
+    """Return a complete network that was built in a confined child process.
+
+    Args:
+        make: builds it.
+        limit_s: wall time that it may take, s; None: a day.
+
+    Raises:
+        NrpError: what ``make`` raises.
+    """
+    question = _question(make, None, None)
+    if question is None:
+        return build_here(make)
+    limit_s = limit_s or _DAY_S
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "network.nrpnet"
+        _data(run_module(CHILD, question, _cpu_s(limit_s), str(file), timeout_s=limit_s), limit_s)
+        return read_network(file)
+
+
+def _question(make: Callable[[], Network], backend: Any, parts: Any) -> str | None:
+    """Return the request to a child; None if it depends on objects that exist only in this process."""
+    try:
+        return base64.b64encode(pickle.dumps((make, backend, parts))).decode()
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return None
+
+
+def _cpu_s(limit_s: float) -> str:
+    return str(limit_s * cores() + 1)
+
+
+def _data(answer: ChildResult, limit_s: float) -> dict[str, Any]:
+    """Return the data that a child has written.
+
+    Raises:
+        NrpError: the error of the script, or the end of its process.
+    """
+    if answer.exit_code in (None, -signal.SIGXCPU):
+        raise SlowScriptError(f"the brain script had not built its network after {limit_s:g} s")
+    try:
+        data: dict[str, Any] = json.loads(answer.output)
+    except ValueError:
+        raise NetworkError(_how_it_ended(answer)) from None
+    if "error" in data:
+        raise _error_of(data["error"])
+    return data
+
+
+def _how_it_ended(answer: ChildResult) -> str:
+    code, last = answer.exit_code or 0, answer.errors[-300:].strip()
+    how = f"by the signal {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
+    return f"the brain script ended its process {how}{f': {last}' if last else ', without a message'}"
 
 
 def _parts(options: BrainOptions | None) -> tuple[type[BrainOptions], dict[str, Any]] | None:
@@ -86,11 +162,12 @@ def _parts(options: BrainOptions | None) -> tuple[type[BrainOptions], dict[str, 
     return type(options), {name: getattr(options, name) for name in type(options).model_fields}
 
 
-def _error_of(told: dict[str, Any]) -> NrpError:
-    kind = getattr(errors, told["kind"], NetworkError)
+def _error_of(error: dict[str, Any]) -> NrpError:
+    kind = getattr(errors, error["kind"], NetworkError)
     if issubclass(kind, errors.ExperimentError):
-        return kind(told["message"], path=told["path"], line=told["line"], column=told["column"])
-    made: NrpError = kind(told["message"])
+        where = {name: error[name] for name in ("path", "line", "column", "subject")}
+        return kind(error["message"], **where)
+    made: NrpError = kind(error["message"])
     return made
 
 
@@ -114,9 +191,9 @@ def _contents(make: Any, backend: BrainBackend | None) -> str:
 
 def _version(path: Path) -> str:
     """Return what changes with the contents of a file; of a large one, when it was written."""
-    told = path.stat()
-    if told.st_size > _LARGE:
-        return f"{told.st_size} {told.st_mtime_ns}"
+    status = path.stat()
+    if status.st_size > _LARGE:
+        return f"{status.st_size} {status.st_mtime_ns}"
     return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""The checks: each a small function, registered with the codes of what it finds."""
+"""The checks: each a small function, registered with the codes of its findings."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Check:
     """A check.
 
     Args:
-        codes: what it finds.
-        of_function: looks at one transfer function; or
-        of_experiment: looks at all of an experiment.
+        codes: the codes of its findings.
+        of_function: checks one transfer function; or
+        of_experiment: checks a whole experiment.
     """
 
     codes: tuple[Code, ...]
@@ -30,7 +30,7 @@ class Check:
     of_experiment: OfExperiment | None = None
 
     def run(self, study: Study) -> Iterator[Finding]:
-        """Yield what it finds in an experiment."""
+        """Yield its findings in an experiment."""
         if self.of_experiment is not None:
             yield from self.of_experiment(study)
         if self.of_function is not None:
@@ -39,7 +39,7 @@ class Check:
 
 
 CHECKS: list[Check] = []
-"""All checks, in the order in which they are made."""
+"""All checks, in the order in which they run."""
 
 
 def checks_function(*codes: Code) -> Callable[[OfFunction], OfFunction]:

@@ -1,4 +1,4 @@
-"""Which nodes of a piece of code are its own, and which belong to functions and classes in it."""
+"""Tell the nodes of a piece of code from those of functions and classes inside it."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import ast
 from collections.abc import Iterable, Iterator
 
 SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
-"""Nodes whose parts are not the business of what is around them."""
+"""Nodes that open a scope."""
 
 
 def own_nodes(nodes: Iterable[ast.AST]) -> Iterator[ast.AST]:
-    """Yield nodes and all in them, the last first, but not what is inside of functions and classes."""
+    """Yield nodes and their descendants, last first, without the bodies of functions and classes."""
     waiting = list(nodes)
     while waiting:
         node = waiting.pop()

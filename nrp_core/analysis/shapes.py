@@ -1,4 +1,4 @@
-"""What is known of a value before anything runs."""
+"""Shapes: the knowledge about a value before anything runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Unknown:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
-    """The value itself: a constant, a module, a class, or what a parameter is bound to."""
+    """A known value: a constant, a module, a class, or the adapter of a parameter."""
 
     value: Any
 
@@ -42,28 +42,28 @@ class Known:
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """Some object of a class."""
+    """An object of a class."""
 
     cls: type
 
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """Some number, in a unit; of one of which no unit is known it is empty."""
+    """A number in a unit; an empty unit is unknown."""
 
     unit: str
 
 
 @dataclass(frozen=True, slots=True)
 class Items:
-    """A sequence of things of one shape."""
+    """A sequence whose items have the same shape."""
 
     item: Shape
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A tuple or list of which each item is known by itself."""
+    """A tuple or list with a shape for each item."""
 
     items: tuple[Shape, ...]
 
@@ -81,7 +81,7 @@ Shape: TypeAlias = Unknown | Known | Instance | Number | Items | Row | Names
 UNKNOWN = Unknown()
 
 NEURONS = (Selector, BrainRoot, Selection)
-"""What stands for neurons before a run; attributes, indices and sums of it are the same again."""
+"""A placeholder for neurons before a run; attributes, indices and sums of it are placeholders, too."""
 
 UNITS = {
     "voltage": "mV", "rate": "Hz", "frequency": "Hz", "amplitude": "nA", "offset": "nA", "mean": "nA",
@@ -89,16 +89,16 @@ UNITS = {
 }  # fmt: skip
 """Units of the attributes of devices."""
 MODULES = ("math", "numpy")
-"""Modules of others whose names are looked up."""
+"""Third-party modules whose names are checked."""
 
 
 def joined(first: Shape, second: Shape) -> Shape:
-    """Return what is known of a value that has one of two shapes."""
+    """Return the common shape of a value that has one of two shapes."""
     return first if first == second else UNKNOWN
 
 
 def item_of(shape: Shape) -> Shape:
-    """Return what is known of any item of a sequence."""
+    """Return the common shape of the items of a sequence."""
     match shape:
         case Items(item):
             return item
@@ -111,7 +111,7 @@ def item_of(shape: Shape) -> Shape:
 
 
 def attribute(shape: Shape, name: str) -> Shape | None:
-    """Return what is known of an attribute; None: there is no such attribute."""
+    """Return the shape of an attribute; None if there is no such attribute."""
     match shape:
         case Known(DeviceGroup() as group):
             own = getattr(type(group), name, None)
@@ -128,7 +128,7 @@ def attribute(shape: Shape, name: str) -> Shape | None:
             return Known(getattr(cls, name)) if hasattr(cls, name) else None
         case Instance(cls):
             return _of_instance(cls, name)
-        case Number():  # some are NumPy's
+        case Number():  # some are NumPy functions
             return UNKNOWN if hasattr(np.float64, name) else None
     return UNKNOWN
 
@@ -173,7 +173,7 @@ def _of_instance(cls: type, name: str) -> Shape | None:
 
 
 def instance_of(cls: Any) -> Shape:
-    """Return the shape of the instances of a class of which something can be said."""
+    """Return the shape of the instances of a class; unknown for most classes."""
     return Instance(cls) if isinstance(cls, type) and dataclasses.is_dataclass(cls) else UNKNOWN
 
 
@@ -186,7 +186,7 @@ def of_hint(hint: Any) -> Shape:
 
 @cache
 def hints(owner: Any) -> dict[str, Any]:
-    """Return the declared types of a class or function; none where they cannot be told."""
+    """Return the declared types of a class or function; empty if they cannot be determined."""
     try:
         return get_type_hints(owner)
     except (NameError, TypeError):
@@ -194,7 +194,7 @@ def hints(owner: Any) -> dict[str, Any]:
 
 
 def names_of(shape: Shape) -> list[str]:
-    """Return the attributes that users know of something."""
+    """Return the public attributes of an object."""
     match shape:
         case Known(DeviceGroup() as group):
             return names_of(Known(group[0]))
@@ -215,13 +215,13 @@ def names_of(shape: Shape) -> list[str]:
 
 
 def _methods(kind: type[Device]) -> list[str]:
-    """Return the methods of a kind of device that are its own."""
+    """Return the methods that a kind of device adds to the base class."""
     own = set(dir(kind)) - set(dir(Device)) - set(kind.attributes())
     return sorted(name for name in own if not name.startswith("_") and callable(getattr(kind, name)))
 
 
 def can_set(adapter: Adapter, name: str) -> bool:
-    """Whether a function can set an attribute that there is."""
+    """Return whether an attribute exists and can be set."""
     owner = adapter[0] if isinstance(adapter, DeviceGroup) else adapter
     found = getattr(type(owner), name)
     if isinstance(found, ReadOnlyAttribute):

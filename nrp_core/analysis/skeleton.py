@@ -1,4 +1,4 @@
-"""A network without its synapses and numbers: enough to know which neurons and models there are."""
+"""A network without its synapses and parameters: enough to know its neurons and models."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.analysis.silence import silent_parts
 from nrp_core.brain.network.data import Network, Population, Projection
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
@@ -25,13 +26,21 @@ def described(network: Network) -> dict[str, Any]:
             [p.label, p.size, p.cell_type, _text(p.positions_um)] for p in network.populations.values()
         ],
         "synapses": synapses,
+        "unconnected": unconnected(network),
+        "silent": silent_parts(network),
         "views": {name: _short(ids) for name, ids in network.views.items()},
         "timestep_ms": network.timestep_ms,
     }
 
 
+def unconnected(network: Network) -> list[str]:
+    """Return the labels of the populations that have no synapse."""
+    connected = {end for one in network.projections if one.size for end in (one.pre, one.post)}
+    return [label for label in network.populations if label not in connected]
+
+
 def skeleton_of(described: dict[str, Any]) -> Network:
-    """Return a network that has the populations, views and kinds of synapses of another one."""
+    """Return a network with the populations, views and synapse types of another one."""
     populations = {
         label: Population(label, size, cell_type, {}, positions_um=_array(positions, size))
         for label, size, cell_type, positions in described["populations"]

@@ -1,7 +1,7 @@
-"""Follow the statements of a file as far as they are known before it runs.
+"""Follow the statements of a file as far as possible without running it.
 
-Constants, loops over them, and calls of the file's own functions are followed as they are written; of all
-other statements only the names that they set are known, not their values.
+Constants, loops over them, and calls of the file's own functions are followed. Of all other statements only
+the names that they set are known, not the values.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from nrp_core.analysis.scopes import SCOPES, own_nodes
 from nrp_core.analysis.shapes import UNKNOWN, Known, Row, Shape
 
 _DEPTH, _STATEMENTS = 20, 20_000
-"""How deep functions may call each other, and how many statements are followed."""
+"""Limits of the depth of calls and of the number of statements that are followed."""
 _CHANGING = frozenset(
     {"append", "extend", "insert", "remove", "pop", "popitem", "clear", "sort", "reverse", "update", "add",
      "discard", "setdefault", "appendleft"}
 )  # fmt: skip
-"""Methods that change what they are called on."""
+"""Methods that change their object."""
 _NO_PLAIN_FUNCTION = (ast.Yield, ast.YieldFrom, ast.Await, ast.Global, ast.Nonlocal)
 
 
 class _Elided:
-    """Stands for a default in what is told of a function."""
+    """Stands for a default value in the signature of a function."""
 
     def __repr__(self) -> str:
         return "..."
@@ -39,7 +39,7 @@ _ELIDED = _Elided()
 
 
 class _Left(Exception):  # noqa: N818 - nothing is wrong
-    """A loop or a function is left; ``value`` is what the function returns."""
+    """A loop or a function is left; ``value`` is the return value."""
 
     def __init__(self, way: type[ast.stmt], value: Shape = UNKNOWN) -> None:
         super().__init__()
@@ -47,16 +47,16 @@ class _Left(Exception):  # noqa: N818 - nothing is wrong
 
 
 class Written:
-    """A function of the user's: what it does is read, not executed.
+    """A function of the user, which is read and not executed.
 
     Args:
-        node: how it is written.
-        reader: reads the file that it stands in.
-        names: what the functions around it know.
-        defaults: its parameters that need not be given, with what they then are.
+        node: its syntax tree.
+        reader: the reader of its file.
+        names: the names of the enclosing functions.
+        defaults: its optional parameters with their default values.
 
     Attributes:
-        is_followed: whether it was called, and each time could be followed.
+        is_followed: whether it was called and every call could be followed.
     """
 
     def __init__(
@@ -74,10 +74,10 @@ class Written:
         return self.is_called and not self.is_lost
 
     def __call__(self, *given: Any, **named: Any) -> Any:
-        """Return what it gives for values that are known.
+        """Return its result for known arguments.
 
         Raises:
-            UnreadableError: that is known only when it is executed.
+            UnreadableError: the result is known only when it is executed.
         """
         reader = type(self._reader).__new__(type(self._reader))
         vars(reader).update(vars(self._reader))
@@ -89,9 +89,9 @@ class Statements(Evaluation):
     """Follows statements.
 
     Args:
-        names: what each name is.
-        ours: what may be called.
-        path: the file, which is to be blamed for what is wrong.
+        names: the shape of each name.
+        ours: the objects that may be called.
+        path: the file, for errors.
         changed: names whose values change while the file or its functions run.
     """
 
@@ -105,7 +105,7 @@ class Statements(Evaluation):
         self._depth, self._count = 0, 0
 
     def follow_file(self, statements: Iterable[ast.stmt]) -> None:
-        """Follow the statements of a file, each as far as that goes."""
+        """Follow the statements of a file, each as far as possible."""
         for statement in statements:
             self._count = 0
             try:
@@ -114,10 +114,10 @@ class Statements(Evaluation):
                 self.skip(statement)
 
     def follow(self, statements: Iterable[ast.stmt]) -> None:
-        """Follow statements, one after the other.
+        """Follow statements in order.
 
         Raises:
-            UnreadableError: what comes next is known only when they are executed.
+            UnreadableError: the next statement is known only when they are executed.
         """
         for statement in statements:
             self._count += 1
@@ -179,10 +179,10 @@ class Statements(Evaluation):
         super().bind(target, shape)
 
     def skip(self, node: ast.stmt) -> None:
-        """Pass over a statement whose effect is known only when it is executed.
+        """Skip a statement whose effect is known only when it is executed.
 
         Raises:
-            UnreadableError: so is what comes next.
+            UnreadableError: so is the next statement.
         """
         for one in ast.walk(node):
             if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
@@ -195,7 +195,7 @@ class Statements(Evaluation):
             raise UnreadableError("it may be left here")
 
     def quietly(self, node: ast.expr) -> Shape:
-        """Return what an expression is; nothing is known of one that fails."""
+        """Return the shape of an expression; unknown if it fails."""
         try:
             return self.shape(node)
         except FAILURES:
@@ -223,7 +223,7 @@ class Statements(Evaluation):
             return
         self.follow(node.orelse)
 
-    # -- functions of the user's
+    # -- functions of the user
 
     def _defined(self, node: ast.FunctionDef) -> Shape:
         if any(isinstance(one, _NO_PLAIN_FUNCTION) for one in own_nodes(ast.iter_child_nodes(node))):
@@ -251,7 +251,7 @@ class Statements(Evaluation):
             return UNKNOWN
 
     def run(self, written: Written, given: tuple[Shape, ...], named: Mapping[str, Shape]) -> Shape:
-        """Return what a function gives.
+        """Return the result of a function.
 
         Raises:
             TypeError: it does not take these arguments.
@@ -279,7 +279,7 @@ class Statements(Evaluation):
 
     @property
     def local(self) -> dict[str, Shape]:
-        """The names of the function that is followed, which may still become more; none outside of one."""
+        """The names of the function that is followed, which may still grow; empty outside functions."""
         return self.names if self._depth else {}
 
 
@@ -326,7 +326,7 @@ def _signature(arguments: ast.arguments, defaults: Mapping[str, Shape]) -> Signa
 
 
 def _may_leave(node: ast.AST, in_loop: bool = False) -> bool:
-    """Whether something may leave the loop or function that it stands in."""
+    """Return whether statements may leave the enclosing loop or function."""
     if isinstance(node, SCOPES):
         return False
     if isinstance(node, (ast.Break, ast.Continue)):

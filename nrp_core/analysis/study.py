@@ -1,8 +1,9 @@
-"""All that can be known of an experiment without starting a simulator or executing a transfer function."""
+"""Read an experiment without starting a simulator or executing a transfer function."""
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,10 +16,12 @@ from nrp_core.analysis.events import Event
 from nrp_core.analysis.function_body import FunctionBody
 from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
+from nrp_core.analysis.silence import Silence
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain, BrainBackend
 from nrp_core.brain.network.data import Network
 from nrp_core.cle.wiring import declare_topics
+from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TIME, TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.loading.listing import Listing, PythonSource
@@ -45,20 +48,21 @@ from nrp_core.experiment.making.watch import declare_missing_topics
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment, PartMaker
 from nrp_core.findings import Code, Finding, Level, has_errors
+from nrp_core.parameters import Declared as Parameters
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
 
 @dataclass(frozen=True, slots=True)
 class Examined:
-    """A transfer function and what its body does.
+    """A transfer function and the operations of its body.
 
     Args:
-        declared: how it is written.
-        adapters: what each parameter stands for; without those that could not be found.
-        events: what its body does.
-        experiment: whose function it is.
-        world: has the topics.
+        declared: the function as it is written.
+        adapters: the adapter of each parameter that could be bound.
+        events: the operations of its body.
+        experiment: the experiment that it belongs to.
+        world: the world with the topics.
     """
 
     declared: Declared
@@ -74,22 +78,22 @@ class Examined:
 
     @property
     def returns_to(self) -> TopicInfo | None:
-        """The topic that its value goes to, if there is one."""
+        """The topic of its return value, if there is one."""
         topic = self.function.topic
         return None if topic is None or _is_changed(topic) else self.world.topics.get(topic.name)
 
     def parameter_of(self, shape: Shape) -> str | None:
-        """Return the parameter that stands for something, if one does."""
+        """Return the parameter with an adapter, if there is one."""
         found = shape.value if isinstance(shape, Known) else None
         return next((name for name, adapter in self.adapters.items() if adapter is found), None)
 
 
 class _Reading(Maker):
-    """Makes the parts of an experiment by reading them only.
+    """Makes the parts of an experiment without executing them.
 
     Args:
-        maker: makes them for a run.
-        build: makes networks.
+        maker: makes the parts for a run.
+        build: builds networks.
     """
 
     def __init__(self, maker: PartMaker, build: ChildBuilder) -> None:
@@ -109,6 +113,12 @@ class _Reading(Maker):
     def network(self, experiment: Experiment, build: Any = None) -> Network:
         return self._maker.network(experiment, self._build)
 
+    def brain_parameters(self, experiment: Experiment) -> Parameters:
+        return self._maker.brain_parameters(experiment)
+
+    def function_parameters(self, experiment: Experiment) -> Parameters:
+        return self._maker.function_parameters(experiment)
+
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         level = Level.ERROR if experiment.strict else Level.WARNING
         before = len(collector.findings)
@@ -119,9 +129,11 @@ class _Reading(Maker):
             self.neighbours |= {source.path: source for source in declarations.neighbours}
             collector.findings += (at_most(finding, level) for finding in declarations.findings)
             self.declared += declarations.functions
+            if not (declarations.functions or declarations.neighbours or experiment.compatibility):
+                collector.findings += _declares_nothing(listing)
             self.is_complete &= declarations.is_complete
             yield from (declared.function for declared in declarations.functions)
-        # a file that could not be read declares functions that nobody knows
+        # the functions of a file that could not be read are unknown
         self.is_complete &= not has_errors(collector.findings[before:])
 
     def declare_missing_topics(self, world: World, functions: Any) -> None:
@@ -129,7 +141,7 @@ class _Reading(Maker):
 
 
 class Study(Examination):
-    """One look at an experiment that starts and executes nothing.
+    """An experiment as it is read, without starting or executing anything.
 
     Args:
         experiment: the experiment.
@@ -137,13 +149,14 @@ class Study(Examination):
 
     Attributes:
         examined: its transfer functions, in the order in which they run.
-        topics: those of its world, as far as it could be read.
+        topics: the topics of its world, as far as it could be read.
     """
 
     def __init__(self, experiment: Experiment, progress: ProgressCallback) -> None:
         self.examined: list[Examined] = []
         self.topics: Mapping[str, TopicInfo] = {}
-        self._build = ChildBuilder(*_brain_of(experiment))
+        self.driven: set[int] = set()
+        self._build = ChildBuilder(*_brain_of(experiment), _limit_s(experiment))
         self._reading = _Reading(maker_of(experiment), self._build)
         super().__init__(experiment.with_maker(self._reading), progress)
 
@@ -159,7 +172,7 @@ class Study(Examination):
 
     @property
     def is_complete(self) -> bool:
-        """Whether these are all that there are: every file could be read, and all that it declares."""
+        """Whether all functions are known: every file and all its declarations could be read."""
         return self._reading.is_complete
 
     @property
@@ -168,8 +181,18 @@ class Study(Examination):
         return self._reading.read
 
     @property
+    def unconnected(self) -> list[str]:
+        """The populations of its brain that have no synapse."""
+        return self._build.unconnected
+
+    @property
+    def silent(self) -> list[Silence]:
+        """The parts of its brain that no spike comes from or passes at first."""
+        return self._build.silent
+
+    @property
     def neighbours(self) -> list[PythonSource]:
-        """The modules that these import from beside them."""
+        """The modules beside them that they import."""
         return list(self._reading.neighbours.values())
 
     def _brain_fits(self) -> bool:
@@ -181,16 +204,15 @@ class Study(Examination):
             with self.collector.during(Code.NRP208, "brain", "model"):
                 if self._build.refusal is not None:
                     raise self._build.refusal
-        for warning in self._build.warnings:
-            self.collector.add(Code.NRP217, warning, "brain", "model", level=Level.WARNING)
+        self.collector.place(self._build.warnings, "brain", "model")
         return not has_errors(self.collector.findings[before:])
 
     def _check_functions(self, network: Network, world: World) -> None:
         fits = self.brain is not None and self._fits
         brain = MockBrain(network, capabilities=self.brain.capabilities if fits and self.brain else None)
         for topic in declare_missing_topics(self._experiment, world, self.functions):
-            message = f"nobody serves the topic '{topic}': it is silent unless a function publishes on it"
-            self.collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING)
+            message = f"the world has no topic '{topic}': it is silent unless a function publishes on it"
+            self.collector.add(Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic)
         ordered = sorted(self._reading.declared, key=lambda declared: -declared.function.priority)
         declare_topics([declared.function for declared in ordered], world)
         self.topics = world.topics
@@ -200,11 +222,12 @@ class Study(Examination):
             adapters = self._bound(declared, brain, world, variables)
             events = _events(declared, adapters)
             self.examined.append(Examined(declared, adapters, events, self._experiment, world))
+        self.driven = {int(neuron) for port in brain.devices for neuron in port.neurons}
 
     def _bound(
         self, declared: Declared, brain: Brain, world: World, variables: dict[str, Any]
     ) -> dict[str, Adapter]:
-        """Return what the parameters of a function stand for; what stands for nothing is a finding."""
+        """Return the adapters of a function's parameters; one that cannot be bound is a finding."""
         function = declared.function
         try:
             bound = function.bind(brain, world, variables=variables).adapters
@@ -224,7 +247,7 @@ class Study(Examination):
         return adapters
 
     def _refuse(self, declared: Declared, name: str, error: Exception) -> None:
-        """Add what keeps a parameter, or without a name the function, from being bound."""
+        """Add the finding that a parameter, or without a name the function, cannot be bound."""
         node = declared.nodes.get(name, declared.node)
         if isinstance(error, UnreadableError):
             message = f"what '{name or declared.function.name}' stands for is known only when it runs"
@@ -232,16 +255,29 @@ class Study(Examination):
         else:
             level = self._lapse
             if isinstance(error, TopicError) and not self._reading.is_complete:
-                level = Level.WARNING  # what could not be read may serve it
+                level = Level.WARNING  # a file that could not be read may publish it
             code = _code_of(error, declared.function.mappings.get(name))
             finding = declared.finding(code, node, getattr(error, "message", str(error)), level)
         self.collector.findings.append(finding)
 
 
+_DECORATOR = re.compile(r"Neuron2Robot|Robot2Neuron|NeuronMonitor|import \*|exec|__import__|import_module")
+"""What a file may declare functions with."""
+
+
+def _declares_nothing(listing: Listing) -> Iterator[Finding]:
+    """Yield that a file of Python, which names no decorator, declares nothing: loading it is refused."""
+    paths = [source.path for source in listing.sources]
+    names = {name for source in listing.sources for name in _DECORATOR.findall(ast.unparse(source.tree))}
+    if len(paths) == 1 and paths[0].suffix == ".py" and not names:
+        message = "declares no transfer function; decorate one with @nrp.Neuron2Robot or @nrp.Robot2Neuron"
+        yield Finding(Code.NRP210, message, path=paths[0], line=1)
+
+
 def _beyond(
     slices: list[tuple[PythonSource, ast.expr, Selector, slice]], root: BrainRoot
 ) -> Iterator[Finding]:
-    """Yield where a slice is longer than what it is of: it is cut off without a word."""
+    """Yield slices beyond the end of a population, which Python silently shortens."""
     for source, node, neurons, index in slices:
         try:
             of, bounds = evaluate(neurons, root), evaluate([index.start, index.stop], root)
@@ -273,7 +309,7 @@ def _code_of(error: Exception, mapping: binding.Mapping | None) -> Code:
 
 
 def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:
-    """Return what the body of a function does."""
+    """Return the operations of a function's body."""
     names: dict[str, Shape] = {**declared.names, TIME: Number("s")}
     names |= dict.fromkeys(declared.function.parameters, UNKNOWN)
     names |= {
@@ -285,12 +321,12 @@ def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:
 
 
 def _is_changed(topic: Topic | None) -> bool:
-    """Whether the messages of a topic become something else on their way."""
+    """Return whether the messages of a topic are converted."""
     return isinstance(topic, PreprocessedTopic)
 
 
 def _brain_of(experiment: Experiment) -> tuple[BrainBackend | None, Any]:
-    """Return the brain backend of an experiment and its options, if there is one."""
+    """Return the brain backend of an experiment and its options, if it has one."""
     section = experiment.brain
     try:
         return load_backend(brains(), "brain", section.backend, section.options, experiment.source)
@@ -298,7 +334,12 @@ def _brain_of(experiment: Experiment) -> tuple[BrainBackend | None, Any]:
         return None, None
 
 
+def _limit_s(experiment: Experiment) -> float | None:
+    limit_ns = experiment.brain.time_limit
+    return None if limit_ns is None else seconds(limit_ns)
+
+
 def at_most(finding: Finding, level: Level) -> Finding:
-    """Return a finding that is not worse than a level."""
+    """Return a finding with its level lowered to a limit."""
     is_worse = finding.level is Level.ERROR and level is not Level.ERROR
     return replace(finding, level=level) if is_worse else finding

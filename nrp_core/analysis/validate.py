@@ -1,4 +1,4 @@
-"""Check an experiment without starting a simulator or executing a transfer function."""
+"""Check an experiment, or transfer functions, without starting a simulator or executing a function."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nrp_core.analysis import checks as checks  # registers them
+from nrp_core.analysis.declarations import Declarations
 from nrp_core.analysis.registry import CHECKS
 from nrp_core.analysis.study import Study, at_most
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, TopicError, TransferFunctionError
+from nrp_core.experiment.making.maker import LISTERS
 from nrp_core.experiment.making.prepare import ProgressCallback, no_progress
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.reading.platforms import described_by
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 
 def validate(experiment: Experiment, progress: ProgressCallback = no_progress) -> list[Finding]:
-    """Return all that is wrong with an experiment that could be read, and what is worth knowing of it."""
+    """Return all findings about an experiment that could be read."""
     study = Study(experiment, progress)
     worst = Level.ERROR if experiment.strict else Level.WARNING
     found = [at_most(finding, worst) for check in CHECKS for finding in check.run(study)]
@@ -26,30 +29,53 @@ def validate(experiment: Experiment, progress: ProgressCallback = no_progress) -
 def validate_file(
     text: str | Path, overrides: Sequence[str] = (), progress: ProgressCallback = no_progress
 ) -> list[Finding]:
-    """Return all that is wrong with an experiment, reading it included.
+    """Return all findings about an experiment, errors of reading it included.
 
     Args:
-        text: a shipped experiment, a file, or a folder with one.
+        text: a shipped experiment, a file, a folder with one, or a file with transfer functions.
         overrides: ``dotted.key=value``.
         progress: called with the name of each task as it begins.
     """
     try:
+        if Path(text).is_file() and Path(text).suffix in LISTERS.names():
+            return validate_functions(Path(text), overrides, progress)
         return validate(load_experiment(text, overrides), progress)
     except InvalidExperimentError as error:
         return list(error.findings)
+    except TransferFunctionError as error:
+        return [Finding.of(error, Code.NRP210)]
+    except TopicError as error:  # two parts of the world have one topic
+        return [Finding.of(error, Code.NRP212)]
     except ExperimentError as error:  # there is no such experiment
         return [Finding.of(error, Code.NRP204)]
+
+
+def validate_functions(
+    path: Path, overrides: Sequence[str] = (), progress: ProgressCallback = no_progress
+) -> list[Finding]:
+    """Return all findings about a file with transfer functions, and the brain and body that it may name.
+
+    Raises:
+        ExperimentError: it cannot be read.
+    """
+    experiment = described_by(path, overrides)
+    if experiment is not None:
+        return validate(experiment, progress)
+    declarations = Declarations(LISTERS.load(path.suffix)(path))
+    if not (declarations.functions or declarations.findings):
+        return [Finding(Code.NRP210, "declares no transfer function", path=path)]
+    return declarations.findings
 
 
 def refined(
     error: InvalidExperimentError, text: str | Path, overrides: Sequence[str] = ()
 ) -> InvalidExperimentError:
-    """Return what keeps an experiment from running in the words of :func:`validate_file`, which knows more.
+    """Return the findings of :func:`validate_file` for an experiment that failed to start.
 
     Args:
-        error: what a run ended with before it began.
+        error: the error of the run.
         text: the experiment, as of :func:`validate_file`.
-        overrides: likewise.
+        overrides: as of :func:`validate_file`.
     """
     known = [finding for finding in validate_file(text, overrides) if finding.level is Level.ERROR]
     said = {(finding.path, key) for finding in known for key in (finding.line, finding.message)}

@@ -1,4 +1,4 @@
-"""What bodies read and set of devices, topics, variables and modules."""
+"""Attributes of devices, topics, variables and modules that function bodies read and set."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from nrp_core.world.messages.base import type_name
 
 @checks_function(Code.NRP223)
 def adapters_have_the_attribute(function: Examined) -> Iterator[Finding]:
-    """Look for attributes that what a parameter stands for does not have."""
+    """Look for attributes that a parameter's device, topic or variable does not have."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and _adapter(event) is not None:
             hint = meant(event.name, names_of(event.owner))
-            message = f"{_told(function, event)} has no attribute '{event.name}'{hint}"
+            message = f"{_described(function, event)} has no attribute '{event.name}'{hint}"
             yield function.declared.finding(Code.NRP223, event.node, message)
 
 
 @checks_function(Code.NRP223)
 def numbers_have_no_attributes(function: Examined) -> Iterator[Finding]:
-    """Look for attributes of numbers, such as those of what they were read from."""
+    """Look for attributes of numbers, such as those of the device that a number was read from."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and isinstance(event.owner, Number):
-            message = f"'{ast.unparse(event.node.value)}' is a number: it has no '{event.name}'"
+            message = f"'{ast.unparse(event.node.value)}' is a number and has no '{event.name}'"
             yield function.declared.finding(Code.NRP223, event.node, message)
 
 
@@ -60,19 +60,19 @@ def modules_have_the_name(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP224)
-def what_is_set_can_be_set(function: Examined) -> Iterator[Finding]:
-    """Look for readings that are set."""
+def only_writable_attributes_are_set(function: Examined) -> Iterator[Finding]:
+    """Look for read-only attributes that are set."""
     for event in function.events:
         adapter = _adapter(event) if isinstance(event, Write) and event.exists else None
         if adapter is not None and isinstance(event, Write) and not can_set(adapter, event.name):
             level = Level.WARNING if isinstance(adapter, SubscribedTopic) else Level.ERROR
-            message = f"{_told(function, event).rstrip(',')}: '{event.name}' can only be read"
+            message = f"{_described(function, event).rstrip(',')}: '{event.name}' can only be read"
             yield function.declared.finding(Code.NRP224, event.node, message, level)
 
 
 @checks_function(Code.NRP225)
 def settings_are_in_range(function: Examined) -> Iterator[Finding]:
-    """Try constants on a device that nothing listens to."""
+    """Assign constants to a device that is not connected, to find invalid ones."""
     for event in function.events:
         match event:
             case Write(node, Known(Device() | DeviceGroup() as device), name, True, Known(value)):
@@ -100,8 +100,8 @@ def _adapter(event: Read | Write) -> Adapter | None:
     return owner if isinstance(owner, Adapter) else None
 
 
-def _told(function: Examined, event: Read | Write) -> str:
-    """Return what a parameter is, in a few words."""
+def _described(function: Examined, event: Read | Write) -> str:
+    """Return a short description of a parameter."""
     adapter = _adapter(event)
     name = function.parameter_of(event.owner)
     mapping = function.function.mappings.get(name or "")
@@ -114,7 +114,7 @@ def _told(function: Examined, event: Read | Write) -> str:
         PublishedTopic: "a published topic",
         Variable: "a variable",
     }
-    told = next((text for kind, text in kinds.items() if isinstance(adapter, kind)), "")
+    text = next((text for kind, text in kinds.items() if isinstance(adapter, kind)), "")
     if name is None:
-        return told or f"a {type(adapter).__name__}"
-    return f"'{name}', {told}," if told else f"'{name}'"
+        return text or f"a {type(adapter).__name__}"
+    return f"'{name}', {text}," if text else f"'{name}'"

@@ -17,7 +17,7 @@ from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
 
 _PLAIN = ("math", "builtins")
-"""Modules whose functions are known for what they take."""
+"""Modules whose functions have known signatures."""
 _SEEDED = ("random.Random", "random.seed")
 _CLOCKS = frozenset(
     {f"time.{name}" for name in ("time", "perf_counter", "monotonic", "process_time", "time_ns")}
@@ -27,7 +27,7 @@ _CLOCKS = frozenset(
 
 @checks_function(Code.NRP240)
 def calls_fit(function: Examined) -> Iterator[Finding]:
-    """Compare the arguments of functions and methods with what they take."""
+    """Compare the arguments of functions and methods with their signatures."""
     for event in function.events:
         match event:
             case Call(node, Known(callee), given, named, True) if _is_checked(callee):
@@ -46,15 +46,15 @@ def calls_fit(function: Examined) -> Iterator[Finding]:
 
 
 def _is_checked(callee: Any) -> bool:
-    """Whether a call of something is compared with what it takes."""
+    """Return whether the arguments of calls of something are checked."""
     if isinstance(callee, Written):
         return True
     if isinstance(callee, (FunctionType, MethodType)):
         return str(callee.__module__).startswith("nrp_core.")
-    return isinstance(callee, BuiltinFunctionType) and callee.__module__ in _PLAIN and _is_told(callee)
+    return isinstance(callee, BuiltinFunctionType) and callee.__module__ in _PLAIN and _has_signature(callee)
 
 
-def _is_told(callee: Any) -> bool:
+def _has_signature(callee: Any) -> bool:
     try:
         return bool(inspect.signature(callee).parameters)
     except ValueError:
@@ -62,7 +62,7 @@ def _is_told(callee: Any) -> bool:
 
 
 @checks_function(Code.NRP240)
-def what_is_called_is_a_function(function: Examined) -> Iterator[Finding]:
+def only_functions_are_called(function: Examined) -> Iterator[Finding]:
     """Look for calls of numbers, messages and devices."""
     for event in function.events:
         match event:
@@ -74,7 +74,7 @@ def what_is_called_is_a_function(function: Examined) -> Iterator[Finding]:
                 pass
             case _:
                 continue
-        message = f"'{ast.unparse(node.func)}' is no function: it cannot be called"
+        message = f"'{ast.unparse(node.func)}' is not a function and cannot be called"
         yield function.declared.finding(Code.NRP240, node, message)
 
 
@@ -87,10 +87,10 @@ def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
             continue
         name = ast.unparse(node.func)
         if not re.fullmatch(r"[\w.]+", name):
-            continue  # of a result, such as a generator with a seed of its own
+            continue  # of a result, such as a generator with its own seed
         root, _, rest = name.partition(".")
         if isinstance(function.declared.names.get(root), Known):
-            continue  # what is found under this name is no clock: a substitute of ours
+            continue  # this name is not a clock but a substitute of ours
         called = ".".join(part for part in (imported.get(root, ""), rest) if part)
         if called == "time.sleep":
             message = f"'{name}' stops the whole loop: simulated time stands still meanwhile"
@@ -101,7 +101,7 @@ def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
 
 
 def _imported(function: Examined) -> dict[str, str]:
-    """Return what the names of imported modules, and of what is in them, stand for."""
+    """Return the full names of imported modules and of the names imported from them."""
     found: dict[str, str] = {}
     for node in ast.walk(function.declared.source.tree):
         match node:
@@ -114,7 +114,7 @@ def _imported(function: Examined) -> dict[str, str]:
 
 @checks_function(Code.NRP243)
 def nothing_depends_on_chance(function: Examined) -> Iterator[Finding]:
-    """Look for generators that all share."""
+    """Look for the global random generators."""
     for event in function.events:
         if isinstance(event, Call) and isinstance(event.callee, Known):
             callee = event.callee.value

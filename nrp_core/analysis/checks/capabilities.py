@@ -1,4 +1,4 @@
-"""What robots, functions and events ask of the chosen world, and it cannot do."""
+"""Capabilities that robots, functions and events need and the chosen world lacks."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings.capabilities import world_lacks
 from nrp_core.world.capabilities import WorldCapabilities, needs_of
 from nrp_core.world.scene.model import Scene
+from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.sensors.contact import CONTACTS
 from nrp_core.world.services.service import PREFIX
 
 _SERVICES = {
@@ -18,7 +21,7 @@ _SERVICES = {
     "delete_model": "changes", "set_physics_properties": "changes",
     "apply_body_wrench": "joint_control", "apply_joint_effort": "joint_control",
 }  # fmt: skip
-"""The capability that a service rests on."""
+"""The capability that each service needs."""
 
 
 @checks_experiment(Code.NRP216)
@@ -46,6 +49,37 @@ def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
             yield place.finding(Code.NRP216, message, Level.WARNING)
 
 
+@checks_experiment(Code.NRP295)
+def cameras_have_light(study: Study) -> Iterator[Finding]:
+    """Look for cameras that draw light in a scene that has none."""
+    renderer = getattr(study.world.options, "renderer", None) if study.world else None
+    if study.scene is None or study.scene.lights or renderer != "realistic":
+        return
+    sensors = (sensor for _, link in study.scene.links() for sensor in link.sensors)
+    if any(isinstance(sensor, Camera) for sensor in sensors):
+        message = "the scene has no light: images of the realistic renderer are dark"
+        yield study.experiment.place("world", "scene").finding(Code.NRP295, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP216)
+def the_world_reports_distances(study: Study) -> Iterator[Finding]:
+    """Look for events and criteria about distances in a world that does not report where models are."""
+    if study.world is None or study.world.capabilities.poses:
+        return
+    experiment = study.experiment
+    events = (
+        ("events", name, "when", "near")
+        for name, event in experiment.events.items()
+        if event.when is not None and event.when.near is not None
+    )
+    criteria = (
+        ("criteria", name) for name, asked in experiment.criteria.items() if asked.topic_stays is None
+    )
+    for keys in (*events, *criteria):
+        message = f"'{keys[1]}' needs a distance: {world_lacks(experiment.world.backend, 'poses')}"
+        yield experiment.place(*keys).finding(Code.NRP216, message)
+
+
 @checks_experiment(Code.NRP216)
 def the_world_does_what_is_commanded(study: Study) -> Iterator[Finding]:
     """Look for joints, forces and changes that a function or an event commands and the world refuses."""
@@ -58,19 +92,19 @@ def the_world_does_what_is_commanded(study: Study) -> Iterator[Finding]:
         topics |= {name: one.writes.name for name, one in examined.function.mappings.items() if one.writes}
         for name, topic in topics.items():
             if topic in lacking:
-                message = f"nothing is done with what is sent on '{topic}': {lacking[topic]}"
+                message = f"nothing reacts to messages on '{topic}': {lacking[topic]}"
                 yield declared.finding(Code.NRP216, declared.nodes.get(name), message)
     for event, what in study.experiment.events.items():
         for i, published in enumerate(what.publish):
             if published.topic in lacking:
-                message = f"nothing is done with '{published.topic}': {lacking[published.topic]}"
+                message = f"nothing reacts to '{published.topic}': {lacking[published.topic]}"
                 place = study.experiment.place("events", event, "publish", i, "topic")
                 yield place.finding(Code.NRP216, message)
 
 
 @checks_experiment(Code.NRP216)
 def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
-    """Look for models that only forces could move, or hold, in a world without any."""
+    """Look for models that need forces to move or hold, in a world without dynamics."""
     if study.world is None or study.scene is None:
         return
     has, backend = study.world.capabilities, study.experiment.world.backend
@@ -79,12 +113,12 @@ def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
         lacking = [(j.name, need) for j in model.joints for need in needs_of(j) if not getattr(has, need)]
         message = ""
         if not (has.dynamics or model.static or model.drives):
-            message = f"'{model.name}' could not move: the world backend '{backend}' has no dynamics"
+            message = f"'{model.name}' could not move: {world_lacks(backend, 'dynamics')}"
         elif held and not has.joint_control:
-            message = f"'{model.name}' holds {held[0]}: the world backend '{backend}' has no joint_control"
+            message = f"'{model.name}' holds {held[0]}: {world_lacks(backend, 'joint_control')}"
         elif lacking and has.dynamics and not model.static:
             joint, need = lacking[0]
-            message = f"'{model.name}/{joint}' could not move: the world backend '{backend}' has no {need}"
+            message = f"'{model.name}/{joint}' could not move: {world_lacks(backend, need)}"
         if message:
             is_robot = model.name in study.experiment.world.robots
             keys = ("world", "robots", model.name) if is_robot else ("world", "scene")
@@ -92,16 +126,12 @@ def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
 
 
 def _lacking(study: Study, needs: Iterable[tuple[str, str]]) -> dict[str, str]:
-    """Return the topics for which the world lacks something, with what it lacks."""
+    """Return the topics for which the world lacks capabilities, with these capabilities."""
     if study.world is None:
         return {}
     has: WorldCapabilities = study.world.capabilities
     backend = study.experiment.world.backend
-    return {
-        topic: f"the world backend '{backend}' has no {need}"
-        for topic, need in needs
-        if not getattr(has, need)
-    }
+    return {topic: world_lacks(backend, need) for topic, need in needs if not getattr(has, need)}
 
 
 def _senses(scene: Scene) -> Iterator[tuple[str, str]]:
@@ -114,13 +144,16 @@ def _senses(scene: Scene) -> Iterator[tuple[str, str]]:
         for topic in (model.joint_states_topic, *(drive.wheel_speeds_topic for drive in model.drives)):
             if topic is not None:
                 yield topic, "dynamics"
+    yield CONTACTS, "contacts"
 
 
 def _commands(scene: Scene) -> Iterator[tuple[str, str]]:
-    """Yield the topic of each command, with the capability that it rests on."""
+    """Yield the topic of each command with the capability that it needs."""
     for model in scene.models:
         for controller in model.controllers:
             yield controller.topic, "joint_control"
+        for pair in model.pair_controllers:
+            yield pair.topic, "joint_control"
         for follower in model.trajectory_controllers:
             yield follower.command_topic, "joint_control"
     for service, need in _SERVICES.items():

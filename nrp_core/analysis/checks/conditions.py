@@ -1,4 +1,4 @@
-"""What events, criteria and comparisons of an experiment ask for, and never get."""
+"""Conditions of events, criteria and comparisons that can never be met."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
 
 
-@checks_experiment(Code.NRP202)
+@checks_experiment(Code.NRP296)
 def a_step_is_short(study: Study) -> Iterator[Finding]:
-    """Look for a loop that hardly turns."""
+    """Look for a time step that is too long for a closed loop."""
     step_ns = study.experiment.timestep
     if step_ns > NS_PER_S:
         message = f"timestep: sensors reach the brain, and this the robot, only every {seconds(step_ns):g} s"
-        yield study.experiment.place("timestep").finding(Code.NRP202, message, Level.WARNING)
+        yield study.experiment.place("timestep").finding(Code.NRP296, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP248)
 def criteria_count_some_time(study: Study) -> Iterator[Finding]:
-    """Look for criteria that never count."""
+    """Look for criteria that are never evaluated."""
     experiment, end_ns = study.experiment, study.experiment.duration
     for keys, during in _periods(experiment):
         place = experiment.place(*keys, "during")
@@ -43,7 +43,7 @@ def criteria_count_some_time(study: Study) -> Iterator[Finding]:
 
 
 def _never_counts(during: During, experiment: Experiment) -> str:
-    """Return why a period has no time in it, empty where it has or nothing is known."""
+    """Return why a period is empty; an empty text if it is not, or if this is unknown."""
     since, until = (_time_of(moment, experiment) for moment in (during.since, during.until))
     if isinstance(since, int) and isinstance(until, int):
         return f"{seconds(since):g} s is not before {seconds(until):g} s" if since >= until else ""
@@ -55,7 +55,7 @@ def _never_counts(during: During, experiment: Experiment) -> str:
 
 
 def _time_of(moment: int | str, experiment: Experiment) -> int | str:
-    """Return when a moment is, ns; the event itself where that shows only in the run."""
+    """Return a time in ns; the event itself if its time is only known during the run."""
     fixed = {START: 0, END: experiment.duration}
     fixed |= {name: event.at for name, event in experiment.events.items() if event.at is not None}
     return moment if isinstance(moment, int) else fixed.get(moment, moment)
@@ -71,8 +71,8 @@ def bounds_leave_something(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP212)
-def criteria_hear_something(study: Study) -> Iterator[Finding]:
-    """Look for criteria on topics of the experiment's own that nobody publishes on."""
+def topics_of_criteria_are_published(study: Study) -> Iterator[Finding]:
+    """Look for criteria on topics of the experiment that nothing publishes on."""
     experiment = study.experiment
     if not study.is_complete:
         return
@@ -88,7 +88,7 @@ def criteria_hear_something(study: Study) -> Iterator[Finding]:
 
 @checks_experiment(Code.NRP248)
 def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
-    """Look for models that begin where they are to come to."""
+    """Look for models that start at their destination."""
     if study.scene is None:
         return
     where = GroundPositions(MockWorld(scene=study.scene))
@@ -98,7 +98,7 @@ def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
             continue
         try:
             distance = Proximity(near, study.scene).distance(where)
-        except NrpError:  # reported where it is watched
+        except NrpError:  # reported by the check of events and criteria
             continue
         if distance <= near.within:
             message = f"'{name}' is met before anything moves: '{near.model}' begins {distance:.2g} m away"
@@ -108,9 +108,9 @@ def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
 
 @checks_experiment(Code.NRP215)
 def varied_settings_exist(study: Study) -> Iterator[Finding]:
-    """Try a value of each range that a comparison draws from."""
+    """Try a value from each range of a comparison."""
     experiment = study.experiment
-    if not experiment.source.value:  # it was made in Python
+    if not experiment.source.value:  # it was created in Python
         return
     for key, values in experiment.comparison.vary.items():
         message = ""

@@ -1,4 +1,4 @@
-"""What has items, and how many: devices, groups, numbers, messages, rows of files."""
+"""Items of devices, groups, numbers, messages and rows of files, and their number."""
 
 from __future__ import annotations
 
@@ -21,15 +21,17 @@ _OF_MANY: tuple[Any, ...] = (min, max, sum)
 
 
 @checks_function(Code.NRP252)
-def what_is_indexed_has_items(function: Examined) -> Iterator[Finding]:
-    """Look for items of what has none, or not so many."""
+def indexed_values_have_items(function: Examined) -> Iterator[Finding]:
+    """Look for items of values that have none or fewer."""
     for event in function.events:
         match event:
             case Index(node, Known(DeviceGroup() as group), Known(int() as index)):
                 if -len(group) <= index < len(group):
                     continue
-                told = ast.unparse(node.value if isinstance(node, ast.Subscript) else node)
-                message = f"'{told}' has {len(group)} devices, 0..{len(group) - 1}; {index} is not among them"
+                group_text = ast.unparse(node.value if isinstance(node, ast.Subscript) else node)
+                message = (
+                    f"'{group_text}' has {len(group)} devices, 0..{len(group) - 1}; {index} is not among them"
+                )
             case Call(node, Known(callee), (owner,), _, True) if any(callee is one for one in _OF_MANY):
                 what = _without_items(function, owner)
                 if not what:
@@ -46,7 +48,7 @@ def what_is_indexed_has_items(function: Examined) -> Iterator[Finding]:
 
 
 def _without_items(function: Examined, shape: Shape) -> str:
-    """Return what something is that has no items, empty where it may have some."""
+    """Return the kind of a value without items; empty if it may have items."""
     match shape:
         case Number() | Known(bool() | int() | float()):
             return "a number"
@@ -65,7 +67,7 @@ def groups_get_a_value_for_each(function: Examined) -> Iterator[Finding]:
     for event in function.events:
         match event:
             case Write(node, Known(DeviceGroup() as group), name, True, Row(items)):
-                is_known = all(isinstance(item, Known) for item in items)  # then it is tried
+                is_known = all(isinstance(item, Known) for item in items)  # another check tries it
                 if len(items) != len(group) and can_set(group, name) and not is_known:
                     message = f"{len(items)} values for '{name}' of {len(group)} devices"
                     yield function.declared.finding(Code.NRP225, node, message)
@@ -73,7 +75,7 @@ def groups_get_a_value_for_each(function: Examined) -> Iterator[Finding]:
 
 @checks_function(Code.NRP253)
 def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
-    """Look for parameters that are overwritten where something of them was to be set."""
+    """Look for parameters that are overwritten instead of setting an attribute of them."""
     lost: dict[str, Shape] = {}
     for event in function.events:
         match event:
@@ -85,7 +87,7 @@ def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
                 if isinstance(owner, (Known, Instance)):
                     continue
                 message = (
-                    f"'{name}' is no longer what it stands for, but what is assigned to it above; "
+                    f"'{name}' was overwritten above and no longer stands for its device or topic; "
                     f"did you mean '{name}.{node.attr} = ...' there?"
                 )
                 yield function.declared.finding(Code.NRP253, node, message, Level.WARNING)
@@ -94,7 +96,7 @@ def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
 
 @checks_function(Code.NRP254)
 def headers_are_a_list(function: Examined) -> Iterator[Finding]:
-    """Look for headers that are one text, of which each letter would be a column."""
+    """Look for headers that are a single string, of which each letter would become a column."""
     for name, mapping in function.function.mappings.items():
         node = function.declared.nodes.get(name)
         if not isinstance(mapping, MapCSVRecorder) or not isinstance(node, ast.Call):

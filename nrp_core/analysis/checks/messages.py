@@ -1,4 +1,4 @@
-"""Messages: how they are made, and where they are sent."""
+"""How messages are created and where they are sent."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _PLAIN: dict[Any, tuple[str, tuple[type, ...]]] = {
 
 
 @checks_function(Code.NRP227)
-def constructors_get_what_they_take(function: Examined) -> Iterator[Finding]:
+def constructor_arguments_have_the_field_types(function: Examined) -> Iterator[Finding]:
     """Compare the arguments of messages with their fields."""
     for event in function.events:
         match event:
@@ -48,8 +48,8 @@ def constructors_get_what_they_take(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP227)
-def fields_get_what_they_take(function: Examined) -> Iterator[Finding]:
-    """Compare what is assigned to fields of messages with their types."""
+def assigned_values_have_the_field_types(function: Examined) -> Iterator[Finding]:
+    """Compare values assigned to fields of messages with the types of the fields."""
     for event in function.events:
         match event:
             case Write(node, Instance(cls), name, True, value) if _is_message(cls):
@@ -60,8 +60,8 @@ def fields_get_what_they_take(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP228)
-def topics_get_what_they_carry(function: Examined) -> Iterator[Finding]:
-    """Compare what is returned or sent with the type of the topic."""
+def sent_values_fit_the_topic(function: Examined) -> Iterator[Finding]:
+    """Compare returned and sent values with the type of the topic."""
     for event in function.events:
         match event:
             case Return(node, value) if value is not None and function.returns_to is not None:
@@ -78,7 +78,7 @@ def topics_get_what_they_carry(function: Examined) -> Iterator[Finding]:
 
 
 def _refused(info: TopicInfo, value: Shape) -> str:
-    """Return why a topic would refuse something, empty where it is not known to."""
+    """Return why a topic would refuse a value; empty if it is not known to."""
     if not dataclasses.is_dataclass(info.type):
         return ""
     kind: Any = info.type
@@ -102,7 +102,7 @@ def _refused(info: TopicInfo, value: Shape) -> str:
 
 
 def _misfit(function: Examined, shape: Shape, hint: Any) -> str:
-    """Return what a field must be if a value cannot be that, else nothing."""
+    """Return the type of a field if a value does not fit it, else an empty text."""
     wrong = no_value(function, shape)
     if wrong:
         return f"a value: {wrong}"
@@ -111,30 +111,30 @@ def _misfit(function: Examined, shape: Shape, hint: Any) -> str:
 
 
 def _no_message(shape: Shape, hint: type) -> str:
-    told = f"a {type_name(hint)}"
+    wanted = f"a {type_name(hint)}"
     match shape:
         case Instance(cls) if type_name(cls) != type_name(hint):
-            return f"{told}, not a {type_name(cls)}"
+            return f"{wanted}, not a {type_name(cls)}"
         case Number():
-            return f"{told}, not a number"
+            return f"{wanted}, not a number"
         case Items() | Row():
-            return f"{told}, not a list"
+            return f"{wanted}, not a list"
         case Known(int() | float() | str() as value):
-            return f"{told}, not {value!r:.40}"
+            return f"{wanted}, not {value!r:.40}"
     return ""
 
 
 def _no_plain_value(shape: Shape, hint: Any) -> str:
-    told, accepted = _PLAIN.get(hint, ("", (object,)))
+    wanted, accepted = _PLAIN.get(hint, ("", (object,)))
     match shape:
         case Known(bool() | int() | float() | str() | None as plain) if not isinstance(plain, accepted):
-            return f"{told}, not {plain!r:.40}"
-        case Instance(cls) if told:
-            return f"{told}, not a {type_name(cls)}"
-        case Items() | Row() if told:
-            return f"{told}, not a list"
+            return f"{wanted}, not {plain!r:.40}"
+        case Instance(cls) if wanted:
+            return f"{wanted}, not a {type_name(cls)}"
+        case Items() | Row() if wanted:
+            return f"{wanted}, not a list"
         case Number() if hint is str:
-            return f"{told}, not a number"
+            return f"{wanted}, not a number"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""Names that nothing defines, and values that nothing uses: what pyflakes finds in a file."""
+"""Undefined names and unused values, as pyflakes finds them in a file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _CODES = {
 
 @checks_experiment(Code.NRP246, Code.NRP242)
 def names_are_defined_and_used(study: Study) -> Iterator[Finding]:
-    """Look for names that nothing defines and for local values that nothing uses."""
+    """Look for undefined names and unused local values."""
     for listing in study.listings:
         yield from _names_of(listing.sources, set(listing.names))
     for source in study.neighbours:
@@ -37,7 +37,7 @@ def _names_of(sources: Iterable[PythonSource], known: set[str]) -> Iterator[Find
         for found in checker.messages:
             code, level = _CODES.get(type(found), (None, Level.NOTE))
             if code is not None:
-                yield found_in(source, code, _at(found), _told(found, source.tree, known), level)
+                yield found_in(source, code, _at(found), _message(found, source.tree, known), level)
         known |= set(checker.scopeStack[0] if checker.scopeStack else checker.deadScopes[-1])
 
 
@@ -45,7 +45,7 @@ def _at(found: messages.Message) -> ast.AST:
     return ast.Constant(None, lineno=found.lineno, col_offset=found.col)
 
 
-def _told(found: messages.Message, tree: ast.Module, known: set[str]) -> str:
+def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> str:
     name = str(found.message_args[0])
     if isinstance(found, messages.UnusedVariable):
         return f"the value of '{name}' is never used"

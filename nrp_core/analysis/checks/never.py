@@ -1,4 +1,4 @@
-"""What never happens, and what never ends."""
+"""Events that never happen, and loops that never end."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
 
 @checks_experiment(Code.NRP248)
 def events_come_in_time(study: Study) -> Iterator[Finding]:
-    """Look for events after the end, and for events that wait for each other."""
+    """Look for events after the end of the run, and for events that wait for each other."""
     experiment = study.experiment
     for name, event in experiment.events.items():
         duration_s = f"{seconds(experiment.duration):g} s"
@@ -41,7 +41,7 @@ def events_come_in_time(study: Study) -> Iterator[Finding]:
 
 
 def causes_of(name: str, events: Mapping[str, Event]) -> list[str]:
-    """Return the events that an event waits for, the one right before it first; none twice."""
+    """Return the events that an event waits for, the direct predecessor first, without duplicates."""
     causes: list[str] = []
     while name in events:
         when = events[name].when
@@ -54,7 +54,7 @@ def causes_of(name: str, events: Mapping[str, Event]) -> list[str]:
 
 @checks_function(Code.NRP248)
 def times_are_reached(function: Examined) -> Iterator[Finding]:
-    """Look for times that ``t`` is compared with and never reaches."""
+    """Look for comparisons of ``t`` with times that it never reaches."""
     duration_s = seconds(function.experiment.duration)
     for event in function.events:
         match event:
@@ -69,13 +69,13 @@ def times_are_reached(function: Examined) -> Iterator[Finding]:
             case _:
                 continue
         if bound > duration_s:
-            message = f"'t', in seconds, never comes to {bound:g}: the run ends at {duration_s:g} s"
+            message = f"'t', in seconds, never reaches {bound:g}: the run ends at {duration_s:g} s"
             yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP251)
 def loops_end(function: Examined) -> Iterator[Finding]:
-    """Look for ``while True`` that nothing leaves."""
+    """Look for ``while True`` loops without an exit."""
     for node in ast.walk(ast.Module(function.declared.node.body, [])):
         if isinstance(node, ast.While) and _is_true(node.test) and not _can_be_left(node):
             message = "this loop has no way out; a transfer function runs once a step and returns"
@@ -87,7 +87,7 @@ def _is_true(test: ast.expr) -> bool:
 
 
 def _can_be_left(loop: ast.While) -> bool:
-    """Whether anything in a loop ends it; a call may raise, and is not counted."""
+    """Return whether a statement in a loop leaves it; calls that may raise do not count."""
     waiting: list[tuple[ast.AST, bool]] = [(statement, True) for statement in loop.body]
     while waiting:
         node, is_own = waiting.pop()

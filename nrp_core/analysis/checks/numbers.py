@@ -1,4 +1,4 @@
-"""Numbers: divisions, and the units of what devices read and take."""
+"""Divisions, and the units of the values of devices."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nrp_core.findings import Code, Finding, Level
 
 @checks_function(Code.NRP232)
 def nothing_is_divided_by_zero(function: Examined) -> Iterator[Finding]:
-    """Look for divisors that are a constant zero."""
+    """Look for constant divisors that are zero."""
     for event in function.events:
         match event:
             case Divide(node, left, Known(int() | float() as divisor)) if divisor == 0:
@@ -26,7 +26,7 @@ def nothing_is_divided_by_zero(function: Examined) -> Iterator[Finding]:
 
 @checks_function(Code.NRP233)
 def units_agree(function: Examined) -> Iterator[Finding]:
-    """Look for quantities of one unit that are used as one of another."""
+    """Look for quantities in one unit that are used as if in another."""
     for event in function.events:
         match event:
             case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:
@@ -38,13 +38,13 @@ def units_agree(function: Examined) -> Iterator[Finding]:
                     )
                     yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
             case Add(node, Number(first), Number(second)) if first and second and first != second:
-                message = f"a quantity in {first} meets one in {second}"
+                message = f"a quantity in {first} is combined with one in {second}"
                 yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
 
 
 @checks_experiment(Code.NRP249)
 def angles_have_units(study: Study) -> Iterator[Finding]:
-    """Look for angles of poses that are numbers of degrees, but written as radians."""
+    """Look for angles of poses given in degrees instead of radians."""
     experiment = study.experiment
     for name in experiment.world.robots:
         for i, what in enumerate(("roll", "pitch", "yaw"), start=3):

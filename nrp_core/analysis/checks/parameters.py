@@ -1,4 +1,4 @@
-"""Parameters and what becomes of them."""
+"""Uses of parameters."""
 
 from __future__ import annotations
 
@@ -38,13 +38,24 @@ def parameters_are_used(function: Examined) -> Iterator[Finding]:
             yield function.declared.finding(Code.NRP220, node, message, Level.WARNING)
 
 
+@checks_function(Code.NRP231)
+def sources_have_weight(function: Examined) -> Iterator[Finding]:
+    """Look for sources whose spikes have no effect."""
+    for name, mapping in function.function.mappings.items():
+        weight = mapping.options.get("weight") if isinstance(mapping, MapSpikeSource) else None
+        if isinstance(weight, (int, float)) and weight == 0:
+            message = f"the weight of the source '{name}' is 0: its spikes have no effect"
+            node = function.declared.parameter(name)
+            yield function.declared.finding(Code.NRP231, node, message, Level.WARNING)
+
+
 def _names(function: Examined) -> Iterator[ast.Name]:
     for statement in function.declared.node.body:
         yield from (node for node in ast.walk(statement) if isinstance(node, ast.Name))
 
 
 def _only_read(function: Examined) -> set[str]:
-    """Return the parameters of which the body does nothing but read attributes; a method may set it."""
+    """Return the parameters whose attributes the body only reads; a method call may set them."""
     body = ast.Module(function.declared.node.body, [])
     parents = {id(child): node for node in ast.walk(body) for child in ast.iter_child_nodes(node)}
     other: set[str] = set()
@@ -58,7 +69,7 @@ def _only_read(function: Examined) -> set[str]:
 
 @checks_function(Code.NRP236)
 def parameters_hide_nothing(function: Examined) -> Iterator[Finding]:
-    """Look for parameters that take the name of what every file is given."""
+    """Look for parameters that hide a name which every file is given."""
     for name in function.function.parameters:
         if name in ("nrp", "Topic", *message_packages()):
             message = f"the parameter '{name}' hides '{name}', which every file of transfer functions has"
@@ -67,8 +78,8 @@ def parameters_hide_nothing(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP237)
-def what_is_returned_goes_somewhere(function: Examined) -> Iterator[Finding]:
-    """Look for values that nobody takes, and for topics that get none."""
+def returned_values_are_used(function: Examined) -> Iterator[Finding]:
+    """Look for return values without a topic, and for topics that get none."""
     if not function.declared.is_read or isinstance(function.function, MonitoringFunction):
         return
     values = [event for event in function.events if isinstance(event, Return) and event.value is not None]
@@ -84,7 +95,7 @@ def what_is_returned_goes_somewhere(function: Examined) -> Iterator[Finding]:
 
 
 def _returns(function: Examined) -> bool:
-    """Whether a body returns a value somewhere, what is meant to fail included."""
+    """Return whether a body returns a value anywhere, including code that is meant to fail."""
     for node in own_nodes(function.declared.node.body):
         if isinstance(node, ast.Return) and node.value is not None:
             return not (isinstance(node.value, ast.Constant) and node.value.value is None)

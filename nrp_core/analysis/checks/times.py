@@ -13,7 +13,7 @@ from nrp_core.findings import Code, Finding, Level
 
 @checks_function(Code.NRP234)
 def throttling_has_an_effect(function: Examined) -> Iterator[Finding]:
-    """Look for limits that lie above what the loop gives anyway."""
+    """Look for rate limits above the rate of the loop."""
     rate_hz, timestep_ns = function.function.throttle.rate_hz, function.experiment.timestep
     if rate_hz is not None and rate_hz > NS_PER_S / timestep_ns * (1 + 1e-9):
         message = (
@@ -30,7 +30,7 @@ def throttling_has_an_effect(function: Examined) -> Iterator[Finding]:
 
 @checks_experiment(Code.NRP238)
 def paths_take_time(study: Study) -> Iterator[Finding]:
-    """Tell the latency of each way from a sensor to an actuator."""
+    """Report the latency of each path from a sensor to an actuator."""
     timestep_ms = milliseconds(study.experiment.timestep)
     for path in paths([examined.function for examined in study.examined]):
         last = next(e.declared for e in study.examined if e.function.name == path.via[-1])

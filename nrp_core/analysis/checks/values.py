@@ -1,4 +1,4 @@
-"""Devices, topics and messages that stand where a number is meant."""
+"""Devices, topics and messages that are used in place of a number."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from nrp_core.world.messages.base import type_name
 
 _OF_VALUES: tuple[Any, ...] = (min, max, abs, float, int, round, sum, len)
 _TELLING = ("value", "voltage", "rate", "times", "amplitude", "mean")
-"""What is mostly meant of a device, topic or variable."""
+"""The attribute of a device, topic or variable that is usually meant."""
 _ARITHMETIC = ("__add__", "__radd__", "__sub__", "__mul__", "__rmul__", "__truediv__", "__neg__", "__float__")
 
 
 @checks_function(Code.NRP247)
 def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
-    """Look for what is no number in computations, and in arguments of functions that take numbers."""
+    """Look for values that are not numbers in computations and in arguments of numeric functions."""
     for event in function.events:
         match event:
             case Compute(node, Known(DeviceGroup())):
@@ -51,8 +51,8 @@ def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP247)
-def what_is_compared_by_size_has_an_order(function: Examined) -> Iterator[Finding]:
-    """Look for texts that are compared with numbers."""
+def ordered_values_are_compared(function: Examined) -> Iterator[Finding]:
+    """Look for strings that are compared with numbers."""
     for event in function.events:
         match event:
             case Add(ast.Compare(ops=signs) as node, left, right):
@@ -63,7 +63,7 @@ def what_is_compared_by_size_has_an_order(function: Examined) -> Iterator[Findin
 
 @checks_function(Code.NRP225)
 def settings_are_numbers(function: Examined) -> Iterator[Finding]:
-    """Look for settings of devices that are given what is no number."""
+    """Look for settings of devices that are assigned a value that is not a number."""
     for event in function.events:
         match event:
             case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:
@@ -75,7 +75,7 @@ def settings_are_numbers(function: Examined) -> Iterator[Finding]:
 
 
 def _takes_values(callee: Any) -> bool:
-    """Whether a function takes numbers or messages, and nothing that a parameter stands for."""
+    """Return whether a function takes numbers or messages only, and not devices or topics."""
     if any(callee is one for one in _OF_VALUES):
         return True
     if not isinstance(callee, (FunctionType, MethodType)) and not type(callee).__module__.startswith("numpy"):
@@ -85,7 +85,7 @@ def _takes_values(callee: Any) -> bool:
 
 
 def _text_and_number(node: ast.BinOp, left: Shape, right: Shape) -> str:
-    """Return why two things do not go together, empty where they do or nothing is known."""
+    """Return why two values cannot be combined; empty if they can or if they are unknown."""
     repeats = isinstance(node.op, ast.Mult) and (_is(left, int) or _is(right, int))
     if repeats or not _are_text_and_number(left, right):
         return ""
@@ -100,10 +100,10 @@ def _are_text_and_number(left: Shape, right: Shape) -> bool:
 
 
 def _list_and_number(left: Shape, right: Shape) -> str:
-    """Return why the readings of a group cannot be computed with as one, empty where nothing is known."""
+    """Return why the list of a group's values cannot be used in a computation; empty if unknown."""
     for one, other in ((left, right), (right, left)):
         reads_group = isinstance(one, Items) and isinstance(one.item, Number) and one.item.unit
-        if reads_group and isinstance(other, Known) and type(other.value) is float:  # NumPy's would do
+        if reads_group and isinstance(other, Known) and type(other.value) is float:  # a NumPy function works
             return "a group gives a list, a number for each device: [2.0 * one for one in ...]"
     return ""
 
@@ -117,17 +117,17 @@ def _is_sized(shape: Shape) -> bool:
 
 
 def _no_number(function: Examined, shape: Shape) -> str:
-    """Return why something cannot be computed with, empty where it can or nothing is known."""
+    """Return why a value cannot be used in a computation; empty if it can or if it is unknown."""
     match shape:
         case Instance(cls) if not any(hasattr(cls, name) for name in _ARITHMETIC):
             name = type_name(cls) if hasattr(cls, "__msgtype__") else cls.__name__
-            told = ", ".join(names_of(shape)[:4])
-            return f"a {name} is no number; its fields are {told}"
+            fields = ", ".join(names_of(shape)[:4])
+            return f"a {name} is not a number; its fields are {fields}"
     return no_value(function, shape)
 
 
 def no_value(function: Examined, shape: Shape) -> str:
-    """Return why what a parameter stands for is no value, empty where it may be one."""
+    """Return why a parameter does not stand for a value; empty if it may."""
     match shape:
         case Known(DeviceGroup()):
             return ""

@@ -1,4 +1,4 @@
-"""Variables: whether they are shared, and what they begin with."""
+"""Sharing and initial values of variables."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def shared_variables_are_global(function: Examined) -> Iterator[Finding]:
 
 @checks_function(Code.NRP247)
 def variables_begin_with_a_value(function: Examined) -> Iterator[Finding]:
-    """Look for variables without an initial value that the first run computes with."""
+    """Look for variables without an initial value that are used in a computation in the first run."""
     computed = {_place(event.node): event.node for event in function.events if isinstance(event, Compute)}
     for name, node in _local(function):
         if len(node.args) > 1 or any(one.arg in ("initial_value", None) for one in node.keywords):
@@ -47,12 +47,12 @@ def _local(function: Examined) -> Iterator[tuple[str, ast.Call]]:
 
 
 def _place(node: ast.expr) -> tuple[int, int, str]:
-    """Return what is the same of ``n.value`` where ``n.value += 1`` reads and where it sets it."""
+    """Return a key that is equal for the read and the assignment of ``n.value`` in ``n.value += 1``."""
     return node.lineno, node.col_offset, ast.unparse(node)
 
 
 def _uses(statement: ast.stmt, name: str) -> list[ast.expr] | None:
-    """Return where a statement surely evaluates a variable's value; None if the variable is not in it."""
+    """Return where a statement certainly reads a variable's value; None if the variable is not in it."""
     parts = list(ast.walk(statement))
     if not any(isinstance(one, ast.Name) and one.id == name for one in parts):
         return None

@@ -1,4 +1,4 @@
-"""How transfer functions meet: names, topics and neurons that two of them claim."""
+"""Conflicts between transfer functions: names, topics and neurons that two of them use."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from nrp_core.findings import Code, Finding, Level
 
 @checks_experiment(Code.NRP235)
 def names_are_used_once(study: Study) -> Iterator[Finding]:
-    """Look for two functions of one name."""
+    """Look for two functions with the same name."""
     first: dict[str, Declared] = {}
     for declared in study.declared:
         name = declared.function.name
-        if not declared.is_read:  # a decorator of the user's may have renamed it
+        if not declared.is_read:  # a decorator in the user's file may have renamed it
             continue
         if name in first:
             other = first[name]
@@ -36,7 +36,7 @@ def names_are_used_once(study: Study) -> Iterator[Finding]:
 
 @checks_experiment(Code.NRP229)
 def topics_have_one_writer(study: Study) -> Iterator[Finding]:
-    """Look for topics that two functions publish on, or one does twice."""
+    """Look for topics that two functions publish on, or one function twice."""
     first: dict[str, tuple[TransferFunction, str]] = {}
     for examined in study.examined:
         function = examined.function
@@ -58,7 +58,7 @@ def topics_have_one_writer(study: Study) -> Iterator[Finding]:
 
 @checks_experiment(Code.NRP230)
 def neurons_have_one_source_of_a_kind(study: Study) -> Iterator[Finding]:
-    """Look for sources of one kind that drive the same neurons."""
+    """Look for sources of the same kind that drive the same neurons."""
     sources = [
         (examined.declared, name, mapping, _neurons(examined.adapters[name]))
         for examined in study.examined
@@ -75,8 +75,8 @@ def neurons_have_one_source_of_a_kind(study: Study) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP250)
-def sinks_tell_different_things(function: Examined) -> Iterator[Finding]:
-    """Look for sinks of one kind and setting that read the same neurons."""
+def sinks_measure_different_things(function: Examined) -> Iterator[Finding]:
+    """Look for sinks with the same kind and settings that read the same neurons."""
     sinks = [
         (name, mapping, _neurons(function.adapters[name]))
         for name, mapping in function.function.mappings.items()
@@ -89,7 +89,7 @@ def sinks_tell_different_things(function: Examined) -> Iterator[Finding]:
             and np.array_equal(ids, others)
             and ids.size
         ):
-            message = f"'{second}' tells the same as '{first}': both read {other.selector!r}"
+            message = f"'{second}' measures the same as '{first}': both read {other.selector!r}"
             node = function.declared.nodes.get(second)
             yield function.declared.finding(Code.NRP250, node, message, Level.WARNING)
 

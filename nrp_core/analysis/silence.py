@@ -1,0 +1,50 @@
+"""The parts of a network that no spike can come from or pass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+
+import numpy as np
+
+from nrp_core.brain.network.data import Network, Population, Projection
+
+Silence = tuple[str, float | None]
+"""A part in words, and the time (ms) before which it has no effect; None for ever."""
+
+
+def silent_parts(network: Network) -> list[Silence]:
+    """Return when the first spikes come from sources and over projections, where that is after 0 ms."""
+    return [*_sources(network), *_projections(network)]
+
+
+def _sources(network: Network) -> Iterator[Silence]:
+    for label, population in network.populations.items():
+        first_ms = _first_ms(population)
+        if first_ms > 0:
+            yield f"the source '{label}' does not fire", None if first_ms == inf else first_ms
+
+
+def _first_ms(population: Population) -> float:
+    """Return the earliest time at which a source can fire, 0 for cells that are not sources."""
+    if population.cell_type == "SpikeSourceArray":
+        return min((float(train[0]) for train in population.spike_times_ms if len(train)), default=inf)
+    if population.cell_type == "SpikeSourcePoisson":
+        lasting = np.asarray(population.parameters["duration"]) > 0
+        return float(np.min(np.asarray(population.parameters["start"])[lasting], initial=inf))
+    return 0.0
+
+
+def _projections(network: Network) -> Iterator[Silence]:
+    for projection in network.projections:
+        name = f"the projection '{projection.label}'"
+        if not projection.size:
+            yield f"{name} has no synapse: no spike passes it", None
+        elif _is_weightless(projection):
+            yield f"{name} has no effect: all its weights are 0", None
+        else:
+            yield f"{name} delivers no spike", float(np.min(projection.delay_ms))
+
+
+def _is_weightless(projection: Projection) -> bool:
+    return not (projection.plasticity or np.any(projection.weight))
