@@ -32,13 +32,15 @@ if TYPE_CHECKING:
     from nrp_core.experiment.model.experiment import Experiment as Experiment
     from nrp_core.experiment.reading.find import load_experiment as load_experiment
     from nrp_core.experiment.reading.find import shipped as shipped
+    from nrp_core.experiment.running.opening import open_world as open_world
     from nrp_core.experiment.running.result import Result as Result
     from nrp_core.experiment.running.run import Run as Run
     from nrp_core.findings import Code as Code
     from nrp_core.findings import Finding as Finding
     from nrp_core.findings import InvalidExperimentError as InvalidExperimentError
     from nrp_core.findings import Level as Level
-    from nrp_core.recording.layout import Pictures as Pictures
+    from nrp_core.findings import Weight as Weight
+    from nrp_core.recording.layout import Images as Images
     from nrp_core.recording.reading.recording import Recording as Recording
     from nrp_core.running import run as run
     from nrp_core.world.backends import worlds as worlds
@@ -75,10 +77,11 @@ else:
             "nrp_core.errors": "NrpError",
             "nrp_core.experiment.model.experiment": "Experiment",
             "nrp_core.experiment.reading.find": "load_experiment shipped",
+            "nrp_core.experiment.running.opening": "open_world",
             "nrp_core.experiment.running.result": "Result",
             "nrp_core.experiment.running.run": "Run",
-            "nrp_core.findings": "Code Finding InvalidExperimentError Level",
-            "nrp_core.recording.layout": "Pictures",
+            "nrp_core.findings": "Code Finding InvalidExperimentError Level Weight",
+            "nrp_core.recording.layout": "Images",
             "nrp_core.recording.reading.recording": "Recording",
             "nrp_core.running": "run",
             "nrp_core.world.backends": "worlds",

@@ -12,7 +12,7 @@ from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
-from nrp_core.recording.layout import Pictures, check_folder
+from nrp_core.recording.layout import Images, check_folder
 
 
 def run(
@@ -21,7 +21,7 @@ def run(
     *,
     until_s: float | None = None,
     record: str | Path | None = None,
-    pictures: Pictures = Pictures.EXACT,
+    images: Images = Images.EXACT,
     snapshots_s: float | None = 10.0,
     on_step: Callable[[Run], None] | None = None,
 ) -> Result:
@@ -30,7 +30,7 @@ def run(
     Example::
 
         result = run("braitenberg_husky", ["seed=3", "brain.backend=spinnaker"], until_s=5.0, record="out")
-        assert result.passed is not False
+        assert result.complete and result.passed is not False
 
     Args:
         experiment: a shipped experiment (``name`` or ``name/variant``), a file, or a folder or ZIP archive
@@ -38,7 +38,7 @@ def run(
         overrides: ``dotted.key=value``, as of ``nrp run --set``.
         until_s: simulated time at which to stop, s; by default the duration of the experiment.
         record: a new folder to record everything into.
-        pictures: how a recording keeps camera images.
+        images: how a recording keeps camera images.
         snapshots_s: simulated time between two snapshots in a recording, s; None for none.
         on_step: called after every step with the run.
 
@@ -57,13 +57,13 @@ def run(
             simulation.on_step.append(on_step)
         if folder is None:
             simulation.run(until_s)
+            simulation.write_csv()
         else:
             snapshots_ns = None if snapshots_s is None else from_seconds(snapshots_s)
             capsule = RecordingFolder(
-                simulation, folder, pictures=pictures, files=files, snapshots_ns=snapshots_ns
+                simulation, folder, images=images, files=files, snapshots_ns=snapshots_ns
             )
             _run_recorded(simulation, until_s, capsule)
-        simulation.write_csv(None if folder is None else folder / "csv")
         return simulation.result()
 
 

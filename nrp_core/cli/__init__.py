@@ -1,7 +1,7 @@
 """The command line, ``nrp``; scripts may rely on its options, JSON and exit codes.
 
 Exit codes: 0 success; 1 the answer is no, or a run failed; 2 wrong usage; 3 an experiment is not valid;
-4 a backend is missing; 130 interrupted by Ctrl-C or SIGTERM.
+4 a backend is missing; 130 interrupted by Ctrl-C, SIGTERM or SIGHUP.
 """
 
 from __future__ import annotations
@@ -18,9 +18,11 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal may not support every character
-    if callable(signal.getsignal(signal.SIGINT)):  # a job in the background may have to ignore it
-        # batch systems and containers send SIGTERM: it ends a run like Ctrl-C, between two steps
-        signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        # Batch systems and terminals that close send them: they end a run like Ctrl-C, between two steps,
+        # also in a shell's background, where Ctrl-C is ignored. Under nohup SIGHUP remains ignored.
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler)
     try:
         from nrp_core.cli.app import run_app
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from json import dumps
 from pathlib import Path
@@ -20,9 +20,23 @@ def _backend_option(side: str) -> Any:
         metavar="NAME",
         envvar=f"NRP_{side.upper()}",
         help=f"The {side} backend to use.",
-        autocompletion=Registry[Any](f"nrp_core.{side}", side).names,
+        autocompletion=beginning_with(Registry[Any](f"nrp_core.{side}", side).names),
     )
 
+
+def beginning_with(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """Return a function by which shells complete a word with one of these names."""
+    return lambda incomplete: [name for name in names() if name.startswith(incomplete)]
+
+
+def _experiments() -> list[str]:
+    from nrp_core.experiment.reading.find import shipped
+
+    return shipped()
+
+
+experiment_names = beginning_with(_experiments)
+"""Completes a word with the name of an installed experiment; shells themselves complete files."""
 
 Json = Annotated[
     bool, typer.Option("--json", envvar="NRP_JSON", help="Write one JSON document to standard output.")
@@ -32,7 +46,8 @@ ExperimentName = Annotated[
     typer.Argument(
         metavar="EXPERIMENT",
         envvar="NRP_EXPERIMENT",
-        help="The name of an installed experiment, a YAML file, or a folder with one.",
+        help="The name of an installed experiment (nrp list), a YAML file, or a folder with one.",
+        autocompletion=experiment_names,
     ),
 ]
 Overrides = Annotated[

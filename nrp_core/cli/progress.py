@@ -14,10 +14,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
+from nrp_core.experiment.making.prepare import EXECUTING
 from nrp_core.experiment.running.run import Run
 
 PATIENCE_S = 2.0
-HINT = "the first run on a machine takes longer because code is compiled"
+HINT = "the first run with a kind of brain or camera takes longer because code is compiled"
+SCRIPT_HINT = "this is the experiment's own code; brain.time_limit ends it"
 
 _WIDE = 110
 _SHORT = {"transfer_functions": "functions", "engine": "loop"}
@@ -32,6 +34,11 @@ def display() -> Display:
 def shares_text(shares: Mapping[str, float]) -> str:
     """Return the shares of the wall time as text."""
     return ", ".join(f"{_SHORT.get(name, name)} {share:.0%}" for name, share in shares.items())
+
+
+def _hint(task: str) -> str:
+    """Return a possible reason why a task takes long."""
+    return SCRIPT_HINT if task.startswith(EXECUTING) else HINT
 
 
 class Display(ABC):
@@ -132,7 +139,7 @@ class Bar(Display):
         self._progress.update(self._task, description=task, total=None, status="")
 
     def _show_delay(self, task: str) -> None:
-        self._progress.update(self._task, status=HINT)
+        self._progress.update(self._task, status=_hint(task))
 
     def _show_progress(self, run: Run, factor: float) -> None:
         shares = run.loop.account.shares()
@@ -161,7 +168,7 @@ class Lines(Display):
     def _show_task(self, task: str) -> None: ...
 
     def _show_delay(self, task: str) -> None:
-        self._write(f"{task}; {HINT}")
+        self._write(f"{task}; {_hint(task)}")
 
     def _show_progress(self, run: Run, factor: float) -> None:
         shares = shares_text(run.loop.account.shares())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -22,8 +22,9 @@ from nrp_core.experiment.running.commands import commands_of
 from nrp_core.experiment.running.control import ControlServer
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Weight
 from nrp_core.quantities import time_ns
-from nrp_core.recording.layout import Pictures, check_folder
+from nrp_core.recording.layout import Images, check_folder
 
 if TYPE_CHECKING:
     from nrp_core.recording.folder.recording_folder import RecordingFolder
@@ -34,27 +35,31 @@ OFF = "off"
 
 @dataclass(frozen=True, slots=True)
 class RunRequest:
-    """What the command line asks for.
+    """The request of the command line.
 
     Args:
         experiment: its name, file or folder.
         overrides: settings, ``dotted.key=value``.
         until: end time with its unit; None: the end of the experiment.
         record: a folder to record into.
-        pictures: how camera images are recorded.
+        images: how camera images are recorded.
         snapshots: the time between two snapshots with its unit, or ``off``.
-        plot: a file to draw a figure into.
+        plots: files to draw a figure into.
         control: a socket to listen on.
+        allow_incomplete: whether a run from which something is missing may succeed.
+        verbose: whether to print every problem, not only their numbers.
     """
 
     experiment: str
     overrides: Sequence[str]
     until: str | None = None
     record: Path | None = None
-    pictures: Pictures = Pictures.EXACT
+    images: Images = Images.EXACT
     snapshots: str = "10s"
-    plot: Path | None = None
+    plots: tuple[Path, ...] = ()
     control: Path | None = None
+    allow_incomplete: bool = False
+    verbose: bool = False
 
 
 class Session:
@@ -64,7 +69,7 @@ class Session:
         self._request = request
         self._error: NrpError | None = None
         self._interrupted = False
-        self._printed: list[str] = []
+        self._control: ControlServer | None = None
 
     def run(self, *, as_json: bool) -> int:
         """Carry out the request and return the exit code.
@@ -77,8 +82,8 @@ class Session:
             shown = stack.enter_context(display())
             folder = self._recording_folder(stack)
             result = self._simulate(shown, folder)
-            if self._request.plot is not None and folder is not None:
-                self._draw(folder, self._request.plot)
+            if folder is not None:
+                self._draw(folder)
         self._report(result, as_json=as_json)
         return self._exit_code(result)
 
@@ -94,18 +99,18 @@ class Session:
             with usage_errors("--snapshots"):
                 if time_ns(request.snapshots) <= 0:
                     raise ValueError(f"expected a time above 0 or '{OFF}', not {request.snapshots}")
-        if request.plot is not None:
+        for target in request.plots:
             from nrp_core.recording.figures import check_target
 
             with usage_errors("--plot"):
-                check_target(request.plot)
+                check_target(target)
         if request.record is not None:
             with usage_errors("--record"):
                 check_folder(request.record)
 
     def _recording_folder(self, stack: ExitStack) -> Path | None:
         """Return the folder to record into; a figure alone needs a temporary recording."""
-        if self._request.record is None and self._request.plot is not None:
+        if self._request.record is None and self._request.plots:
             return Path(stack.enter_context(TemporaryDirectory())) / "recording"
         return self._request.record
 
@@ -122,6 +127,10 @@ class Session:
                 raise ValueError(f"{self._request.until} is not a whole number of steps of {step}")
             if too_far_ns:  # round up where the old platform's time step applies
                 until_ns += experiment.timestep - too_far_ns
+        if until_ns > experiment.duration:
+            duration = f"{seconds(experiment.duration):g} s"
+            beyond = f"--until {self._request.until} is beyond the duration of the experiment, {duration}"
+            complain(f"{beyond}; the run continues after it", label="note", color="blue")
         return seconds(until_ns)
 
     # -- the run
@@ -137,28 +146,30 @@ class Session:
             experiment = load_experiment(self._request.experiment, self._request.overrides)
             until_s = self._until_s(experiment)
             simulation = stack.enter_context(Run(experiment, shown.begin_task))
-            self._warn(simulation.warnings)
+            _announce(simulation)
             shown.watch(simulation, seconds(experiment.duration) if until_s is None else until_s)
             if self._request.control is not None:
-                stack.enter_context(ControlServer(self._request.control, commands_of(simulation)))
-            warnings = self._step(simulation, until_s, folder, files)
+                commands = commands_of(simulation)
+                self._control = stack.enter_context(
+                    ControlServer(self._request.control, commands, waits=True)
+                )
+            self._step(simulation, until_s, folder, files)
             self._write_csv(simulation)
-            result = simulation.result()
-        return replace(result, warnings=[*result.warnings, *warnings])
+            return simulation.result()
 
     def _step(
         self, simulation: Run, until_s: float | None, folder: Path | None, files: FilesRead | None
-    ) -> list[str]:
-        """Run to the end, with or without a recording; return the warnings of the recording."""
+    ) -> None:
+        """Run to the end, with or without a recording."""
         if folder is None:
             self._run_guarded(simulation, until_s)
-            return []
+            return
         from nrp_core.recording.folder.recording_folder import RecordingFolder
 
         request = self._request
         snapshots_ns = None if request.snapshots == OFF else time_ns(request.snapshots)
         recording_folder = RecordingFolder(
-            simulation, folder, pictures=request.pictures, files=files, snapshots_ns=snapshots_ns
+            simulation, folder, images=request.images, files=files, snapshots_ns=snapshots_ns
         )
         state = "failed"
         try:
@@ -167,7 +178,6 @@ class Session:
                 state = "interrupted" if self._interrupted else "finished"
         finally:
             self._complete(recording_folder, state)
-        return recording_folder.warnings
 
     def _complete(self, recording_folder: RecordingFolder, state: str) -> None:
         try:
@@ -176,13 +186,16 @@ class Session:
             self._error = self._error or error
 
     def _write_csv(self, simulation: Run) -> None:
-        recorded = self._request.record
+        if self._request.record is not None:
+            return  # the recording has it
         try:
-            simulation.write_csv(None if recorded is None else recorded / "csv")
+            simulation.write_csv()
         except NrpError as error:
             self._error = self._error or error
 
     def _run_guarded(self, simulation: Run, until_s: float | None) -> None:
+        if self._control is not None:
+            self._control.answer()  # not before the recording has begun, which notes every change
         try:
             simulation.run(until_s)
         except KeyboardInterrupt:
@@ -190,40 +203,42 @@ class Session:
         except NrpError as error:
             self._error = error
 
-    def _warn(self, warnings: Sequence[str]) -> None:
-        """Print the warnings that have not been printed yet."""
-        for warning in warnings:
-            if warning not in self._printed:
-                complain(warning, label="warning", color="yellow")
-                self._printed.append(warning)
-
     # -- after the run
 
-    def _draw(self, folder: Path, target: Path) -> None:
-        from nrp_core.recording import figures as plot
-        from nrp_core.recording.reading.recording import Recording
+    def _draw(self, folder: Path) -> None:
+        for target in self._request.plots:
+            from nrp_core.recording import figures as plot
+            from nrp_core.recording.reading.recording import Recording
 
-        plot.plot(Recording(folder), target)
+            plot.plot(Recording(folder), target)
 
     def _report(self, result: Result, *, as_json: bool) -> None:
         error = self._error
-        self._warn(result.warnings)
         if as_json:
             document({
                 **result.to_dict(),
                 "error": None if error is None else as_data(error),
                 "interrupted": self._interrupted,
                 "recording": self._request.record,
-                "figure": self._request.plot,
+                "figure": next(iter(self._request.plots), None),
+                "figures": self._request.plots,
             })  # fmt: skip
             return
         for line in lines(error) if error else ():
             complain(line)
-        summary(
-            result, interrupted=self._interrupted, recording=self._request.record, figure=self._request.plot
-        )
+        request = self._request
+        summary(result, recording=request.record, figures=request.plots, details=request.verbose)
 
     def _exit_code(self, result: Result) -> int:
         if self._interrupted:
             return INTERRUPTED
-        return NO if self._error is not None or result.passed is False else 0
+        is_missed = not (result.complete or self._request.allow_incomplete)
+        return NO if self._error is not None or result.passed is False or is_missed else 0
+
+
+def _announce(simulation: Run) -> None:
+    """Warn before the first step of a run that cannot be complete; its summary lists the reasons."""
+    missing = sum(problem.count for problem in simulation.problems if problem.weight is Weight.INCOMPLETE)
+    if missing:
+        parts = "a part of the experiment is" if missing == 1 else f"{missing} parts of the experiment are"
+        complain(f"{parts} left out, so the run will not be complete", label="warning", color="yellow")

@@ -2,28 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import degrees
 from pathlib import Path
 
 import typer
 
 from nrp_core.cli.progress import shares_text
+from nrp_core.experiment.running.judgement import FAILED, FINISHED, Judgement
 from nrp_core.experiment.running.result import Result
+from nrp_core.findings import Weight
 
 _MARKS = {True: ("✓", "green"), False: ("✗", "red"), None: ("?", "yellow")}
+_WEIGHT_COLORS = {Weight.INCOMPLETE: "red", Weight.ALTERED: "yellow", Weight.REMARK: None}
 
 
-def summary(result: Result, *, interrupted: bool, recording: Path | None, figure: Path | None) -> None:
-    """Write a short summary to standard output."""
-    for line in _lines(result, recording, figure):
-        typer.echo(line)
-    typer.echo(_verdict(result, interrupted))
+def summary(result: Result, *, recording: Path | None, figures: Sequence[Path], details: bool) -> None:
+    """Write a short summary to standard output: the problems first, the judgement last.
 
-
-def _lines(result: Result, recording: Path | None, figure: Path | None) -> Iterator[str]:
+    Args:
+        result: the result of the run.
+        recording: the folder of its recording, if any.
+        figures: the files of its figure.
+        details: whether to write each problem, not only how many there are.
+    """
     name = typer.style(result.experiment, bold=True)
-    yield f"{name}: {result.brain} and {result.world}, seed {result.seed}"
+    typer.echo(f"{name}: {result.brain} and {result.world}, seed {result.seed}")
+    tell_problems(result.judgement, details=details)
+    for line in _lines(result, recording, figures):
+        typer.echo(line)
+    typer.echo(styled_headline(result.judgement))
+
+
+def tell_problems(judgement: Judgement, *, details: bool) -> None:
+    """Write the problems of a run, coloured by weight."""
+    for weight, line in judgement.lines(details=details):
+        typer.secho(f"  {line}", fg=_WEIGHT_COLORS[weight])
+    if not details and any(group.is_counted for group in judgement.groups):
+        typer.secho("  (-v shows each problem, nrp explain CODE explains it)", dim=True)
+
+
+def styled_headline(judgement: Judgement) -> str:
+    """Return the judgement in one coloured line."""
+    is_over = judgement.state in (FINISHED, FAILED)
+    bad = judgement.passed is False or not judgement.complete
+    color = (
+        "yellow" if not is_over else "red" if bad else _MARKS[judgement.passed or not judgement.criteria][1]
+    )
+    return typer.style(judgement.headline, fg=color, bold=True)
+
+
+def _lines(result: Result, recording: Path | None, figures: Sequence[Path]) -> Iterator[str]:
     for criterion, outcome in result.criteria.items():
         yield f"  {_mark(outcome.passed)} {criterion}: {outcome.reason}"
     yield (
@@ -40,23 +69,8 @@ def _lines(result: Result, recording: Path | None, figure: Path | None) -> Itera
         yield "  events: " + ", ".join(happened)
     if recording is not None:
         yield f"  recorded in {recording}"
-    if figure is not None:
+    for figure in figures:
         yield f"  figure: {figure}"
-
-
-def _verdict(result: Result, interrupted: bool) -> str:
-    if interrupted:
-        return typer.style(f"interrupted at {result.sim_time_s:g} s", fg="yellow", bold=True)
-    if result.error is not None:
-        return typer.style(f"failed at {result.sim_time_s:g} s", fg="red", bold=True)
-    if not result.criteria:
-        return typer.style("done", fg="green", bold=True)
-    words = {
-        True: "passed",
-        False: "failed: a criterion is not met",
-        None: "not decided: the run ended early",
-    }
-    return typer.style(words[result.passed], fg=_MARKS[result.passed][1], bold=True)
 
 
 def _mark(passed: bool | None) -> str:

@@ -9,7 +9,6 @@ import dataclasses
 import importlib.util
 import json
 import os
-import re
 import sys
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -20,9 +19,9 @@ from typing import Any
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core._support.jsonable import to_jsonable
-from nrp_core._support.probe import ChildResult, inquire
+from nrp_core._support.probe import ChildResult, run_probe
 from nrp_core.brain.backends import brains
-from nrp_core.errors import NrpError
+from nrp_core.errors import BackendError, NrpError
 from nrp_core.registry import Provider, Registry
 from nrp_core.world.backends import worlds
 
@@ -30,7 +29,6 @@ KINDS: dict[str, Callable[[], Registry[Any]]] = {"brain": brains, "world": world
 TIMEOUT_S = 60.0
 
 _MARK = "nrp-core survey: "
-_COMMAND = re.compile(r"(?:; try|; remove one)?: (pip (?:un)?install [^;]+)$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +74,7 @@ def survey(*, anew: bool = False, timeout_s: float = TIMEOUT_S) -> list[Surveyed
 def look_at(kind: str, provider: Provider, *, anew: bool = False, timeout_s: float = TIMEOUT_S) -> Surveyed:
     """Examine one installed backend."""
     depends_on = f"{provider} {_files_stamp(provider)} {_packages_stamp()}"
-    answer = inquire(
+    answer = run_probe(
         "nrp_core.cli.survey", kind, provider.name, depends_on=depends_on, timeout_s=timeout_s, anew=anew
     )
     answers = [line for line in answer.output.splitlines() if line.startswith(_MARK)]
@@ -141,9 +139,10 @@ def _look(registry: Registry[Any], name: str) -> dict[str, Any]:
         backend = registry.load(name)
         found["diagnoses"] = [asdict(diagnosis) for diagnosis in backend.diagnose()]
         found["capabilities"] = to_jsonable(backend.capabilities(backend.options()))
+    except BackendError as error:
+        found |= {"reason": error.reason, "remedy": error.remedy}
     except NrpError as error:
-        reason, _, remedy = _COMMAND.sub(r"\n\1", str(error)).partition("\n")
-        found |= {"reason": reason, "remedy": remedy}
+        found["reason"] = str(error)
     except Exception as error:  # noqa: BLE001  it is the backend's code that runs here
         found["reason"] = f"{type(error).__name__}: {error}"
     return found

@@ -4,6 +4,7 @@ To add one, add its module and its name below.
 """
 
 COMMANDS = (
+    "list",
     "run",
     "publish",
     "functions",
@@ -14,6 +15,7 @@ COMMANDS = (
     "replay",
     "diff",
     "plot",
+    "video",
     "export",
     "recover",
     "new",

@@ -3,30 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import filterfalse
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from nrp_core.cli.failure import NO
-from nrp_core.cli.options import Json, Models, Overrides, overrides_of, require_folder_of, usage_errors
+from nrp_core.cli.options import (
+    Json,
+    Models,
+    Overrides,
+    experiment_names,
+    overrides_of,
+    require_folder_of,
+    usage_errors,
+)
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from nrp_core.comparison.engines.measures import EngineMargins
+    from nrp_core.comparison.engines.verdict import EngineVerdict
     from nrp_core.comparison.grid import RunGrid
     from nrp_core.comparison.metrics.base import Margins, Metric
     from nrp_core.comparison.result import GridDiff, PairDiff
 
 RESULTS_SUFFIX = ".diff"
+_OF_RUNS = ("brains", "worlds", "seeds", "vary", "overrides", "models", "results", "jobs")
+"""Parameters that shape runs."""
 
 
 def diff(
+    context: typer.Context,
     experiment: Annotated[
         str,
         typer.Argument(
-            metavar="EXPERIMENT", help="An experiment, as for nrp run; or the first of two recordings."
+            metavar="EXPERIMENT",
+            help="An experiment, as for nrp run; or the first of two recordings.",
+            autocompletion=experiment_names,
         ),
     ],
     other: Annotated[
@@ -59,7 +76,22 @@ def diff(
         typer.Option(
             metavar="METRIC=VALUE",
             help="Largest difference that does not matter, in the metric's unit or as 2sd, for a METRIC or a "
-            "METRIC/PART; repeatable.",
+            "METRIC/PART, or a measure of engines; repeatable.",
+        ),
+    ] = None,
+    engines: Annotated[
+        bool,
+        typer.Option(
+            "--engines", envvar="NRP_ENGINES", help="Fail if the engines differ, whatever the finding is."
+        ),
+    ] = False,
+    baseline: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            envvar="NRP_BASELINE",
+            dir_okay=False,
+            help="Known differences of the engines: only new ones count. Written if it does not exist.",
         ),
     ] = None,
     overrides: Overrides = None,
@@ -82,25 +114,83 @@ def diff(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Tell whether a result depends on the simulator and where runs diverge; fail if it does or may."""
+    """Report whether a result depends on the simulator and whether engines agree; fail if it does or may."""
+    from nrp_core.comparison.engines.measures import EngineMargins, is_measure
     from nrp_core.comparison.metrics.base import Margins, all_metrics
 
+    if other is not None:
+        _refuse_options_of_runs(context)
     require_folder_of(html, "--html")
+    require_folder_of(baseline, "--baseline")
     if html is not None:
         from nrp_core.recording.figures import require_matplotlib
 
         with usage_errors("--html"):
             require_matplotlib()
     metrics = all_metrics()
-    if other is not None:
-        _two(Path(experiment), other, metrics, html, as_json=json)
     with usage_errors("--margin"):
-        margins = Margins.parse(margin or (), metrics)
+        engine_margins = EngineMargins.parse(filter(is_measure, margin or ()))
+        margins = Margins.parse(filterfalse(is_measure, margin or ()), metrics)
+        if other is not None:
+            _refuse_margins(margins)
+    if other is not None:
+        pair = _two(Path(experiment), other, metrics, engine_margins)
+        pair = replace(pair, engines=_with_baseline(pair.engines, _name_of(pair), baseline))
+        _report(pair, html, as_json=json)
+        raise typer.Exit(
+            0 if (pair.engines.agrees and not pair.flaws if engines else pair.is_identical) else NO
+        )
     settings = overrides_of(overrides, brain=None, world=None, models=models)
     grid = _grid(experiment, brains, worlds, seeds, settings, vary or [])
-    found = _compared(grid, metrics, margins, results or _folder(experiment), jobs)
+    found = _compared(grid, metrics, margins, engine_margins, results or _folder(experiment), jobs)
+    found = replace(found, engines=_with_baseline(found.engines, found.name, baseline))
     _report(found, html, as_json=json)
-    raise typer.Exit(0 if found.answer.is_independent else NO)
+    raise typer.Exit(0 if (found.engines.agrees if engines else found.answer.is_independent) else NO)
+
+
+def _refuse_options_of_runs(context: typer.Context) -> None:
+    """Refuse options that were written for runs, where two recordings are compared."""
+    given = [
+        name
+        for name in _OF_RUNS
+        if (source := context.get_parameter_source(name)) is not None and source.name == "COMMANDLINE"
+    ]
+    if given:
+        options = ", ".join(f"--{'set' if name == 'overrides' else name}" for name in given)
+        raise typer.BadParameter(
+            "two recordings are compared without a run; leave it out", param_hint=options
+        )
+
+
+def _refuse_margins(margins: Margins) -> None:
+    """Refuse margins of metrics, which are held against seeds, where there are two recordings.
+
+    Raises:
+        ValueError: there is one.
+    """
+    from nrp_core.comparison.engines.measures import MEASURES
+
+    if margins.given:
+        measures = ", ".join(measure.name for measure in MEASURES)
+        raise ValueError(f"'{next(iter(margins.given))}' needs many seeds; two recordings have {measures}")
+
+
+def _with_baseline(verdict: EngineVerdict, experiment: str, path: Path | None) -> EngineVerdict:
+    """Mark the differences that a baseline has; a file that does not exist is written with all of them."""
+    from nrp_core.comparison.engines.baseline import Baseline
+
+    if path is None:
+        return verdict
+    if path.exists():
+        return Baseline.read(path, experiment).applied(verdict)
+    found = Baseline.of(experiment, verdict.differences)
+    found.write(path)
+    typer.echo(f"baseline of {len(found.known)} differences written to {path}", err=True)
+    return found.applied(verdict)
+
+
+def _name_of(pair: PairDiff) -> str:
+    return str(pair.one.settings.get("name", "?"))
 
 
 def _grid(
@@ -120,10 +210,12 @@ def _grid(
 
 
 def _compared(
-    grid: RunGrid, metrics: list[Metric], margins: Margins, results: Path, jobs: int | None
-) -> GridDiff:
+    grid: RunGrid, metrics: list[Metric], margins: Margins, engine_margins: EngineMargins, results: Path,
+    jobs: int | None,
+) -> GridDiff:  # fmt: skip
     from nrp_core._support.machine import cores
     from nrp_core.cli.progress import display
+    from nrp_core.comparison.engines.open_loop import compare_engines
     from nrp_core.comparison.result import GridDiff
     from nrp_core.comparison.running import run_grid
 
@@ -131,16 +223,18 @@ def _compared(
         runs = run_grid(
             grid, results, jobs or cores(), lambda done, total, last: shown.count("runs", done, total, last)
         )
+        shown.begin_task("running each engine on the inputs of another")
+        engines = compare_engines(
+            grid, results, engine_margins, lambda done, total, last: shown.count("engines", done, total, last)
+        )
         shown.begin_task("comparing the runs")
-        return GridDiff.of(grid, runs, metrics, margins, results)
+        return GridDiff.of(grid, runs, metrics, margins, results, engines)
 
 
-def _two(one: Path, other: Path, metrics: list[Metric], html: Path | None, *, as_json: bool) -> None:
+def _two(one: Path, other: Path, metrics: list[Metric], margins: EngineMargins) -> PairDiff:
     from nrp_core.comparison.result import PairDiff
 
-    found = PairDiff.of(one, other, metrics)
-    _report(found, html, as_json=as_json)
-    raise typer.Exit(0 if found.is_identical else NO)
+    return PairDiff.of(one, other, metrics, margins)
 
 
 def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> None:

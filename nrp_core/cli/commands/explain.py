@@ -6,13 +6,24 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.options import Json
+from nrp_core.cli.options import Json, beginning_with
 from nrp_core.cli.output import document
+
+
+def _codes() -> list[str]:
+    from nrp_core.findings import Code
+
+    return [one.name for one in Code]
 
 
 def explain(
     code: Annotated[
-        str | None, typer.Argument(metavar="CODE", help="A code such as NRP203; by default, list all codes.")
+        str | None,
+        typer.Argument(
+            metavar="CODE",
+            help="A code such as NRP203; by default, list all codes.",
+            autocompletion=beginning_with(_codes),
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
@@ -27,7 +38,13 @@ def explain(
         hint = hint if "did you mean" in hint else "; nrp explain lists all"
         raise typer.BadParameter(f"unknown code '{code}'{hint}", param_hint="CODE")
     codes = [
-        {"code": one.name, "summary": one.summary, "why": one.why, "suggestion": one.suggestion}
+        {
+            "code": one.name,
+            "weight": str(one.weight),
+            "summary": one.summary,
+            "why": one.why,
+            "suggestion": one.suggestion,
+        }
         for one in Code
         if wanted in (None, one.name)
     ]
@@ -37,4 +54,6 @@ def explain(
         for one in codes:
             typer.echo(f"{one['code']}  {one['summary']}")
     else:
-        typer.echo("{code}: {summary}\n\n  why: {why}\n  fix: {suggestion}".format(**codes[0]))
+        typer.echo(
+            "{code}: {summary}\n\n  weight: {weight}\n  why: {why}\n  fix: {suggestion}".format(**codes[0])
+        )

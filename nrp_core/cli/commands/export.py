@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json, usage_errors
+from nrp_core.cli.options import Json, beginning_with, usage_errors
 from nrp_core.cli.output import document
 
 FORMATS = ("nwb", "sonata", "csv")
@@ -17,7 +17,14 @@ FORMATS = ("nwb", "sonata", "csv")
 def export(
     recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
     kind: Annotated[
-        str, typer.Option("--format", "-f", metavar="|".join(FORMATS), help="The format to write.")
+        str,
+        typer.Option(
+            "--format",
+            "-f",
+            metavar="|".join(FORMATS),
+            help="The format to write.",
+            autocompletion=beginning_with(lambda: FORMATS),
+        ),
     ],
     output: Annotated[
         Path | None,

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json, Models, usage_errors
+from nrp_core.cli.options import Json, Models, Overrides, experiment_names, overrides_of, usage_errors
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.world.scene.model import Model, Scene
 
-PICTURES = (".png", ".jpg")
+IMAGES = (".png", ".jpg")
 _BEGINNING = 4096  # bytes to search for the first element of an XML file
 _ROOTS = ("sdf", "robot", "gazebo")
 _SUFFIXES = (".sdf", ".world", ".urdf", ".xacro", ".zip")
@@ -25,48 +25,70 @@ def inspect(
         Path,
         typer.Argument(
             metavar="FILE",
-            exists=True,
-            help="A robot or room in SDF, URDF, xacro or a ZIP archive, transfer functions, or a recording.",
+            help="An experiment (its name or file), a robot or room in SDF, URDF, xacro or a ZIP archive, "
+            "transfer functions, a brain script, or a recording.",
+            autocompletion=experiment_names,
         ),
     ],
-    picture: Annotated[
+    image: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            envvar="NRP_PICTURE",
+            envvar="NRP_IMAGE",
             dir_okay=False,
             help="Also draw the scene into a .png or .jpg file.",
         ),
     ] = None,
+    overrides: Overrides = None,
     models: Models = None,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", envvar="NRP_VERBOSE", help="Print every problem of a run.")
+    ] = False,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Only check that every byte of a recording is as it was written."),
+    ] = False,
     json: Json = False,
 ) -> None:
-    """Show the contents of a file of a robot, a room or transfer functions, or of a recording.
+    """Show the contents of an experiment, a robot, a room, functions, a brain script or a recording.
 
-    For a robot or a room: links, joints, sensors, drives, topics, warnings. For transfer functions: the
-    inputs, outputs and return values of each. For a recording: the experiment, the duration, the recorded
-    topics, and whether it is complete.
+    Nothing is executed. For an experiment: its files, backends, and the parameters of its scripts with their
+    values, units and ranges. For a brain script: its parameters. For a robot or a room: links, joints,
+    sensors, drives, topics, warnings. For transfer functions: the inputs, outputs and return values of each,
+    and the parameters. For a recording: the experiment, the duration, the parameters, the recorded topics,
+    and whether it is complete.
     """
+    from nrp_core.cli.commands.inspect_experiment import inspect_experiment, is_experiment
     from nrp_core.cli.commands.inspect_functions import are_functions, inspect_functions
     from nrp_core.cli.commands.inspect_recording import inspect_recording, is_recording
 
+    if check:
+        from nrp_core.cli.commands.check_recording import check_recording
+
+        if not is_recording(file):
+            raise typer.BadParameter(f"only a recording can be checked, not {file}", param_hint="--check")
+        check_recording(file, as_json=json)
+    given = overrides_of(overrides, brain=None, world=None, models=models)
+    if is_experiment(file):
+        inspect_experiment(str(file), given, as_json=json)
+        return
     if is_recording(file):
-        inspect_recording(file, as_json=json)
+        inspect_recording(file, as_json=json, details=verbose)
         return
     if are_functions(file):
-        inspect_functions(file, as_json=json)
+        inspect_functions(file, given, as_json=json)
         return
-    if picture is not None:
-        _check_picture(picture)
+    if image is not None:
+        _check_image(image)
     if not _is_scene(file):
         from nrp_core.errors import ExperimentError
 
         raise ExperimentError(
-            "not an SDF or URDF file, an archive of one, a file of transfer functions or a recording; "
-            "to check an experiment, use nrp validate",
+            "not an experiment, an SDF or URDF file, an archive of one, transfer functions, a brain script "
+            "or a recording",
             path=file,
         )
-    _inspect_scene(file, picture, models or [], as_json=json)
+    _inspect_scene(file, image, models or [], as_json=json)
 
 
 def _is_scene(file: Path) -> bool:
@@ -85,20 +107,26 @@ def _is_scene(file: Path) -> bool:
     return any(f"<{root}".encode() in beginning for root in roots) or is_zipfile(file)
 
 
-def _inspect_scene(file: Path, picture: Path | None, models: list[Path], *, as_json: bool) -> None:
+def _inspect_scene(file: Path, image: Path | None, models: list[Path], *, as_json: bool) -> None:
+    from dataclasses import replace
+    from functools import partial
+
     from nrp_core.world.scene.outline import outline
+    from nrp_core.world.scene.reading.left_out import read_without
     from nrp_core.world.scene.sdf import read_scene
 
-    scene = read_scene(file, search_path=models, lenient=True)
-    if picture is not None:
-        _draw(scene, picture)
+    read = partial(read_scene, file, search_path=models, lenient=True)
+    scene, left_out = read_without(lambda without: read(without=without))
+    scene = replace(scene, warnings=(*scene.warnings, *left_out))
+    if image is not None:
+        _draw(scene, image)
     if as_json:
-        document({"file": file, "picture": picture, **_as_data(scene)})
+        document({"file": file, "image": image, **_as_data(scene)})
         return
     for line in outline(scene, file.name).lines():
         typer.echo(line)
     for warning in scene.warnings:
-        complain(warning, label="warning", color="yellow")
+        complain(str(warning), label="warning", color="yellow")
 
 
 def _as_data(scene: Scene) -> dict[str, Any]:
@@ -109,7 +137,7 @@ def _as_data(scene: Scene) -> dict[str, Any]:
         "gravity": scene.gravity,
         "models": [{**to_jsonable(model), "topics": _topics(model)} for model in scene.models],
         "lights": scene.lights,
-        "warnings": scene.warnings,
+        "warnings": [warning.to_dict() for warning in scene.warnings],
         "digest": scene.digest,
     }
 
@@ -123,10 +151,10 @@ def _topics(model: Model) -> list[dict[str, str]]:
     ]
 
 
-def _check_picture(path: Path) -> None:
-    with usage_errors("--picture"):
-        if path.suffix.lower() not in PICTURES:
-            raise ValueError(f"an image is a {' or '.join(PICTURES)} file, not '{path.name}'")
+def _check_image(path: Path) -> None:
+    with usage_errors("--image"):
+        if path.suffix.lower() not in IMAGES:
+            raise ValueError(f"an image is a {' or '.join(IMAGES)} file, not '{path.name}'")
         if not path.absolute().parent.is_dir():
             raise ValueError(f"the folder {path.parent} does not exist")
 

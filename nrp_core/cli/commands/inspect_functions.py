@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.dsl.functions.function import TransferFunction
+    from nrp_core.findings import Finding
 
 
 def are_functions(file: Path) -> bool:
@@ -21,28 +23,57 @@ def are_functions(file: Path) -> bool:
     return file.is_file() and file.suffix in LISTERS.names()
 
 
-def inspect_functions(file: Path, *, as_json: bool) -> None:
+def inspect_functions(file: Path, overrides: Sequence[str], *, as_json: bool) -> None:
     """Print each transfer function with its inputs, outputs and return value, and the findings.
 
     Raises:
         ExperimentError: the file cannot be read or declares no transfer function.
     """
-    from nrp_core.analysis.declarations import Declarations
     from nrp_core.errors import TransferFunctionError
-    from nrp_core.experiment.making.maker import LISTERS
+    from nrp_core.experiment.making.parameters import ParameterValue
+    from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 
-    found = Declarations(LISTERS.load(file.suffix)(file))
-    functions = [one.function for one in found.functions]
-    if not (functions or found.findings):
-        raise TransferFunctionError("declares no transfer function", path=file)
+    functions, found = _contents(file, overrides)
+    declared = Declared()
+    for kind in (FUNCTIONS, BRAIN):
+        read_parameters(file, kind, into=declared)
+    parameters = [ParameterValue(one, one.default, False) for one in declared.parameters.values()]
+    if not (functions or found or parameters):
+        raise TransferFunctionError("declares no transfer function and no parameter", path=file)
     if as_json:
-        findings = [finding.to_dict() for finding in found.findings]
-        document({"file": file, "functions": list(map(_as_data, functions)), "findings": findings})
+        findings = [finding.to_dict() for finding in found]
+        document({
+            "file": file,
+            "functions": list(map(_as_data, functions)),
+            "parameters": {one.parameter.name: one.as_data() for one in parameters},
+            "findings": findings,
+        })  # fmt: skip
         return
     for function in functions:
         typer.echo(str(function))
-    for finding in found.findings:
+    for one in parameters:
+        typer.echo(f"parameter {one}")
+    for finding in found:
         complain(str(finding), label="warning", color="yellow")
+
+
+def _contents(file: Path, overrides: Sequence[str]) -> tuple[list[TransferFunction], list[Finding]]:
+    """Return the functions of a file, and the findings; a document that a platform runs is read as there."""
+    from nrp_core.analysis.declarations import Declarations
+    from nrp_core.experiment.making.maker import LISTERS, maker_of
+    from nrp_core.experiment.model.collector import Collector
+    from nrp_core.experiment.reading.platforms import described_by
+
+    experiment = described_by(file, overrides)
+    if experiment is None:
+        listings, findings = [LISTERS.load(file.suffix)(file)], []
+    else:
+        collector = Collector(experiment.source)
+        listings = list(maker_of(experiment).listings(experiment, collector))
+        findings = collector.findings
+    read = [Declarations(listing) for listing in listings]
+    functions = [one.function for each in read for one in each.functions]
+    return functions, [*findings, *(finding for each in read for finding in each.findings)]
 
 
 def _as_data(function: TransferFunction) -> dict[str, Any]:

@@ -11,19 +11,19 @@ import typer
 
 from nrp_core.cli.failure import complain
 from nrp_core.cli.output import document
+from nrp_core.cli.summary import styled_headline, tell_problems
 from nrp_core.clock import seconds
+from nrp_core.experiment.running.judgement import recorded_judgement
 from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS
+from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.reading.recording import Recording
-
-_MAGIC = b"\x89MCAP"
 
 
 def is_recording(path: Path) -> bool:
     """Return whether a folder holds a recording, or a file begins like one."""
     if path.is_dir():
         return (path / MCAP_NAME).is_file()
-    with path.open("rb") as file:
-        return file.read(len(_MAGIC)) == _MAGIC
+    return is_mcap(path)
 
 
 @dataclass(slots=True)
@@ -39,17 +39,25 @@ class _TopicTotals:
         self.count, self.size, self.last_ns = self.count + 1, self.size + size, t_ns
 
 
-def inspect_recording(path: Path, *, as_json: bool) -> None:
-    """Print the contents of a recording."""
-    data = _data(Recording(path))
-    if not data["complete"]:
+def inspect_recording(path: Path, *, as_json: bool, details: bool) -> None:
+    """Print the contents of a recording; with details, each problem of its run."""
+    recording = Recording(path)
+    data = _data(recording)
+    if not data["intact"]:
         advice = f"'nrp recover {path}' restores its intact part"
         complain(f"the recording is truncated or damaged; {advice}", label="warning", color="yellow")
     if as_json:
         document(data)
         return
-    for line in _lines(data):
+    judgement = recorded_judgement(recording.run, data["end_s"])
+    about, *rest = _lines(data)
+    typer.echo(about)
+    if judgement is not None:
+        tell_problems(judgement, details=details)
+    for line in rest:
         typer.echo(line)
+    if judgement is not None:
+        typer.echo(styled_headline(judgement))
 
 
 def _data(recording: Recording) -> dict[str, Any]:
@@ -60,23 +68,30 @@ def _data(recording: Recording) -> dict[str, Any]:
         if topic.name == SNAPSHOTS:
             snapshots_s.append(seconds(message.log_time))
     run = recording.run
-    chain = [one.message.chain for one in recording.messages({STEPS})]
+    steps = list(recording.messages({STEPS}))
+    begin_s = seconds(min((t.first_ns for t in totals.values() if t.count), default=0))
+    last_s = seconds(max((t.last_ns for t in totals.values() if t.count), default=0))
+    end_s = seconds(steps[-1].t_ns) if steps else last_s  # a failed step leaves messages after the last one
+    judgement = recorded_judgement(run, end_s)
     sides = {side: dict(run.get(side) or {}).get("backend") for side in ("brain", "world")}
     return {
         "recording": recording.file,
-        "complete": recording.complete,
+        "intact": recording.complete,
         "bytes": recording.file.stat().st_size,
         "experiment": run.get("experiment"),
         **sides,
         "seed": run.get("seed"),
+        "parameters": run.get("parameters") or {},
         "recorded": run.get("recorded"),
         "state": run.get("state"),
-        "passed": dict(run.get("result") or {}).get("passed"),
+        "complete": judgement and judgement.complete,
+        "passed": judgement and judgement.passed,
+        "problems": [problem.to_dict() for problem in judgement.problems] if judgement else [],
         "continues": run.get("continues"),
-        "begin_s": seconds(min((t.first_ns for t in totals.values() if t.count), default=0)),
-        "end_s": seconds(max((t.last_ns for t in totals.values() if t.count), default=0)),
-        "steps": max(0, len(chain) - 1),
-        "chain": chain[-1] if chain else None,
+        "begin_s": begin_s,
+        "end_s": end_s,
+        "steps": max(0, len(steps) - 1),
+        "chain": steps[-1].message.chain if steps else None,
         "snapshots_s": snapshots_s,
         "topics": {
             name: {
@@ -92,9 +107,11 @@ def _lines(data: dict[str, Any]) -> Iterator[str]:
     sides = " and ".join(filter(None, (data["brain"], data["world"])))
     name = typer.style(str(data["experiment"] or data["recording"].name), bold=True)
     yield f"{name}: {sides}, seed {data['seed']}" if sides else name
-    passed = {True: ", passed", False: ", a criterion is not met"}.get(data["passed"], "")
     size = f"{data['bytes'] / 1e6:.1f} MB"
-    yield f"  {data['begin_s']:g} s to {data['end_s']:g} s, {data['steps']} steps, {size}{passed}"
+    yield f"  {data['begin_s']:g} s to {data['end_s']:g} s, {data['steps']} steps, {size}"
+    for side, parameters in data["parameters"].items():
+        for name, one in parameters.items():
+            yield f"  {side} parameter {name} = {one['value']}{' ' + one['unit'] if one['unit'] else ''}"
     if data["recorded"]:
         yield f"  recorded {data['recorded']}, {data['state']}"
     if data["continues"]:

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import BrainName, ExperimentName, Json, Models, Overrides, Seed, overrides_of
+from nrp_core.cli.options import (
+    BrainName,
+    ExperimentName,
+    Json,
+    Models,
+    Overrides,
+    Seed,
+    overrides_of,
+    require_folder_of,
+)
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
@@ -32,7 +41,12 @@ def map(  # noqa: A001  the name of the command
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report the resources that a brain backend needs for a network and the properties that it changes."""
+    """Report the resources that a brain backend needs for a network and the properties that it changes.
+
+    This executes the brain script, in a process without network that can write only temporary files, where
+    the system allows that (nrp doctor).
+    """
+    require_folder_of(html, "--html")
     account = _account(experiment, overrides, models, brain, seed)
     if html is not None:
         _write(html, _page(account))
@@ -59,13 +73,18 @@ def _account(
     seed: int | None,
 ) -> Account:  # fmt: skip
     """Return the reports of the requested backend, the experiment's backend, or the only one with reports."""
+    from nrp_core.analysis.network import build_confined
+    from nrp_core.clock import seconds
     from nrp_core.errors import CapabilityError
     from nrp_core.experiment.reading.find import load_experiment
     from nrp_core.experiment.reports import account_of, reporting
 
     def of(name: str | None) -> Account:
         settings = overrides_of(overrides, brain=name, world=None, models=models, seed=seed)
-        return account_of(load_experiment(experiment, settings))
+        loaded = load_experiment(experiment, settings)
+        limit_ns = loaded.brain.time_limit
+        limit_s = None if limit_ns is None else seconds(limit_ns)
+        return account_of(loaded, build=lambda make: build_confined(make, limit_s))
 
     try:
         return of(brain)
@@ -119,7 +138,8 @@ def _print_report(console: Any, report: Report) -> None:
     for table in report.tables:
         if table.rows and not table.is_detail:
             console.print(_rich_table(table))
-    for style, lines in (("red", report.warnings), ("yellow", report.advice), ("dim", report.notes)):
+    warnings = [warning.message for warning in report.warnings]
+    for style, lines in (("red", warnings), ("yellow", report.advice), ("dim", report.notes)):
         for line in lines:
             console.print(Text(line, style=style))
 

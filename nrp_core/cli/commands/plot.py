@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json, usage_errors
+from nrp_core.cli.options import Json, beginning_with, usage_errors
 from nrp_core.cli.output import document
+
+if TYPE_CHECKING:
+    from nrp_core.recording.figures.options import PlotOptions
+
+FIGURES = ("run", "raster", "trajectory", "devices", "camera")
 
 
 def plot(
@@ -17,7 +22,10 @@ def plot(
     what: Annotated[
         str,
         typer.Argument(
-            metavar="[run|raster|trajectory|devices|camera]", envvar="NRP_WHAT", help="The figure to draw."
+            metavar=f"[{'|'.join(FIGURES)}]",
+            envvar="NRP_WHAT",
+            help="The figure to draw.",
+            autocompletion=beginning_with(lambda: FIGURES),
         ),
     ] = "run",
     output: Annotated[
@@ -28,6 +36,33 @@ def plot(
             metavar="FILE",
             envvar="NRP_OUTPUT",
             help="A .png, .svg or .pdf file; by default WHAT.png in the current folder.",
+        ),
+    ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", envvar="NRP_SIZE", help="Width and height, such as 180x120mm or 7x5in."),
+    ] = None,
+    dpi: Annotated[
+        int, typer.Option(min=10, max=2400, envvar="NRP_DPI", help="Dots per inch of a PNG file.")
+    ] = 150,
+    begin: Annotated[
+        str, typer.Option("--from", metavar="TIME", help="Show the run from this time on, e.g. 2s.")
+    ] = "0s",
+    until: Annotated[
+        str | None, typer.Option("--until", metavar="TIME", help="Show the run up to this time.")
+    ] = None,
+    panels: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B",
+            envvar="NRP_PANELS",
+            help="Only these parts of the page: map, timeline, spikes, devices, commands, camera.",
+        ),
+    ] = None,
+    style: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SHEET", envvar="NRP_STYLE", help="A style sheet of Matplotlib: a name or a file."
         ),
     ] = None,
     json: Json = False,
@@ -51,8 +86,31 @@ def plot(
             label="warning",
             color="yellow",
         )
-    figure.plot(source, target, figure.What(what))
+    figure.plot(source, target, figure.What(what), _options(size, dpi, begin, until, panels, style))
     if json:
         document({"figure": target, "complete": source.complete})
     else:
         typer.echo(target)
+
+
+def _options(
+    size: str | None, dpi: int, begin: str, until: str | None, panels: str | None, style: str | None
+) -> PlotOptions:
+    from nrp_core.clock import seconds
+    from nrp_core.quantities import time_ns
+    from nrp_core.recording.figures.options import PlotOptions, panels_of, size_inches
+
+    given: dict[str, Any] = {"dpi": dpi, "style": style}
+    with usage_errors("--size"):
+        given["size_inches"] = None if size is None else size_inches(size)
+    with usage_errors("--from"):
+        given["begin_s"] = seconds(time_ns(begin))
+    with usage_errors("--until"):
+        if until is not None:
+            given["end_s"] = seconds(time_ns(until))
+            if given["end_s"] <= given["begin_s"]:
+                raise ValueError(f"expected a time after {begin}, not {until}")
+    with usage_errors("--panels"):
+        if panels is not None:
+            given["panels"] = panels_of(panels)
+    return PlotOptions(**given)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +13,8 @@ from nrp_core.cli.options import Json, usage_errors
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
-    from nrp_core.recording.replay.replay import ReplayResult
+    from nrp_core.recording.reading.check import Flaw
+    from nrp_core.recording.replay.outcome import ReplayResult
 
 RECORDED = "recorded"
 
@@ -54,11 +56,16 @@ def replay(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Run a recording again and report whether it is identical; this executes code from the recording."""
+    """Run a recording again and report whether it is identical; this executes code from the recording.
+
+    With --verify, a recording of which a byte is not as it was written is not run: it proves nothing.
+    """
     from nrp_core.cli.progress import display
+    from nrp_core.cli.summary import tell_problems
     from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.recording.layout import check_folder
     from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.replay.outcome import Verdict
     from nrp_core.recording.replay.replay import Replay, ReplayRequest
 
     if verify and record is not None:
@@ -70,6 +77,9 @@ def replay(
     if record is not None:
         with usage_errors("--record"):
             check_folder(record)
+    check = source.check()
+    if verify and check.flaws:
+        _refuse(check.flaws, as_json=json)
     sides = frozenset(
         name for name, given in (("brain", brain), ("world", world)) if _is_recorded(name, given)
     )
@@ -83,28 +93,52 @@ def replay(
     with (
         display() as shown,
         FilesRead() as files,
-        Replay(source, request, shown.begin_task, files=files) as again,
+        Replay(source, request, shown.begin_task, files=files, check=check) as again,
     ):
         outcome = again.verify() if verify else again.go()
         result = again.run.result()
     for warning in outcome.warnings:
-        complain(warning, label="warning", color="yellow")
+        complain(str(warning), label="warning", color="yellow")
     if json:
-        document({"identical": outcome.identical, **_data(outcome), "result": result.to_dict()})
+        document({
+            "identical": outcome.identical, "verdict": outcome.verdict, **_data(outcome),
+            "result": result.to_dict(),
+        })  # fmt: skip
     else:
         typer.echo(_verdict(outcome))
-        if outcome.error is not None and outcome.identical:
+        if outcome.error is not None and outcome.difference is None:
             typer.echo(f"it ended like the recorded run: {outcome.error}")
+        if not result.complete:
+            typer.echo("the run is not complete:")
+            tell_problems(result.judgement, details=False)
         if record is not None:
             typer.echo(f"recorded in {record}")
-    raise typer.Exit(NO if verify and not outcome.identical else 0)
+    proved = outcome.verdict in (Verdict.IDENTICAL, Verdict.SAME)
+    raise typer.Exit(NO if verify and not proved else 0)
+
+
+def _refuse(flaws: Sequence[Flaw], *, as_json: bool) -> None:
+    """Report that a recording is not as it was written, and end."""
+    if as_json:
+        document({"identical": False, "verdict": "not identical", "flaws": flaws})
+    else:
+        typer.echo(_not_identical(flaws))
+    raise typer.Exit(NO)
 
 
 def _verdict(outcome: ReplayResult) -> str:
     if outcome.difference is not None:
         return typer.style("differs", fg="red", bold=True) + f" first at {outcome.difference}"
+    if outcome.flaws or not outcome.steps:
+        return _not_identical(outcome.flaws)
     span = f"{outcome.from_ns * 1e-9:g} s to {outcome.until_ns * 1e-9:g} s, {outcome.steps} steps"
-    return typer.style("identical", fg="green", bold=True) + f": {span}"
+    left_out = f"; not compared: {', '.join(outcome.not_compared)}" if outcome.not_compared else ""
+    return typer.style(str(outcome.verdict), fg="green", bold=True) + f": {span}{left_out}"
+
+
+def _not_identical(flaws: Sequence[Flaw]) -> str:
+    reasons = "; ".join(map(str, flaws)) or "not a single step was compared"
+    return typer.style("not identical", fg="red", bold=True) + f": {reasons}"
 
 
 def _data(outcome: ReplayResult) -> dict[str, Any]:

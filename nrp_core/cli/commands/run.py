@@ -17,7 +17,7 @@ from nrp_core.cli.options import (
     WorldName,
     overrides_of,
 )
-from nrp_core.recording.layout import Pictures
+from nrp_core.recording.layout import Images
 
 
 def run(
@@ -42,12 +42,10 @@ def run(
         Path | None,
         typer.Option(metavar="DIR", envvar="NRP_RECORD", help="Record the run into a new folder."),
     ] = None,
-    pictures: Annotated[
-        Pictures,
-        typer.Option(
-            metavar="exact|jpeg|hash|off", envvar="NRP_PICTURES", help="How to record camera images."
-        ),
-    ] = Pictures.EXACT,
+    images: Annotated[
+        Images,
+        typer.Option(metavar="exact|jpeg|hash|off", envvar="NRP_IMAGES", help="How to record camera images."),
+    ] = Images.EXACT,
     snapshots: Annotated[
         str,
         typer.Option(
@@ -57,9 +55,11 @@ def run(
         ),
     ] = "10s",
     plot: Annotated[
-        Path | None,
+        list[Path] | None,
         typer.Option(
-            metavar="FILE", envvar="NRP_PLOT", help="Draw a figure of the run into a .png, .svg or .pdf file."
+            metavar="FILE",
+            envvar="NRP_PLOT",
+            help="Draw a figure of the run into a .png, .svg or .pdf file; repeatable.",
         ),
     ] = None,
     control: Annotated[
@@ -70,9 +70,20 @@ def run(
             help="Accept nrp publish and nrp functions on this Unix socket.",
         ),
     ] = None,
+    allow_incomplete: Annotated[
+        bool,
+        typer.Option(
+            "--allow-incomplete",
+            envvar="NRP_ALLOW_INCOMPLETE",
+            help="Succeed although parts of the experiment were left out or functions were stopped.",
+        ),
+    ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", envvar="NRP_VERBOSE", help="Print every problem of the run.")
+    ] = False,
     json: Json = False,
 ) -> None:
-    """Run an experiment; fail if one of its criteria is not met.
+    """Run an experiment; fail if the run is not complete or one of its criteria is not met.
 
     Ctrl-C ends the run between two steps: its recording is complete, and the exit code is 130.
     """
@@ -80,7 +91,18 @@ def run(
     from nrp_core.findings import InvalidExperimentError
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed, pace=pace)
-    request = RunRequest(experiment, settings, until, record, pictures, snapshots, plot, control)
+    request = RunRequest(
+        experiment,
+        settings,
+        until,
+        record,
+        images,
+        snapshots,
+        tuple(plot or ()),
+        control,
+        allow_incomplete,
+        verbose,
+    )
     try:
         code = Session(request).run(as_json=json)
     except InvalidExperimentError as error:

@@ -37,7 +37,14 @@ def validate(
     ] = FindingFormat.TEXT,
     json: Json = False,
 ) -> None:
-    """Check an experiment without starting a simulator."""
+    """Check an experiment without starting a simulator or executing a transfer function.
+
+    EXPERIMENT may also be a file with transfer functions. A BIBI file of the Neurorobotics Platform is
+    checked with its brain and robots, in the experiment beside it that names it.
+
+    The brain script is executed, in a process without network that can write only temporary files, where the
+    system allows that (nrp doctor), for at most 20 s.
+    """
     from nrp_core.analysis.validate import validate_file
 
     findings = validate_file(experiment, overrides_of(overrides, brain=brain, world=world, models=models))

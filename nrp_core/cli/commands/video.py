@@ -1,0 +1,100 @@
+"""``nrp video``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.options import Json, usage_errors
+from nrp_core.cli.output import document
+
+if TYPE_CHECKING:
+    from nrp_core.recording.video import Vector
+
+_VIEWS = "follow|above|free"
+
+
+def video(
+    recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", envvar="NRP_OUTPUT", help="A .mp4 or .webm file."),
+    ] = Path("video.mp4"),
+    camera: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Show the images of this camera, or topic.")
+    ] = None,
+    view: Annotated[str, typer.Option(metavar=_VIEWS, help="Where the drawn scene is seen from.")] = "follow",
+    robot: Annotated[str | None, typer.Option(metavar="NAME", help="The robot that is followed.")] = None,
+    eye: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Place of the free view, m.")] = None,
+    target: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Point that it looks at, m.")] = None,
+    speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Times as fast as in reality.")] = 1.0,
+    begin: Annotated[str, typer.Option("--from", metavar="TIME", help="Begin at this time, e.g. 2s.")] = "0s",
+    until: Annotated[str | None, typer.Option("--until", metavar="TIME", help="End at this time.")] = None,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Size of drawn images, pixels.")] = "640x480",
+    json: Json = False,
+) -> None:
+    """Write a video of a recorded run: the images of a camera, or the scene from another place."""
+    from math import inf
+
+    from nrp_core.cli.progress import display
+    from nrp_core.clock import seconds
+    from nrp_core.errors import did_you_mean
+    from nrp_core.quantities import time_ns
+    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.video import VideoOptions, View, check_target
+    from nrp_core.recording.video import video as write
+
+    with usage_errors("DIR"):
+        source = Recording(recording)
+    with usage_errors("--output"):
+        check_target(output)
+    with usage_errors("--view"):
+        if view not in (known := [each.value for each in View]):
+            raise ValueError(f"unknown view '{view}'{did_you_mean(view, known)}")
+    with usage_errors("--from"):
+        begin_s = seconds(time_ns(begin))
+    with usage_errors("--until"):
+        end_s = inf if until is None else seconds(time_ns(until))
+        if end_s <= begin_s:
+            raise ValueError(f"expected a time after {begin}, not {until}")
+    with usage_errors("--size"):
+        width, height = _size(size)
+    with usage_errors("--eye"):
+        from_where = _vector(eye)
+    with usage_errors("--target"):
+        to_where = _vector(target)
+    options = VideoOptions(
+        camera, View(view), speed, begin_s, end_s, width, height, robot=robot, eye=from_where, target=to_where
+    )
+    if not source.complete:
+        message = "the recording is truncated or damaged: only its intact part is shown"
+        complain(message, label="warning", color="yellow")
+    with display() as shown:
+        count = write(source, output, options, lambda done, total: shown.count("drawing", done, total))
+    if json:
+        document({"video": output, "images": count, "complete": source.complete})
+    else:
+        typer.echo(output)
+
+
+def _size(text: str) -> tuple[int, int]:
+    sides = text.split("x")
+    if len(sides) != 2 or not all(side.strip().isdigit() and 16 <= int(side) <= 7680 for side in sides):
+        raise ValueError(
+            f"a size is a width and a height from 16 to 7680 pixels, such as 640x480, not '{text}'"
+        )
+    width, height = (int(side) + int(side) % 2 for side in sides)  # VP9 wants them even
+    return width, height
+
+
+def _vector(text: str | None) -> Vector | None:
+    if text is None:
+        return None
+    try:
+        x, y, z = (float(number) for number in text.split(","))
+    except ValueError:
+        raise ValueError(f"a point is three numbers in m, such as 1,2.5,0.3, not '{text}'") from None
+    return x, y, z
