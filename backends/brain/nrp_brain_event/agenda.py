@@ -1,8 +1,8 @@
-"""A calendar of what is to come: arriving spikes, and neurons that wake by themselves.
+"""A calendar of future events: arriving spikes, and scheduled updates of neurons.
 
-Time is cut into windows no longer than the shortest delay, so what happens in a window arrives in later
-ones, and each neuron can pass through a window alone. The windows lie on a ring of lists; what is
-further ahead waits in one more list, which is sorted in once every round. A neuron stands in at most one.
+Time is divided into windows no longer than the shortest delay, so spikes of a window arrive in later windows,
+and each neuron can be advanced through a window independently. The windows are a ring of lists; later events
+wait in one more list, which is distributed once in each round. A neuron is in at most one list.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from nrp_core._support.jit import inlined, jit
 
 _BEYOND: Final = 1 << 61
 _NEVER: Final = 1 << 62
-"""Windows after all others: of what the ring does not reach yet, of neurons that wait for a spike."""
+"""Windows after all others: for events beyond the ring, and for neurons that wait for a spike."""
 
 
 @inlined
 def post(clock: Clock, slots: Array, events: Array, time: float, target: int, weight: float, n: int) -> None:
-    """Let a spike arrive at a target, or at n synapses from number ``target`` on; needs a free event."""
+    """Schedule a spike at a target, or at n synapses from number ``target`` on; needs a free event."""
     index = clock.free
     event = events[index]
     clock.free = event.after
@@ -33,7 +33,7 @@ def post(clock: Clock, slots: Array, events: Array, time: float, target: int, we
 
 @inlined
 def release(clock: Clock, events: Array) -> None:
-    """Give the event that has arrived back to the pool, and turn to the next."""
+    """Return the arrived event to the pool, and go to the next one."""
     index = clock.arriving
     clock.arriving, clock.arrived = events[index].after, 0
     events[index].after, events[index].n = clock.free, 0
@@ -43,7 +43,7 @@ def release(clock: Clock, events: Array) -> None:
 
 @jit
 def gather(clock: Clock, slots: Array, events: Array, sorting: Array, end: float) -> None:
-    """Take the events of the window before ``end`` out of the calendar, in their order."""
+    """Remove the events of the window before ``end`` from the calendar, in order."""
     slot = clock.slot & (len(slots) - 2)
     index = slots[slot]
     slots[slot] = -1
@@ -70,14 +70,14 @@ def gather(clock: Clock, slots: Array, events: Array, sorting: Array, end: float
 
 @inlined
 def schedule(clock: Clock, slots: Array, links: Array, cell: Cell, row: int) -> None:
-    """Put a neuron where it is found by the time it wakes; where it is found sooner, it can stay."""
+    """Schedule a neuron for its next update; an earlier entry may stay."""
     if cell.wake < cell.listed:
         reschedule(clock, slots, links, cell, row)
 
 
 @jit
 def reschedule(clock: Clock, slots: Array, links: Array, cell: Cell, row: int) -> None:
-    """Put a neuron where it is found when it wakes."""
+    """Schedule a neuron for its next update."""
     link, n = links[row], len(slots) - 1
     window = _window(clock, n, cell.wake) if cell.wake < inf else _NEVER
     cell.listed = min(window, clock.slot + n) * clock.width if window < _NEVER else inf
@@ -98,7 +98,7 @@ def reschedule(clock: Clock, slots: Array, links: Array, cell: Cell, row: int) -
 def next_round(
     clock: Clock, event_slots: Array, cell_slots: Array, events: Array, links: Array, cells: Array
 ) -> None:
-    """At the beginning of a round, take in what was too far ahead in the last one."""
+    """At the start of a round, distribute the events beyond the last one."""
     n = len(event_slots) - 1
     index = event_slots[n]
     event_slots[n] = -1
@@ -118,14 +118,14 @@ def next_round(
 
 @inlined
 def _window(clock: Clock, n: int, time: float) -> int:
-    """Return the window of a time, if the ring of n has it; times gone by count as now."""
+    """Return the window of a time, if it is in the ring of n; past times count as now."""
     number = time * clock.per_width
     return _BEYOND if number >= clock.slot + n else max(int(number), clock.slot)
 
 
 @inlined
 def _slot(window: int, n: int) -> int:
-    """Return the list of a window on the ring; the last is for those beyond it."""
+    """Return the list of a window in the ring; the last list is for later windows."""
     return n if window == _BEYOND else window & (n - 1)
 
 
@@ -141,7 +141,7 @@ def _unlink(slots: Array, links: Array, link: Link) -> None:
 
 @jit
 def _merged(events: Array, a: int, b: int) -> int:
-    """Return the first event of two sorted lists made into one."""
+    """Merge two sorted lists and return the first event."""
     if _earlier(events[b], events[a]):
         a, b = b, a
     head = last = a
@@ -159,7 +159,7 @@ def _merged(events: Array, a: int, b: int) -> int:
 def _earlier(a: Event, b: Event) -> bool:
     """Return whether a comes before b: by time, receptor or synapse, weight.
 
-    So sums are the same bit for bit however the events came here.
+    So sums are the same bit for bit for any order of insertion.
     """
     if a.time != b.time:
         return a.time < b.time

@@ -33,6 +33,12 @@ class EventBackend(BrainBackend):
             releases_gil=True,
         )
 
+    def warnings(self, network: Network, options: BrainOptions) -> list[str]:
+        from nrp_brain_event.connections import delay_range
+
+        delay_range(network)
+        return []
+
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
         assert isinstance(options, EventOptions)
         if options.resolution is not None:

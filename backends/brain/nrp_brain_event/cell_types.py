@@ -17,7 +17,8 @@ from nrp_brain_event.records import (
 )
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network
-from nrp_core.errors import CapabilityError, DivergedError
+from nrp_core.errors import DivergedError
+from nrp_core.findings.capabilities import no_variable
 
 TIME_CONSTANTS: Final = {"tau_syn_E": 0, "tau_syn_I": 1}
 """PyNN's names, and the synapse that they belong to."""
@@ -35,7 +36,7 @@ class CellType:
 
     Args:
         membrane: kind, see :mod:`nrp_brain_event.records`.
-        synapse: kind, likewise.
+        synapse: kind, see the same module.
         parameters: PyNN's names.
         initial: the state variables that a network may set, with PyNN's initial values; the gates of
             HH_cond_exp are not among them, see :func:`nrp_brain_event.cells.load_cells`.
@@ -48,7 +49,7 @@ class CellType:
 
     @property
     def state_variables(self) -> tuple[str, ...]:
-        """PyNN's names of what can be read while running."""
+        """PyNN's names of the variables that can be read while running."""
         synaptic = () if self.membrane in (LINEAR, IZHIKEVICH) else ("gsyn_exc", "gsyn_inh")
         return (*self.initial, *synaptic)
 
@@ -97,11 +98,11 @@ def require_variable(network: Network, variable: str, neurons: IntArray) -> None
         kind = CELL_TYPES.get(population.cell_type)
         shown = kind is not None and variable in kind.state_variables
         if not shown and ((neurons >= first) & (neurons < first + population.size)).any():
-            raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+            raise no_variable(label, variable)
 
 
 def diverged(network: Network, neuron: int, t_ns: int) -> DivergedError:
-    """Return the error that a neuron (global id) has left what numbers can hold."""
+    """Return the error for a neuron (global id) whose state is not finite."""
     label, index = network.label_of(neuron)
     return DivergedError(
         f"cell {index} of population '{label}' cannot be integrated any further; look for "

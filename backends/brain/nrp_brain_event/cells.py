@@ -26,18 +26,18 @@ from nrp_core.errors import NetworkError, did_you_mean
 _IZHIKEVICH_PEAK_MV: Final = 30.0
 _HODGKIN_HUXLEY_THRESHOLD_MV: Final = -20.0
 _UPSTROKE_MS: Final = 1e-9
-"""An exponential cell fires at the latest when it is this near to an infinite voltage."""
+"""Distance from an infinite voltage at which an exponential cell fires at the latest."""
 _SHORTEST_STEP_MS: Final = 1e-8
 _MAY_BE_INFINITE: Final = frozenset({"v_thresh", "v_spike"})
 _REMAINING: Final = {"gsyn_exc": 0, "gsyn_inh": 1, "isyn_exc": 0, "isyn_inh": 1}
-"""PyNN's names of what is left of arrivals, and at which synapse."""
+"""PyNN's names of the synaptic variables, and their synapse."""
 
 
 def load_cells(network: Network, tolerance_mv: float) -> tuple[Array, IntArray]:
     """Return the records of all cells that are not sources, and their rows by global id.
 
-    State variables that the network does not set begin with PyNN's initial values; the gates of
-    HH_cond_exp with what they settle at under the initial voltage.
+    State variables that the network does not set start at PyNN's initial values; the gates of HH_cond_exp at
+    their steady state for the initial voltage.
 
     Raises:
         NetworkError: a parameter or state variable is missing, unknown or impossible.
@@ -64,7 +64,7 @@ def with_parameters(
 
     Args:
         cells: the records.
-        population: of the cells.
+        population: the population of the cells.
         values: the parameters that change, one for each record.
         first_id: global id of the population's first cell.
 
@@ -94,7 +94,7 @@ def _load_population(cells: Array, population: Population, first_id: int) -> Non
     numbers = cells["id"] - first_id
     _check_parameters(where, population.parameters, kind, numbers)
     cells["membrane"], cells["synapse"] = kind.membrane, kind.synapse
-    for name in ("tau_m", "cm", "tau_syn"):  # so that no formula divides by zero
+    for name in ("tau_m", "cm", "tau_syn"):  # avoids division by zero
         cells[name] = 1.0
     for name in kind.parameters:
         if name in TIME_CONSTANTS:
@@ -126,7 +126,7 @@ def _check_parameters(where: str, given: Mapping[str, FloatArray], kind: CellTyp
 
 
 def _derive(cells: Array, kind: CellType) -> None:
-    """Set what follows from the parameters."""
+    """Set the fields derived from the parameters."""
     cells["leak"], cells["per_cm"] = 1.0 / cells["tau_m"], 1.0 / cells["cm"]
     cells["fading"], cells["resistance"] = 1.0 / cells["tau_syn"], cells["tau_m"] / cells["cm"]
     cells["threshold"], cells["scale"] = cells["v_thresh"], 1.0
@@ -147,7 +147,7 @@ def _derive(cells: Array, kind: CellType) -> None:
 
 
 def _check_reset(where: str, cells: Array, kind: CellType, numbers: IntArray) -> None:
-    """Refuse cells that would fire without end at one instant."""
+    """Refuse cells that would fire infinitely often at one time."""
     if kind.membrane == HODGKIN_HUXLEY:
         return
     reset = cells["c"] if kind.membrane == IZHIKEVICH else cells["v_reset"]

@@ -52,7 +52,7 @@ def load_connections(network: Network, cells: Array, row_of: IntArray) -> dict[s
 def delay_range(network: Network) -> tuple[float, float]:
     """Return the shortest delay between neurons that are not sources, and the longest of all (ms).
 
-    The spikes of sources are known before a window of time begins, so their delays do not bound it.
+    The spikes of sources are known before a window begins, so their delays do not limit it.
 
     Raises:
         NetworkError: a delay between neurons is too short.

@@ -1,4 +1,4 @@
-"""The engine's arrays: made from a network, enlarged, copied."""
+"""The engine's arrays: creation from a network, enlargement, copies."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from nrp_brain_event.records import CONSTANT, Array, Clock, Engine, Event, Link,
 from nrp_core.brain.network.data import Network
 
 _ROOM: Final = 1024
-"""Events and spikes for which there is room at first."""
+"""Initial capacity for events and spikes."""
 _LONGEST_WINDOW_MS: Final = 1.0
 _FEWEST_WINDOWS: Final = 64
 _MOST_WINDOWS: Final = 4096
 _LISTS: Final = 64
-"""Sorted lists of twice the length each: more than there can be events."""
+"""Number of sorted lists, each of twice the length of the previous one: enough for all events."""
 
 
 def build_engine(network: Network, tolerance_mv: float) -> Engine:
     """Return the engine of a network at time 0, all neurons about to start.
 
     Raises:
-        NetworkError: the network has parameters or delays that cannot be.
+        NetworkError: the network has impossible parameters or delays.
     """
     shortest_ms, longest_ms = delay_range(network)
     width_ms = 2.0 ** floor(log2(min(shortest_ms, _LONGEST_WINDOW_MS)))
@@ -53,7 +53,7 @@ def build_engine(network: Network, tolerance_mv: float) -> Engine:
 
 
 def enlarged(engine: Engine) -> Engine:
-    """Return the engine with twice the room for spikes, if that is used up, else for events."""
+    """Return the engine with twice the capacity for spikes, if that is used up, else for events."""
     clock, n_events = engine.clock, len(engine.events)
     if clock["n_spikes"][0] == len(engine.spikes):
         return engine._replace(spikes=doubled(engine.spikes))
@@ -66,8 +66,8 @@ def changing(engine: Engine, initial: Engine | None = None) -> dict[str, Array]:
     """Return copies of all arrays that change while running, by name.
 
     Args:
-        engine: whose.
-        initial: the engine at time 0, to include what others have changed since.
+        engine: the engine.
+        initial: the engine at time 0, to include arrays changed from outside since then.
     """
     return {
         name: array.copy()
@@ -77,14 +77,14 @@ def changing(engine: Engine, initial: Engine | None = None) -> dict[str, Array]:
 
 
 def doubled(array: Array) -> Array:
-    """Return an array with what another has in it, and as much room again."""
+    """Return an array of twice the length, with the contents of another one."""
     larger = np.zeros(2 * len(array), array.dtype)
     larger[: len(array)] = array
     return larger
 
 
 def chain_free(clock: Array, events: Array, first: int) -> None:
-    """Put the events from ``first`` on at the head of the list of free ones."""
+    """Add the events from ``first`` on to the front of the list of free ones."""
     events["after"][first:] = np.arange(first + 1, len(events) + 1)
     events["after"][-1] = clock["free"][0] if clock["n_free"][0] else -1
     clock["free"] = first

@@ -1,7 +1,7 @@
 """Tuples of arrays that are passed to compiled code as one argument.
 
-Numba inspects the type of every argument, and of every array in a tuple: for the few dozen arrays of an
-engine this takes longer than a short run. A handle is made once for as long as the arrays stay the same.
+Numba inspects the type of every argument, and of every array in a tuple: for the arrays of an engine this
+takes longer than a short run. A handle is created once and used while the arrays stay the same.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def handle(arrays: T) -> Handle[T]:
 
 @cache
 def _declared(kind: type[tuple[Array, ...]]) -> dict[str, tuple[np.dtype[Any], int]]:
-    """Return the type of the elements, and the number of dimensions, of each array of a named tuple."""
+    """Return element type and number of dimensions of each array of a named tuple."""
     found = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():
         element, *ndim = hint.__metadata__

@@ -1,6 +1,6 @@
-"""The compiled functions that the brain calls: run, let spikes in, change currents, read.
+"""The compiled functions that the brain calls: run, add spikes, change currents, read.
 
-Those that are called in every step get the ``places`` of a :class:`~nrp_brain_event.handles.Handle`.
+Functions that are called in every step take the ``places`` of a :class:`~nrp_brain_event.handles.Handle`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ READABLE = ("v", "u", "w", "gsyn_exc", "gsyn_inh")
 """State variables by number, see :func:`read`."""
 
 _AHEAD: Final = 8
-"""How many neurons are fetched before they are needed."""
+"""Number of neurons that are prefetched."""
 
 
 @jit
@@ -45,8 +45,8 @@ def run(places: Array, until: float, end: float) -> int:
     """Simulate everything up to and including ``until``; ``end`` is the next number after it.
 
     Returns:
-        ``DONE``; ``FULL`` where events or spikes need more room (give it and call again);
-        ``DIVERGED`` where a neuron cannot be integrated.
+        ``DONE``; ``FULL`` if events or spikes need more room (enlarge the arrays and call again);
+        ``DIVERGED`` if a neuron cannot be integrated.
     """
     engine = opened(Engine, places)
     clock, cells, events = engine.clock[0], engine.cells, engine.events
@@ -75,7 +75,7 @@ def run(places: Array, until: float, end: float) -> int:
 
 @inlined
 def _arrive(engine: Engine, clock: Clock, cells: Array, event: Event) -> int:
-    """Let a spike arrive wherever it has not yet; returns as :func:`run`."""
+    """Deliver a spike to all targets that it has not reached yet; returns as :func:`run`."""
     targets, weights, slots, t = engine.target, engine.weight, engine.cell_slots, event.time
     first, last = event.target, event.target + event.n - 1
     for k in range(clock.arrived, max(event.n, 1)):
@@ -102,7 +102,7 @@ def _arrive(engine: Engine, clock: Clock, cells: Array, event: Event) -> int:
         receive(cell, target & 1, weight)
         if is_linear(cell):
             plan(cell, engine.work[0])
-        else:  # once for all that arrives at this time
+        else:  # once for all arrivals at this time
             cell.on_wake, cell.wake = START, t
         schedule(clock, slots, engine.links, cell, row)
     return DONE
@@ -110,7 +110,7 @@ def _arrive(engine: Engine, clock: Clock, cells: Array, event: Event) -> int:
 
 @inlined
 def _wake(engine: Engine, clock: Clock, cells: Array, links: Array, slot: int, end: float) -> int:
-    """Let the neurons of a window do what they wake for before ``end``; returns as :func:`run`."""
+    """Process the scheduled updates of the neurons in a window before ``end``; returns as :func:`run`."""
     row = engine.cell_slots[slot]
     while row >= 0:
         following = links[row].after
@@ -127,7 +127,7 @@ def _wake(engine: Engine, clock: Clock, cells: Array, links: Array, slot: int, e
 
 @inlined
 def _pass(engine: Engine, row: int, end: float) -> int:
-    """Let a neuron do all that it wakes for before ``end``; returns as :func:`run`."""
+    """Process all scheduled updates of a neuron before ``end``; returns as :func:`run`."""
     clock, work, spikes, first = engine.clock[0], engine.work[0], engine.spikes, engine.first
     plastic, first_plastic = engine.plastic, engine.first_plastic
     cell = engine.cells[row]
@@ -146,7 +146,7 @@ def _pass(engine: Engine, row: int, end: float) -> int:
                 onto = plastic[first_plastic[row] : first_plastic[row + 1]]
                 remember(cell, onto, engine.rules, clock, engine.events)
             fire(cell)
-        elif cell.wake > cell.t:  # one that starts now stands there already
+        elif cell.wake > cell.t:  # a neuron that starts now is already there
             move(cell, cell.wake)
         if not plan(cell, work):
             clock.failed = cell.id
@@ -156,14 +156,14 @@ def _pass(engine: Engine, row: int, end: float) -> int:
 
 @inlined
 def _fetch(cells: Array, row: int) -> None:
-    """Let the processor fetch what every event needs of a neuron."""
+    """Prefetch the part of a neuron that every event needs."""
     for byte in range(HOT, COLD, CACHE_LINE):
         prefetch(cells, row, byte)
 
 
 @inlined
 def _send(engine: Engine, neuron: int, time: float) -> None:
-    """Put a spike of a neuron on its way to all its targets."""
+    """Send a spike of a neuron to all its targets."""
     clock, slots, events = engine.clock[0], engine.event_slots, engine.events
     s, last = engine.first[neuron], engine.first[neuron + 1]
     while s < last:
@@ -178,10 +178,10 @@ def _send(engine: Engine, neuron: int, time: float) -> None:
 
 @jit
 def emit(places: Array, neurons: Array, times: Array, begin: int) -> int:
-    """Put spikes of source cells on their way, from number ``begin`` on.
+    """Send spikes of source cells, from number ``begin`` on.
 
     Returns:
-        How many of all are done; less than all where events need more room.
+        The number of spikes sent; fewer than all if events need more room.
     """
     engine = opened(Engine, places)
     clock = engine.clock[0]
@@ -194,7 +194,7 @@ def emit(places: Array, neurons: Array, times: Array, begin: int) -> int:
 
 @jit
 def inject(places: Array, neurons: Array, times: Array, weights: Array, inhibitory: int, begin: int) -> int:
-    """Let events arrive at neurons (global ids), from number ``begin`` on; returns as :func:`emit`."""
+    """Schedule events at neurons (global ids), from number ``begin`` on; returns as :func:`emit`."""
     engine = opened(Engine, places)
     clock, slots, events, row_of = engine.clock[0], engine.event_slots, engine.events, engine.row_of
     for k in range(begin, len(neurons)):
@@ -206,7 +206,7 @@ def inject(places: Array, neurons: Array, times: Array, weights: Array, inhibito
 
 @jit
 def spread(places: Array) -> bool:
-    """Let all spikes on their way keep the weights they have now; false where there is no room."""
+    """Fix the present weights of all spikes in transit; false if there is no room."""
     engine = opened(Engine, places)
     clock, slots, events = engine.clock[0], engine.event_slots, engine.events
     for index in range(len(events)):
@@ -223,7 +223,7 @@ def spread(places: Array) -> bool:
 
 @jit
 def set_currents(places: Array, currents: Array) -> None:
-    """Hold these currents (nA, by global id) from now on; neurons whose current stays are not touched."""
+    """Set constant currents (nA, by global id); neurons with the same current are not updated."""
     engine = opened(Engine, places)
     cells = engine.cells
     for row in range(len(cells)):
@@ -235,7 +235,7 @@ def set_currents(places: Array, currents: Array) -> None:
 
 @jit
 def begin_anew(engine: Engine, rows: Array) -> None:
-    """Bring cells to what they are now, so that their parameters can change."""
+    """Advance cells to the present time, so that their parameters can change."""
     for row in rows:
         _begin_anew(engine, row)
 
@@ -257,7 +257,7 @@ def read(places: Array, neurons: Array, variable: int, out: Array) -> None:
 
 @jit
 def _begin_anew(engine: Engine, row: int) -> None:
-    """Bring a cell to what it is now and let its course be planned anew."""
+    """Advance a cell to the present time and schedule a new prediction."""
     clock, cells = engine.clock[0], engine.cells
     cell = cells[row]
     move(cell, clock.now)

@@ -16,7 +16,7 @@ from nrp_core.brain.network.synapses.stdp import STDP
 
 
 def change_parameters(engine: Engine, network: Network, change: ParameterChange) -> None:
-    """Let cells have other parameters from now on.
+    """Change parameters of cells.
 
     Raises:
         NetworkError: a parameter is impossible.
@@ -32,7 +32,7 @@ def change_parameters(engine: Engine, network: Network, change: ParameterChange)
 
 
 def weights_now(engine: Engine, projection: Projection, rows: IntArray) -> FloatArray:
-    """Return the weights of a projection whose synapses stand in these rows."""
+    """Return the weights of a projection whose synapses are in these rows."""
     if projection.synapse_type != STDP:
         return engine.weight[rows]
     seen = _up_to_date(engine._replace(plastic=engine.plastic.copy(), events=engine.events.copy()))
@@ -40,7 +40,7 @@ def weights_now(engine: Engine, projection: Projection, rows: IntArray) -> Float
 
 
 def change_weights(engine: Engine, projection: Projection, rows: IntArray, weights: FloatArray) -> None:
-    """Let the synapses in these rows have other weights; spikes that have passed them keep the old ones."""
+    """Change the weights of synapses in these rows; spikes that have passed them keep the old ones."""
     if projection.synapse_type != STDP:
         engine.weight[rows] = weights
         return
@@ -49,7 +49,7 @@ def change_weights(engine: Engine, projection: Projection, rows: IntArray, weigh
 
 
 def _up_to_date(engine: Engine) -> Engine:
-    """Bring all plastic synapses to now."""
+    """Update all plastic synapses to the present time."""
     events, plastic, now = engine.events, engine.plastic, float(engine.clock["now"][0])
     flying = np.flatnonzero(events["target"] < 0)
     heard = events["time"][flying] - plastic["dendritic_delay"][~events["target"][flying]]
@@ -64,7 +64,7 @@ def _signs(engine: Engine, rows: IntArray) -> IntArray:
 
 
 def _follow_time_constants(engine: Engine) -> None:
-    """Let short-term plasticity know how fast the synapses of its targets fade."""
+    """Set the decay of the targets' synapses for short-term plasticity."""
     synapses = np.flatnonzero(engine.dynamics >= 0)
     targets = engine.target[synapses]
     cells = engine.cells[targets >> 1]

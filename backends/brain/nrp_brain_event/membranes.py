@@ -16,15 +16,15 @@ from nrp_core._support.jit import inlined, jit
 _PER_NA: Final = 1000.0
 """PyNN's factor between nA and the unit of current of Izhikevich's model."""
 _STEEPEST: Final = 200.0
-"""Largest exponent of a spike's upstroke: an integration step is refused long before."""
+"""Maximum exponent in a spike's upstroke: an integration step is refused well below it."""
 
 
 @inlined
 def slopes(cell: Cell, work: Work, s: int) -> None:
     """Store the derivatives of the state variables at stage s of a step, per ms, in ``work.stages``.
 
-    The state is ``work.y``: v in mV, then w in nA, or u in mV/ms, or the gates m, h, n. The conductances
-    of the synapses at that stage stand in ``work.conductances``.
+    The state is ``work.y``: v in mV, then w in nA, or u in mV/ms, or the gates m, h, n. The conductances of
+    the synapses at that stage are in ``work.conductances``.
     """
     y, g, out = work.y, work.conductances, work.stages
     v = y[0]
@@ -68,7 +68,7 @@ def _hodgkin_huxley(cell: Cell, current: float, work: Work, s: int) -> None:
 
 @jit
 def gate_rates(gate: int, v: float) -> tuple[float, float]:
-    """Return the rates, per ms, at which gate m (1), h (2) or n (3) opens and closes at ``v`` mV."""
+    """Return the opening and closing rates, per ms, of gate m (1), h (2) or n (3) at ``v`` mV."""
     if gate == 1:
         return 0.32 * _linear_over_exponential(13.0 - v, 4.0), 0.28 * _linear_over_exponential(v - 40.0, 5.0)
     if gate == 2:

@@ -1,4 +1,4 @@
-"""What happens to one neuron: it moves in time, spikes arrive, it fires, its future is planned."""
+"""The operations on one neuron: advance it, deliver a spike, fire, schedule its next update."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from nrp_core._support.jit import inlined, jit
 
 @inlined
 def move(cell: Cell, t: float) -> None:
-    """Bring the state of a neuron to a time up to which nothing happens."""
+    """Advance the state of a neuron to a time before its next event."""
     dt = t - cell.t
     left_e, left_i = left_of(cell, 0, dt), left_of(cell, 1, dt)
     if not is_linear(cell):
@@ -35,7 +35,7 @@ def move(cell: Cell, t: float) -> None:
 
 @jit
 def voltage_at(cell: Cell, t: float) -> float:
-    """Return the voltage at a time up to which nothing happens, without moving the neuron."""
+    """Return the voltage at a time before the next event, without advancing the neuron."""
     if is_linear(cell) and cell.t >= cell.free_at:
         dt = t - cell.t
         return linear_voltage(cell, dt, left_of(cell, 0, dt), left_of(cell, 1, dt))
@@ -44,10 +44,10 @@ def voltage_at(cell: Cell, t: float) -> float:
 
 @jit
 def fire(cell: Cell) -> None:
-    """Let a neuron fire at the time it wakes: reset it and begin its refractory time."""
+    """Fire a neuron at its scheduled time: reset it and start its refractory period."""
     move(cell, cell.wake)
     if cell.membrane == HODGKIN_HUXLEY:
-        cell.path[0, 0] = cell.threshold  # nothing is reset: it has to fall before it can rise again
+        cell.path[0, 0] = cell.threshold  # without a reset it must fall before it can cross again
         cell.armed = 0
     elif cell.membrane == IZHIKEVICH:
         cell.path[0, 0] = cell.c
@@ -62,16 +62,16 @@ def fire(cell: Cell) -> None:
 
 @inlined
 def receive(cell: Cell, inhibitory: int, weight: float) -> None:
-    """Let a spike arrive now."""
+    """Deliver a spike now."""
     if cell.synapse != JUMP:
         arrive(cell, inhibitory, weight)
-    elif cell.free_at - cell.t <= SIMULTANEOUS:  # else the voltage is held
+    elif cell.free_at - cell.t <= SIMULTANEOUS:  # else the voltage is clamped
         cell.path[0, 0] += weight
 
 
 @inlined
 def plan(cell: Cell, work: Work) -> bool:
-    """Decide what a neuron wakes for after an event, and when; False where that cannot be computed."""
+    """Schedule a neuron's next update after an event; False if it cannot be computed."""
     held = cell.t < cell.free_at
     if not held:
         above = cell.path[0, 0] >= cell.threshold

@@ -21,10 +21,10 @@ _LONG_AGO_MS: Final = -np.inf
 
 
 class PlasticTables(NamedTuple):
-    """What plasticity makes of synapses.
+    """The plastic synapses of a network.
 
     Args:
-        targets: of the synapses of each projection, with the plastic ones pointing to their own table.
+        targets: targets of the synapses of each projection; plastic ones point to their own table.
         tables: parts of the :class:`~nrp_brain_event.records.Engine` by name.
     """
 
@@ -36,13 +36,13 @@ def load_plastic(projections: Sequence[Projection], targets: Sequence[Array], n_
     """Return the tables of plastic synapses.
 
     Args:
-        projections: all of a network.
-        targets: the receptors on which the synapses of each end.
+        projections: all projections of a network.
+        targets: the target receptors of each projection's synapses.
         n_cells: number of cells.
 
     Raises:
         NetworkError: a parameter is missing or impossible.
-        CapabilityError: the rule is not known.
+        CapabilityError: the rule is not supported.
     """
     plastic = [k for k, projection in enumerate(projections) if projection.synapse_type == STDP]
     rows = rows_of_plastic([targets[k] for k in plastic])
@@ -64,7 +64,7 @@ def load_plastic(projections: Sequence[Projection], targets: Sequence[Array], n_
 
 
 def rows_of_plastic(targets: Sequence[Array]) -> list[IntArray]:
-    """Return in which rows of the table the plastic synapses of each projection stand."""
+    """Return the rows in the table of the plastic synapses of each projection."""
     cells = np.concatenate([np.empty(0, np.int64), *targets]) >> 1
     rows = np.empty(len(cells), np.int64)
     rows[np.argsort(cells, kind="stable")] = np.arange(len(cells))

@@ -1,4 +1,4 @@
-"""What the compiled code works on: one record per neuron, event and spike, and arrays of them.
+"""The data of the compiled code: one record per neuron, event and spike, and arrays of them.
 
 Times are in ms since reset; a time of infinity means never. An index of -1 means none.
 """
@@ -16,29 +16,29 @@ Array = npt.NDArray[Any]
 
 
 def constant(value: int) -> int:
-    """Return an integer for which Numba does not compile the functions that get it once more."""
+    """Return an integer of a type for which Numba does not compile a second specialisation."""
     return cast("int", np.int64(value))
 
 
-# What a membrane does between events.
+# Kinds of membranes, between events.
 LINEAR: Final = 0
 CONDUCTANCE: Final = 1
 ADAPTIVE_EXPONENTIAL: Final = 2
 IZHIKEVICH: Final = 3
 HODGKIN_HUXLEY: Final = 4
 
-# What an arriving spike adds to its synapse.
+# Kinds of synapses, for an arriving spike.
 EXPONENTIAL: Final = 0
 ALPHA: Final = 1
 JUMP: Final = 2
 
-# What a neuron wakes for.
+# Reasons for a scheduled update of a neuron.
 START: Final = 0
 SEARCH: Final = 1
 FIRE: Final = 2
 STEP: Final = 3
 
-# How a run that may have to stop early came back.
+# Results of a run that may stop early.
 DONE: Final = 0
 FULL: Final = 1
 DIVERGED: Final = 2
@@ -47,7 +47,7 @@ DIVERGED: Final = 2
 class Record:
     """Declares the fields of a structured array: floats, integers, small arrays with their shape.
 
-    There are no instances: the elements of an array with this :meth:`dtype` have these attributes.
+    It has no instances: the elements of an array with this :meth:`dtype` have these attributes.
     """
 
     @classmethod
@@ -63,7 +63,7 @@ class Record:
 
 
 class CellParameters(Record):
-    """What a neuron is: its parameters under PyNN's names, and what follows from them."""
+    """The parameters of a neuron by PyNN's names, and derived values."""
 
     v_reset: float
     v_thresh: float
@@ -93,7 +93,7 @@ class CellParameters(Record):
     """The same error in the other state variables, per mV."""
     longest_step: float
     shortest_step: float
-    """A step shorter than this means that the equations have no solution in numbers, ms."""
+    """Minimum step, ms; a shorter one means that the equations cannot be integrated."""
 
     membrane: int
     synapse: int
@@ -113,25 +113,25 @@ class CellParameters(Record):
 
 
 class Cell(CellParameters):
-    """A neuron: its parameters, state at the time ``t`` of its last event, agenda.
+    """A neuron: its parameters, its state at the time ``t`` of its last event, and its schedule.
 
-    What every event needs stands together, from ``membrane`` to the voltage.
+    The fields that every event needs are contiguous, from ``membrane`` to the voltage.
     """
 
     t: float
     free_at: float
     """End of the refractory time."""
     armed: int
-    """Whether it has been below threshold since it last fired."""
+    """Whether it has been below threshold since its last spike."""
     current: float
-    """From outside, nA."""
+    """External current, nA."""
     x: Annotated[Array, (2,)]
     s: Annotated[Array, (2,)]
-    """What is left of arrivals at each synapse, ``(x + s dt) exp(-dt / tau_syn)``, uS or nA."""
+    """State of each synapse, ``(x + s dt) exp(-dt / tau_syn)``, uS or nA."""
     wake: float
     on_wake: int
     listed: float
-    """When it is found in the calendar, at the latest."""
+    """Latest time of its entry in the calendar."""
     path: Annotated[Array, (4, 5)]
     """The state variables as polynomials in the fraction of the step; the first is the voltage."""
 
@@ -143,22 +143,22 @@ class Cell(CellParameters):
     first_fired: int
     last_fired: int
     n_remembered: int
-    """The list of its own spikes, kept as events, that its plastic synapses may still have to hear."""
+    """The list of its spikes, stored as events, that its plastic synapses may still have to process."""
 
 
 HOT: Final = int(Cell.dtype().fields["membrane"][1])  # type: ignore[index]
 COLD: Final = int(Cell.dtype().fields["path"][1]) + 8  # type: ignore[index]
-"""Where in the record of a neuron the part lies that every event needs, in bytes."""
+"""Offset in the record of a neuron of the part that every event needs, bytes."""
 WAKE: Final = int(Cell.dtype().fields["wake"][1])  # type: ignore[index]
-"""Where the time lies at which it wakes."""
+"""Offset of the time of its next update, bytes."""
 
 
 class Event(Record):
-    """A spike on its way.
+    """A spike in transit.
 
-    A target is twice the row of a cell, plus one for the inhibitory receptor; or ``~p`` for the one of
-    plastic synapse p, which then decides the weight. Where ``n`` is not zero the spike arrives at all
-    of n synapses, and the target is the first of these.
+    A target is twice the row of a cell, plus one for the inhibitory receptor; or ``~p`` for the target of
+    plastic synapse p, which then determines the weight. If ``n`` is not zero, the spike arrives at n
+    synapses, and the target is the first of these.
     """
 
     time: float
@@ -169,9 +169,9 @@ class Event(Record):
 
 
 class Link(Record):
-    """Where a neuron stands in the calendar: the window, and its neighbours in the list of that.
+    """The place of a neuron in the calendar: the window, and its neighbours in the list.
 
-    Apart from the neuron, so that the links of all neurons fit into the nearer caches.
+    It is separate from the neuron, so that the links of all neurons fit into the faster caches.
     """
 
     window: int
@@ -187,7 +187,7 @@ class Spike(Record):
 
 
 class ShortTerm(Record):
-    """A synapse that passes on a share of its weight; see :mod:`nrp_brain_event.synapse_laws`."""
+    """A synapse that transmits a share of its weight; see :mod:`nrp_brain_event.synapse_laws`."""
 
     @classmethod
     def dtype(cls) -> np.dtype[Any]:
@@ -199,21 +199,21 @@ class Plastic(Record):
 
     rule: int
     target: int
-    """As that of an event on its way to a receptor."""
+    """The target, as of an event."""
     weight: float
-    """Its size."""
+    """The absolute value of the weight."""
     dendritic_delay: float
     heard: int
-    """The last spike of the target that it has heard, an event."""
+    """The last processed spike of the target, an event."""
     pre_t: float
     pre_trace: float
     post_t: float
     post_trace: float
-    """When it last heard a spike of either side, and what was left of earlier ones then."""
+    """The times of the last processed spikes of both sides, and the traces of earlier ones then."""
 
 
 class Rule(Record):
-    """What plastic synapses have in common: parameters under PyNN's names, limits as sizes."""
+    """The common parameters of plastic synapses by PyNN's names; limits are absolute values."""
 
     A_plus: float
     A_minus: float
@@ -223,64 +223,64 @@ class Rule(Record):
     w_max: float
     multiplicative: int
     sign: int
-    """Of the weights."""
+    """The sign of the weights."""
 
 
 class Clock(Record):
-    """Where the engine is."""
+    """The position of the engine in time."""
 
     now: float
     slot: int
-    """The window at work, counted from time 0."""
+    """The current window, counted from time 0."""
     width: float
     per_width: float
-    """Of a window: a power of two, at most the shortest delay; and its inverse."""
+    """Length of a window: a power of two, at most the shortest delay; and its inverse."""
     free: int
     n_free: int
     """Head and length of the list of free events."""
     arriving: int
     arrived: int
-    """First event that still arrives in the window at work, and at how many of its synapses it has."""
+    """The first event still to arrive in the current window, and the number of synapses it has reached."""
     n_spikes: int
     failed: int
-    """The neuron whose integration broke down."""
+    """The neuron whose integration failed."""
 
 
 class Work(Record):
-    """Room for intermediate results."""
+    """Work space for intermediate results."""
 
     stages: Annotated[Array, (7, 4)]
     """Slopes at the stages of an integration step."""
     y: Annotated[Array, (4,)]
     """State at a stage."""
     conductances: Annotated[Array, (7, 2)]
-    """Of both synapses at the stages."""
+    """Conductances of both synapses at the stages."""
     function: Annotated[Array, (10,)]
     zeros: Annotated[Array, (8,)]
     """Coefficients and zeros in the search for a threshold crossing."""
 
 
 class Engine(NamedTuple):
-    """Everything the compiled code reads and writes.
+    """All arrays that the compiled code reads and writes.
 
     Args:
         cells: ``Cell``, the neurons that are not sources.
         row_of: row in ``cells`` by global id, -1 for sources.
         first, target, weight, delay, dynamics: the synapses of neuron ``i`` are those from
-            ``first[i]`` to ``first[i + 1]``; ``dynamics`` is a row of ``short_term`` or -1, and
-            empty where no synapse has one.
-        bundle: at the first of static synapses of one neuron and delay their number, else 0.
+            ``first[i]`` to ``first[i + 1]``; ``dynamics`` is a row of ``short_term`` or -1, and empty if no
+            synapse has one.
+        bundle: at the first of the static synapses with the same neuron and delay, their number, else 0.
         short_term: ``ShortTerm``.
         plastic: ``Plastic``, in the order of the cells they end on.
         first_plastic: the plastic synapses onto the cell in row ``i`` are those from ``first_plastic[i]``
             to ``first_plastic[i + 1]``; empty where there are none at all.
         rules: ``Rule``.
         clock: ``Clock``, shape ``(1,)``.
-        events: ``Event``, a pool; those on their way and the free ones form linked lists.
+        events: ``Event``, a pool; events in transit and free ones form linked lists.
         event_slots, cell_slots: first event and first cell to wake in each window of the calendar;
             the last entry holds what lies beyond its horizon.
         links: ``Link``, of the neurons.
-        sorting: first events of sorted lists of 1, 2, 4, ... events, while they are made.
+        sorting: first events of sorted lists of 1, 2, 4, ... events during a merge sort.
         spikes: ``Spike``, those not yet taken.
         work: ``Work``, shape ``(1,)``.
     """

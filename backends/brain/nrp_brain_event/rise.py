@@ -1,8 +1,8 @@
 """The first time at which a smooth function rises to zero; no rise is missed.
 
-Between two neighbouring zeros of its derivative a function is monotone, so it has at most one zero
-there, and the signs at both ends tell (Rolle). Both functions that are needed here have a chain of
-derivatives that ends in one with at most one zero, which is known in closed form:
+Between two neighbouring zeros of its derivative a function is monotone, so it has at most one zero there,
+which the signs at both ends show (Rolle). Both kinds of functions here have a chain of derivatives that ends
+in one with at most one zero, which has a closed form:
 
 - ``RESPONSE``: a leaky membrane under two fading currents ``(x + s t) exp(-t/tau)``. With
   ``D f = f' + f/tau``, which has a zero between any two zeros of f as f' has, the chain is: voltage,
@@ -10,7 +10,7 @@ derivatives that ends in one with at most one zero, which is known in closed for
 - ``POLYNOMIAL`` of degree 4 and its derivatives.
 
 The functions of a chain are numbered from the simplest, 0, to the one whose rise is sought, 3; only their
-signs matter. The coefficients stand in ``work.function``; room for zeros is in ``work.zeros``.
+signs matter. The coefficients are in ``work.function``, the zeros in ``work.zeros``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ POLYNOMIAL: Final = constant(1)
 _SOUGHT: Final = constant(3)
 
 # The coefficients of a RESPONSE (a synapse without current has the time constant of the other, or of the
-# membrane); those of a POLYNOMIAL are its own, the constant first.
+# membrane); those of a POLYNOMIAL are its coefficients, the constant first.
 SETTLED, ABOVE, TAU_M, CM, TAU_E, X_E, S_E, TAU_I, X_I, S_I = range(10)
 
 _PRECISION: Final = 4e-16
@@ -35,7 +35,7 @@ _PRECISION: Final = 4e-16
 
 @jit
 def first_rise(kind: int, work: Work, until: float) -> float:
-    """Return the first t in 0..until at which the function comes to zero from below, or infinity."""
+    """Return the first t in 0..until at which the function rises to zero, or infinity."""
     n = _seed(kind, work, until)
     for level in range(3):
         n = _zeros(kind, level, work, n, until)
@@ -51,7 +51,7 @@ def first_rise(kind: int, work: Work, until: float) -> float:
 
 @jit
 def only_rise(kind: int, work: Work, low: float, high: float) -> float:
-    """Return the t in low..high at which the function, which grows there up to zero, is zero, or infinity."""
+    """Return the zero in low..high of the function, which increases there, or infinity."""
     f_low, f_high = _value(kind, _SOUGHT, work, low), _value(kind, _SOUGHT, work, high)
     if f_high < 0.0:
         return inf
@@ -60,7 +60,7 @@ def only_rise(kind: int, work: Work, low: float, high: float) -> float:
 
 @jit
 def _zeros(kind: int, level: int, work: Work, n: int, until: float) -> int:
-    """Replace the n zeros of the function below this level by those of this one; return their number."""
+    """Replace the n zeros of the function one level below by those of this one; return their number."""
     found = 0
     low, f_low = 0.0, _value(kind, level, work, 0.0)
     for j in range(n + 1):
@@ -132,7 +132,7 @@ def _voltage_or_slope(level: int, work: Work, t: float) -> float:
 
 @jit
 def _drive(level: int, work: Work, t: float) -> float:
-    """Return the derivative of the current (level 1), or D of that for the first synapse, scaled likewise."""
+    """Return the derivative of the current (level 1), or D of it for the first synapse, scaled as well."""
     c = work.function
     rate_e, rate_i = 1.0 / c[TAU_E], 1.0 / c[TAU_I]
     p_e, q_e = c[S_E] - c[X_E] * rate_e, -c[S_E] * rate_e
@@ -146,15 +146,15 @@ def _drive(level: int, work: Work, t: float) -> float:
 
 @jit
 def _decay(rate: float, slowest: float, t: float) -> float:
-    """Return a decay as seen from the slowest one, so that the sign of a sum never underflows."""
+    """Return a decay relative to the slowest one, so that the sign of a sum never underflows."""
     return exp(-(rate - slowest) * t) if rate > slowest else 1.0
 
 
 @jit
 def _zero(kind: int, level: int, work: Work, a: float, f_a: float, b: float, f_b: float) -> float:
-    """Return the zero between a and b, where the values have different signs, to rounding.
+    """Return the zero between a and b, where the values have different signs, to machine precision.
 
-    Inverse quadratic interpolation where it is sure to help, else bisection
+    Inverse quadratic interpolation where it surely converges, else bisection
     (Chandrupatla 1997, Advances in Engineering Software 28:145).
     """
     share = 0.5

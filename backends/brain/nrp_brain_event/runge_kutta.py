@@ -1,9 +1,9 @@
 """Adaptive integration of one neuron: the method of Dormand & Prince (1980), order 5(4), dense output.
 
-A step is taken as far as the tolerance allows, without regard to what may arrive meanwhile, and kept as
-a polynomial (Hairer, Norsett & Wanner 1993, Solving Ordinary Differential Equations I, II.6). An
-arriving spike cuts it at its exact time; reading the voltage evaluates it. So the course of a neuron
-depends on its events alone, never on how the run is divided.
+A step is as long as the tolerance allows, regardless of possible arrivals, and kept as a polynomial (Hairer,
+Norsett & Wanner 1993, Solving Ordinary Differential Equations I, II.6). An arriving spike cuts it at its
+exact time; reading the voltage evaluates it. So the trajectory of a neuron depends only on its events, not on
+the division of the run.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _SAFETY: Final = 0.9
 _SHRINK: Final = 0.2
 _GROW: Final = 5.0
 _AT_REST: Final = 1e-12
-"""Change, in mV per ms, below which a neuron without input stays as it is."""
+"""Rate of change, mV per ms, below which a neuron without input is at rest."""
 
 
 @jit
@@ -65,7 +65,7 @@ def state_at(cell: Cell, variable: int, t: float) -> float:
 
 @jit
 def stand_at(cell: Cell, t: float) -> None:
-    """Cut the present step at t: the state there becomes the start of what follows."""
+    """Cut the present step at t: the state there becomes the start of the next step."""
     for variable in range(_VARIABLES[cell.membrane]):
         cell.path[variable, 0] = state_at(cell, variable, t)
         for power in range(1, 5):
@@ -75,14 +75,14 @@ def stand_at(cell: Cell, t: float) -> None:
 
 @jit
 def take_step(cell: Cell, work: Work) -> bool:
-    """Take one step from the neuron's time; the neuron wakes at its end, or never if it is at rest.
+    """Take one step from the neuron's time; the next update is at its end, or never if it is at rest.
 
     Returns:
-        False where no step is short enough.
+        False if no step is short enough.
     """
     cell.on_wake, cell.wake, cell.step = STEP, inf, inf
     longest = cell.free_at - cell.t if cell.t < cell.free_at else inf
-    if longest < inf and cell.membrane == CONDUCTANCE:  # all there is is held
+    if longest < inf and cell.membrane == CONDUCTANCE:  # all variables are clamped
         cell.wake = cell.free_at
         return True
     n = _VARIABLES[cell.membrane]
@@ -126,7 +126,7 @@ def rise_within_step(cell: Cell, work: Work) -> float:
 
 @inlined
 def _try_step(cell: Cell, work: Work, n: int, step: float) -> float:
-    """Compute the slopes at the stages of a step after the first; return its error, 1 is tolerable."""
+    """Compute the slopes at the later stages of a step; return its error, in units of the tolerance."""
     for k in range(2):
         for s in range(1, _STAGES - 1):
             work.conductances[s, k] = remaining_at(cell, k, _NODES[s] * step)
@@ -143,7 +143,7 @@ def _try_step(cell: Cell, work: Work, n: int, step: float) -> float:
 
 @inlined
 def _error(cell: Cell, work: Work, n: int, step: float) -> float:
-    """Return the largest local error among the state variables, in units of what is tolerated."""
+    """Return the largest local error among the state variables, in units of the tolerance."""
     largest = 0.0
     allowed = cell.tolerance
     for variable in range(n):
@@ -151,7 +151,7 @@ def _error(cell: Cell, work: Work, n: int, step: float) -> float:
         for s in range(_STAGES):
             error += _ERROR[s] * work.stages[s, variable]
         error = abs(step * error) / allowed
-        if not error <= largest:  # so that what is not a number counts as too large
+        if not error <= largest:  # so that NaN counts as too large
             largest = error if error < inf else inf
         allowed = cell.tolerance * cell.scale
     return largest
@@ -159,7 +159,7 @@ def _error(cell: Cell, work: Work, n: int, step: float) -> float:
 
 @inlined
 def _keep(cell: Cell, work: Work, n: int, step: float) -> None:
-    """Store the step as a polynomial in its fraction."""
+    """Store the step as a polynomial in the fraction of its length."""
     for variable in range(n):
         change = bend = 0.0
         for s in range(_STAGES):
@@ -176,7 +176,7 @@ def _keep(cell: Cell, work: Work, n: int, step: float) -> None:
 
 @jit
 def _at_rest(cell: Cell, work: Work, n: int) -> bool:
-    """Return whether nothing changes any more; on entry the slopes stand in stage 0."""
+    """Return whether the state is at rest; the slopes must be in stage 0."""
     allowed = _AT_REST
     for variable in range(n):
         if not abs(work.stages[0, variable]) < allowed:

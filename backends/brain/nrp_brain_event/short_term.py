@@ -1,4 +1,4 @@
-"""The share of its weight with which a spike arrives, by the law of its synapse."""
+"""The share of its weight that a spike transmits, by the law of its synapse."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from nrp_core._support.jit import jit
 
 
 def one_of(kernels: Sequence[Share]) -> Share:
-    """Return a kernel that runs the one whose number is the ``law`` of a record; one alone as it is."""
+    """Return a kernel that calls the one selected by the ``law`` of a record; a single one itself."""
     *others, chosen = kernels
     for number, kernel in reversed(list(enumerate(others))):
         chosen = _either(number, kernel, chosen)

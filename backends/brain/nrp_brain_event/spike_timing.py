@@ -1,16 +1,17 @@
 """Spike-timing-dependent plasticity: PyNN's SpikePairRule over all pairs, additive or multiplicative.
 
-A synapse hears a spike of its own neuron after the axonal part of its delay, and one of its target after the
-dendritic part. Of two that it hears dt apart the later one changes the weight, by
+A synapse processes a spike of its source after the axonal part of its delay, and one of its target after the
+dendritic part. For two spikes at a distance dt the later one changes the weight, by
 
-- ``A_plus f exp(-dt / tau_plus)`` upwards where the target's came later,
-- ``A_minus f exp(-dt / tau_minus)`` downwards where it came first (a negative A acts the other way),
+- ``A_plus f exp(-dt / tau_plus)`` upwards if the target's came later,
+- ``A_minus f exp(-dt / tau_minus)`` downwards if it came first (a negative A has the opposite effect),
 
 with f = ``w_max`` (additive), or the distance from ``w_max`` and ``w_min`` (multiplicative; Morrison,
-Diesmann & Gerstner 2008, Biol Cybern 98:459); two at one time change nothing. Weights stay within the limits.
+Diesmann & Gerstner 2008, Biol Cybern 98:459); simultaneous spikes have no effect. Weights stay within the
+limits.
 
-A synapse is brought up to date when a spike reaches its target: then all earlier spikes of the target are
-known, whatever the delay. Until all its synapses have heard a spike, a target remembers it.
+A synapse is updated when a spike reaches its target: then all earlier spikes of the target are known for any
+delay. A target stores a spike until all its synapses have processed it.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule
 from nrp_core._support.jit import jit
 
 SIMULTANEOUS: Final = 1e-9
-"""ms by which times that are equal on paper may differ in floating point."""
+"""Tolerance of equal times in floating point, ms."""
 _MANY: Final = 64
-"""Spikes remembered by a target before it looks which of them it can forget."""
+"""Number of stored spikes of a target at which it frees those that are not needed."""
 
 
 @jit
 def transmit(synapse: Plastic, rule: Rule, cell: Cell, events: Array, arrival: float) -> float:
-    """Let a spike that reaches the target at ``arrival`` change the synapse; return its weight there."""
+    """Update the synapse for a spike that reaches the target at ``arrival``; return its weight there."""
     t = arrival - synapse.dendritic_delay
     hear(synapse, rule, cell, events, t + SIMULTANEOUS)
     depression = rule.A_minus * _trace(synapse.post_t, synapse.post_trace, t, rule.tau_minus)
@@ -42,7 +43,7 @@ def transmit(synapse: Plastic, rule: Rule, cell: Cell, events: Array, arrival: f
 
 @jit
 def hear(synapse: Plastic, rule: Rule, cell: Cell, events: Array, until: float) -> None:
-    """Let the spikes of the target that the synapse hears up to a time change it."""
+    """Update the synapse for the spikes of the target up to a time."""
     index = events[synapse.heard].after if synapse.heard >= 0 else cell.first_fired
     while index >= 0 and events[index].time + synapse.dendritic_delay <= until:
         t = events[index].time + synapse.dendritic_delay
@@ -57,7 +58,7 @@ def hear(synapse: Plastic, rule: Rule, cell: Cell, events: Array, until: float) 
 
 @jit
 def _changed(weight: float, share: float, span: float, rule: Rule) -> float:
-    """Return a weight after a change by a share of ``span``: it stops at the limit towards which it goes."""
+    """Return a weight after a change by a share of ``span``, clipped at the limit in this direction."""
     if share > 0.0:
         return min(weight + share * span, rule.w_max)
     return max(weight + share * span, rule.w_min) if share < 0.0 else weight
@@ -65,7 +66,7 @@ def _changed(weight: float, share: float, span: float, rule: Rule) -> float:
 
 @jit
 def remember(cell: Cell, synapses: Array, rules: Array, clock: Clock, events: Array) -> None:
-    """Keep the spike that a cell fires now for its plastic synapses; there must be a free event."""
+    """Store the present spike of a cell for its plastic synapses; there must be a free event."""
     if cell.n_remembered >= _MANY:
         _forget(cell, synapses, rules, clock, events)
     index = clock.free
@@ -86,15 +87,15 @@ def remember(cell: Cell, synapses: Array, rules: Array, clock: Clock, events: Ar
 def bring_up_to(
     now: float, cells: Array, synapses: Array, rules: Array, events: Array, passed: Array
 ) -> None:
-    """Bring synapses to what they have heard by now.
+    """Update synapses for all spikes that have reached them by now.
 
     Args:
-        now: the time that the engine has reached.
-        cells: the engine's.
-        synapses: the engine's, which change.
-        rules: the engine's.
-        events: the engine's; those that have passed their synapses get their weights.
-        passed: these events, not yet at their targets, in order of the time at which they passed: indices.
+        now: the time of the engine, ms.
+        cells: the cells of the engine.
+        synapses: the synapses of the engine, which change.
+        rules: the rules of the engine.
+        events: the events of the engine; those that have passed their synapses get their weights.
+        passed: indices of these events, not yet at their targets, in order of the time at which they passed.
     """
     for index in passed:
         event = events[index]
@@ -108,11 +109,11 @@ def bring_up_to(
 
 @jit
 def _forget(cell: Cell, synapses: Array, rules: Array, clock: Clock, events: Array) -> None:
-    """Give back the spikes that all synapses of a cell have heard, but for the last of these."""
+    """Free the spikes that all synapses of a cell have processed, except the last one."""
     first_needed = cell.n_fired
     for k in range(len(synapses)):
         synapse = synapses[k]
-        # spikes still on their way here have passed the synapse after this
+        # spikes in transit have passed the synapse after this
         hear(synapse, rules[synapse.rule], cell, events, cell.wake - synapse.dendritic_delay)
         first_needed = min(first_needed, events[synapse.heard].target if synapse.heard >= 0 else 0)
     while events[cell.first_fired].target < first_needed:
@@ -126,11 +127,11 @@ def _forget(cell: Cell, synapses: Array, rules: Array, clock: Clock, events: Arr
 
 @jit
 def _trace(last: float, before: float, t: float, tau: float) -> float:
-    """Return what is left at t of a train of spikes, each of which began as 1; one right now does not count.
+    """Return the trace at t of a train of spikes, each with amplitude 1; a spike at t does not count.
 
     Args:
         last: time of the last spike.
-        before: what was left of the others then.
+        before: the trace of the earlier spikes then.
         t: not before the last spike.
         tau: time constant.
     """

@@ -2,8 +2,8 @@
 
 A law whose spikes transmit a fraction of the weight is one entry in :data:`SHARES`: its kernel gets the
 record of a synapse and the time of a spike (ms), returns the fraction, and updates the record.
-The record holds the law's parameters and state, ``tau_psc`` (time constant of the target's synapse, ms, 0
-where nothing stays active) and ``t`` (the last spike, ms; 0 at first).
+The record holds the law's parameters and state, ``tau_psc`` (time constant of the target's synapse, ms, 0 for
+a delta synapse) and ``t`` (the last spike, ms; 0 at first).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The two synapses of a neuron: what has arrived fades as ``(x + s dt) exp(-dt / tau_syn)``.
+"""The two synapses of a neuron: their input decays as ``(x + s dt) exp(-dt / tau_syn)``.
 
-An exponential synapse has only x, an alpha synapse begins with only s; on neurons whose synapses are
-jumps of the voltage both stay zero. The excitatory synapse is number 0, the inhibitory one number 1.
+An exponential synapse has only x, an alpha synapse starts with only s; for delta synapses both stay zero. The
+excitatory synapse is number 0, the inhibitory one number 1.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from nrp_core._support.jit import inlined
 from nrp_core.brain.network import filters
 
 _NEGLIGIBLE: Final = 1e-20
-"""uS or nA below which a synapse counts as silent."""
+"""Conductance (uS) or current (nA) below which a synapse counts as silent."""
 
 driven = inlined(filters.driven)
 
 
 @inlined
 def left_of(cell: Cell, k: int, dt: float) -> float:
-    """Return the share that is left of synapse k ``dt`` ms after the last event; 1 if it is silent."""
+    """Return the remaining share of synapse k ``dt`` ms after the last event; 1 if it is silent."""
     return exp(-dt * cell.fading[k]) if cell.x[k] != 0.0 or cell.s[k] != 0.0 else 1.0
 
 
 @inlined
 def fade(cell: Cell, k: int, dt: float, left: float) -> None:
-    """Let synapse k fade for ``dt`` ms to the share that is left then."""
+    """Decay synapse k by ``dt`` ms to the remaining share."""
     x, s = (cell.x[k] + cell.s[k] * dt) * left, cell.s[k] * left
     if abs(x) < _NEGLIGIBLE and abs(s) < _NEGLIGIBLE:
         x = s = 0.0
@@ -36,7 +36,7 @@ def fade(cell: Cell, k: int, dt: float, left: float) -> None:
 
 @inlined
 def charge(cell: Cell, k: int, dt: float, leak: float, left: float) -> float:
-    """Return the charge (pC) that synapse k leaves on a membrane; ``leak`` and ``left`` after ``dt`` ms."""
+    """Return the charge (pC) of synapse k on a membrane after ``dt`` ms, given ``leak`` and ``left``."""
     if cell.x[k] == 0.0 and cell.s[k] == 0.0:
         return 0.0
     return driven(dt, leak, left, cell.fading[k] - cell.leak, cell.x[k], cell.s[k])
@@ -44,7 +44,7 @@ def charge(cell: Cell, k: int, dt: float, leak: float, left: float) -> float:
 
 @inlined
 def arrive(cell: Cell, k: int, weight: float) -> None:
-    """Let a spike arrive at synapse k; an alpha course peaks at the weight after one time constant."""
+    """Deliver a spike to synapse k; an alpha function peaks at the weight after one time constant."""
     if cell.synapse == EXPONENTIAL:
         cell.x[k] += weight
     elif cell.synapse == ALPHA:
@@ -59,5 +59,5 @@ def remaining_at(cell: Cell, k: int, dt: float) -> float:
 
 @inlined
 def silent(cell: Cell) -> bool:
-    """Return whether nothing is left of what has arrived."""
+    """Return whether both synapses are silent."""
     return bool(cell.x[0] == 0.0 and cell.s[0] == 0.0 and cell.x[1] == 0.0 and cell.s[1] == 0.0)

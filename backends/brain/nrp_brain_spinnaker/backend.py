@@ -10,6 +10,7 @@ from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.report import Report
+from nrp_core.findings import Findings
 from nrp_core.simulation import Determinism
 
 APPROXIMATE = frozenset({"Izhikevich"})
@@ -43,8 +44,8 @@ class SpinnakerBackend(BrainBackend):
         assert isinstance(options, SpinnakerOptions)
         return reports_of(network, options)
 
-    def warnings(self, network: Network, options: BrainOptions) -> list[str]:
-        from nrp_brain_spinnaker.host.loader import lay_out
+    def warnings(self, network: Network, options: BrainOptions) -> Findings:
+        from nrp_brain_spinnaker.loader import lay_out
 
         assert isinstance(options, SpinnakerOptions)
         return lay_out(network, options)[2]

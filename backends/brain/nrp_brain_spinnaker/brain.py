@@ -1,10 +1,10 @@
 """The machine as a brain of the platform.
 
-Time and ticks: tick ``k`` begins at ``k`` time steps. Input that arrives after the beginning of the tick
-before, and up to this one's, acts in its update. A threshold crossed in that update lies within the time
-step, so the spike is reported at its end; the machine's own label is the beginning, one step earlier. Between
-neurons a delay is counted from the label, as on the machine: a spike reported at time ``t`` with a delay
-of ``d`` steps acts from ``t + (d - 1)`` steps on.
+Time and ticks: tick ``k`` begins at ``k`` time steps. Its update includes the input that arrives after the
+beginning of the previous tick and up to its own beginning. A threshold crossed in that update is within the
+time step, so the spike is reported at the end of the step; the machine labels it with the beginning, one step
+earlier. Between neurons a delay counts from the label, as on the machine: a spike reported at time ``t`` with
+a delay of ``d`` steps acts from ``t + (d - 1)`` steps on.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import numpy as np
 from nrp_brain_spinnaker.device_input import DeviceInput
 from nrp_brain_spinnaker.engine import Engine
 from nrp_brain_spinnaker.host.conversion import to_accum
-from nrp_brain_spinnaker.host.loader import load
 from nrp_brain_spinnaker.live import LiveNetwork
+from nrp_brain_spinnaker.loader import load
 from nrp_brain_spinnaker.machine.generator import kiss_state
 from nrp_brain_spinnaker.machine.poisson import Sources, change_sources, draw, load_sources
 from nrp_brain_spinnaker.models import cell_models
@@ -31,7 +31,8 @@ from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
-from nrp_core.errors import CapabilityError
+from nrp_core.findings import Code
+from nrp_core.findings.capabilities import no_variable
 
 
 class SpinnakerBrain(Brain):
@@ -71,7 +72,7 @@ class SpinnakerBrain(Brain):
 
     @property
     def saturations(self) -> Mapping[str, tuple[int, int]]:
-        """How many ring-buffer entries of each population saturated, excitatory and inhibitory."""
+        """Number of saturated ring-buffer entries of each population, excitatory and inhibitory."""
         lost = self._engine.machine.ring.saturated.reshape(2, -1)
         sums = {label: lost[:, self._cells.neurons(k)].sum(axis=1) for label, k in self._index.items()}
         return {label: (int(both[0]), int(both[1])) for label, both in sums.items()}
@@ -83,7 +84,8 @@ class SpinnakerBrain(Brain):
         self._spikes.append(self._reported(self._engine.run(until)))
         if self._engine.machine.ring.saturated.any():
             lossy = [f"'{label}'" for label, counts in self.saturations.items() if any(counts)]
-            self._warn(f"input beyond the 16 bits of a ring buffer was lost: population {', '.join(lossy)}")
+            message = f"input beyond the 16 bits of a ring buffer was lost: population {', '.join(lossy)}"
+            self.warnings.add(Code.NRP277, message)
 
     def _reported(self, spikes: IntArray) -> Spikes:
         ticks, ids = spikes
@@ -107,7 +109,7 @@ class SpinnakerBrain(Brain):
             self._engine.device_input.add(self._devices_in.convert(self._injected))
             self._injected = []
         if self._devices_in.lost:
-            self._warn("a device's weight is below the machine's resolution and was lost")
+            self.warnings.add(Code.NRP277, "a device's weight is below the machine's resolution and was lost")
 
     def _draw_until(self, until: int) -> None:
         """Pass the spikes of the machine's own sources to the engine."""
@@ -120,7 +122,7 @@ class SpinnakerBrain(Brain):
         currents = currents_na[self._cells.ids] * self._current_scale
         self._cells.current[:] = to_accum(currents, "an injected current in nA")
 
-    # -- sources whose spikes the machine draws itself
+    # -- sources with spikes drawn by the machine
 
     def _emits(self, population: Population) -> bool:
         return self._options.poisson == "machine" and population.cell_type == "SpikeSourcePoisson"
@@ -156,7 +158,7 @@ class SpinnakerBrain(Brain):
             if chosen.any():
                 known = cell_models(self._options.semantics).get(population.cell_type)
                 if known is None or variable not in known.state_variables:
-                    raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+                    raise no_variable(label, variable)
                 state = read(self._cells, self._index[label], known, variable)
                 values[chosen] = state[neurons[chosen] - first]
         return values
@@ -183,8 +185,4 @@ class SpinnakerBrain(Brain):
         self._spikes, self._injected = [], []
 
     def _do_close(self) -> None:
-        """Do nothing: only memory is held."""
-
-    def _warn(self, text: str) -> None:
-        if text not in self.warnings:
-            self.warnings.append(text)
+        """Do nothing, because only memory is held."""

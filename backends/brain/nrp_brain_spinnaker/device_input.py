@@ -1,9 +1,9 @@
-"""Input from devices: events whose weights were not considered when the shifts were chosen.
+"""Input from devices: events whose weights were unknown when the shifts were chosen.
 
-A device is not part of the network and must not change it, so its input does not go through the 16-bit
-ring buffer, where it would use headroom of the network's weights or lose bits to them. Its weight
-becomes s16.15, as the host converts any number (conductances times 1024), and joins the buffer's value
-after the shift. Several events in one tick add up.
+A device is not part of the network and must not change it, so its input does not pass through the 16-bit ring
+buffer, where it would use headroom of the network's weights or lose bits. Its weight is converted to s16.15,
+as the host converts any number (conductances times 1024), and is added to the buffer's value after the shift.
+Several events in one tick are summed.
 """
 
 from __future__ import annotations
@@ -73,6 +73,6 @@ class DeviceInput:
         return entries
 
     def _places(self, events: SynapticEvents) -> IntArray:
-        """Return where the lines of the targets stand in the table."""
+        """Return the indices of the targets' lines in the table."""
         inhibitory = RECEPTORS.index(events.receptor)
         return events.neurons + self._n_sources if inhibitory else events.neurons

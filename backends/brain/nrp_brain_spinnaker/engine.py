@@ -1,4 +1,4 @@
-"""The machine in motion: ticks are run, input waits for its tick, spikes come out."""
+"""Run the machine: ticks, input that waits for its tick, and spikes as output."""
 
 from __future__ import annotations
 
@@ -7,40 +7,41 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nrp_brain_spinnaker.machine.state import Machine
-from nrp_brain_spinnaker.machine.tick import Window, advance
+from nrp_brain_spinnaker.state import Machine
+from nrp_brain_spinnaker.synapses.stores import changing
+from nrp_brain_spinnaker.tick import Window, advance
 from nrp_core._support.arrays import IntArray
 
 _ROOM = 1024
 
 
 class Waiting:
-    """Entries that wait for their tick, always in one memory layout, for which the code is compiled.
+    """Entries that wait for their tick, in the memory layout for which the code is compiled.
 
     Args:
-        width: columns of an entry: its tick, then what it is.
+        width: number of columns of an entry: its tick, then its data.
     """
 
     def __init__(self, width: int) -> None:
         self._entries = np.empty((width, 0), np.int64)
 
     def add(self, entries: IntArray) -> None:
-        """Let entries wait, shape ``(width, n)``; those of one tick are taken by their second column."""
+        """Add entries, shape ``(width, n)``; those of one tick are taken in order of their second column."""
         if self._entries.size:
             entries = np.concatenate([self._entries, entries], axis=1)
         self._entries = entries.take(np.lexsort((entries[1], entries[0])), axis=1)
 
     def entries(self) -> IntArray:
-        """Return all entries in the order in which they are taken."""
+        """Return all entries in order."""
         return self._entries
 
     def drop(self, n: int) -> None:
-        """Forget the first entries."""
+        """Remove the first entries."""
         if n:
             self._entries = self._entries[:, n:].copy()
 
     def replace(self, entries: IntArray) -> None:
-        """Wait with these entries and no others."""
+        """Replace all entries."""
         self._entries = entries
 
 
@@ -84,7 +85,7 @@ class Engine:
         return self.tick, arrays, self.source_spikes.entries(), self.device_input.entries()
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         self.tick, arrays, source_spikes, device_input = saved
         for array, values in zip(self._changing(), arrays, strict=True):
             array[...] = values
@@ -92,10 +93,9 @@ class Engine:
         self.device_input.replace(device_input)
 
     def _changing(self) -> list[npt.NDArray[Any]]:
-        """Return the arrays that running changes."""
-        cells, ring, _, dynamic, plastic = self.machine
-        return [
-            cells.state, cells.synapse_state, cells.current, ring.slots, ring.saturated, dynamic.state,
-            plastic.weight, plastic.last_tick, plastic.trace,
-            plastic.history_count, plastic.history_tick, plastic.history_trace,
+        """Return the arrays that change during a run."""
+        cells, ring, stores = self.machine
+        own: list[npt.NDArray[Any]] = [
+            cells.state, cells.synapse_state, cells.current, ring.slots, ring.saturated,
         ]  # fmt: skip
+        return own + changing(stores)

@@ -10,17 +10,15 @@ from typing import Any
 import numpy as np
 
 from nrp_brain_spinnaker.host.cells import Grid, load_cells, tau_syn_of_lines
-from nrp_brain_spinnaker.host.loader import Loaded
 from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.loader import Loaded
 from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY, WeightArray
-from nrp_brain_spinnaker.machine.tsodyks_markram import TAU_SYN
 from nrp_brain_spinnaker.models import SYNAPSES
 from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_brain_spinnaker.synapses.stores import follow_targets
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Population
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.errors import CapabilityError
 
 _WEIGHTS_DEPEND_ON = frozenset({"cm", "tau_m"})
@@ -118,12 +116,10 @@ class LiveNetwork:
         fresh = load_cells([population], cells.ids[own], self._grid, semantics)
         cells.constants[:, own] = fresh.constants
         cells.synapse_constants[:, :, own] = fresh.synapse_constants
-        dynamic, n = self._machine.dynamic, cells.ids.size
-        if dynamic.line.size:
-            tau_syn = np.zeros(2 * n, np.int64)
-            tau_syn.reshape(2, n)[:, own] = tau_syn_of_lines([population], semantics).reshape(2, -1)
-            ours = (dynamic.line % n >= own.start) & (dynamic.line % n < own.stop)
-            dynamic.parameters[TAU_SYN, ours] = tau_syn[dynamic.line[ours]]
+        n = cells.ids.size
+        tau_syn = np.zeros(2 * n, np.int64)
+        tau_syn.reshape(2, n)[:, own] = tau_syn_of_lines([population], semantics).reshape(2, -1)
+        follow_targets(self._machine.stores, tau_syn, own.start, own.stop)
 
     def _require_meaning(self, change: ParameterChange) -> None:
         index = self._simulated.index(change.label)
@@ -136,10 +132,8 @@ class LiveNetwork:
             )
 
     def _raw(self, part: Wires) -> WeightArray:
-        machine, kind = self._machine, part.projection.synapse_type
-        if kind == STDP:
-            return machine.plastic.weight
-        return machine.static.weight if kind == STATIC else machine.dynamic.weight
+        weights: WeightArray = getattr(self._machine.stores, part.projection.synapse_type).weight
+        return weights
 
     @cached_property
     def _places(self) -> Mapping[str, IntArray]:

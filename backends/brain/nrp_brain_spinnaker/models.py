@@ -18,7 +18,7 @@ EXTENDED_SYNAPSES: Final = frozenset({TSODYKS_MARKRAM})
 SYNAPSES: Final = frozenset({STATIC, STDP, *EXTENDED_SYNAPSES})
 
 CONDUCTANCE_SCALE = 1024
-"""Conductances travel as 1024 times their value in uS, so that small ones keep their bits."""
+"""Conductances are sent as 1024 times their value in uS, so that small ones keep their bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class CellModel:
         return (*_STATE[self.neuron], *synaptic)
 
     def substeps(self, step_us: int) -> int:
-        """Return the updates that a time step needs for accuracy; the machine's own cells need one."""
+        """Return the number of updates in a time step for accuracy; the machine's own cells need one."""
         return -(-step_us // _LONGEST_STEP_US.get(self.neuron, step_us))
 
 
@@ -105,13 +105,13 @@ _RELEASED = {
 _PYNN = _RELEASED | {
     "IF_curr_alpha": CellModel(kinds.PEAKED_ALPHA, kinds.CURRENT, kinds.LIF),
     "IF_curr_delta": CellModel(kinds.DELTA, kinds.IMPULSE, kinds.LIF, weights_in_mv=True),
-    # PyNN gives the current in nA where the model's own equation takes it per pF.
+    # in PyNN the current is in nA, in the model's equation it is divided by a capacitance in pF
     "Izhikevich": CellModel(kinds.DELTA, kinds.JUMP, kinds.IZHIKEVICH, current_scale=1000.0),
 }
 
 
 def cell_models(semantics: Semantics) -> Mapping[str, CellModel]:
-    """Return the cell types by PyNN name, with PyNN's or the released software's own meaning."""
+    """Return the cell types by PyNN name, with PyNN's or the released software's meaning."""
     return _PYNN if semantics == "pynn" else _RELEASED
 
 

@@ -1,4 +1,4 @@
-"""State of neurons in users' units, as it is between two ticks."""
+"""State of neurons between two ticks, in users' units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from nrp_core._support.arrays import FloatArray
 
 
 def read(cells: Cells, population: int, model: CellModel, variable: str) -> FloatArray:
-    """Return a state variable of a population whose cells have it."""
+    """Return a state variable of a population."""
     own = cells.neurons(population)
     if variable in GATES:
         return np.asarray(cells.state[GATES[variable], own] / OPEN)

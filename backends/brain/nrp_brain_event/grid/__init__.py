@@ -1,4 +1,4 @@
-"""The grid mode: spikes lie on the points of a grid of times, all neurons advance in step.
+"""The grid mode: spikes are on the points of a time grid, and all neurons advance in steps.
 
-For dense networks, where every neuron has something to do in every step anyway.
+It is for dense networks, in which every neuron has work in every step.
 """

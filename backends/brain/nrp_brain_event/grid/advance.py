@@ -1,9 +1,8 @@
-"""The grid in motion: one step after another.
+"""Advance the grid step by step.
 
-In a step all neurons advance to the next grid point, then everything arrives that is due there, then
-those that have crossed their threshold fire. Membranes that arrivals move at once advance after them.
-Spikes of neurons wait for the end of a window before which none of them arrives: in a window the parts
-of a grid have nothing to do with each other.
+In a step all neurons advance to the next grid point, then the inputs due there arrive, then neurons above
+threshold fire. Membranes on which inputs act at once advance after these. Spikes of neurons are sent at the
+end of a window that is shorter than all delays, so the parts of a grid are independent within a window.
 """
 
 from __future__ import annotations
@@ -29,16 +28,16 @@ def run(places: Array, sources: Array, inputs: Array, weights: Array, until: int
     """Advance to a step.
 
     Args:
-        places: of the arrays of the grid, or of a part of it.
+        places: places of the arrays of the grid, or of a part of it.
         sources: steps and global ids of the spikes of source cells, ascending, shape ``(2, n)``.
-        inputs: steps and flat indices into the state of what arrives apart from the calendar, ascending, and
-            the plastic synapse that decides its weight, or -1; shape ``(3, n)``.
-        weights: of these, shape ``(n,)``.
+        inputs: steps and flat indices into the state of inputs outside the calendar, ascending, and the
+            plastic synapse that determines the weight, or -1; shape ``(3, n)``.
+        weights: weights of these, shape ``(n,)``.
         until: the step.
 
     Returns:
-        ``DONE``; ``FULL`` where spikes or entries need more room (give it and call again);
-        ``DIVERGED`` where a neuron cannot be integrated.
+        ``DONE``; ``FULL`` if spikes or entries need more room (enlarge the arrays and call again);
+        ``DIVERGED`` if a neuron cannot be integrated.
     """
     grid = opened(Grid, places)
     clock, lines = grid.clock[0], grid.state.reshape(-1)
@@ -54,7 +53,7 @@ def run(places: Array, sources: Array, inputs: Array, weights: Array, until: int
         if clock.step % clock.window == 0:
             send_all(clock, grid)
         while clock.n_sources < due:
-            fired_at = max(sources[0, clock.n_sources], clock.step)  # earlier than this step where it is now
+            fired_at = max(sources[0, clock.n_sources], clock.step)  # entries before this step come first
             send(clock, grid, sources[1, clock.n_sources], fired_at)
             clock.n_sources += 1
         clock.n_fired = 0
@@ -74,7 +73,7 @@ def run(places: Array, sources: Array, inputs: Array, weights: Array, until: int
 
 @jit
 def set_currents(places: Array, currents: Array) -> bool:
-    """Hold these currents (nA, by row) from now on; false where a neuron cannot be integrated under it."""
+    """Set constant currents (nA, by row); false if a neuron cannot be integrated with its current."""
     grid = opened(Grid, places)
     clock = grid.clock[0]
     for row in range(len(currents)):
@@ -89,7 +88,7 @@ def set_currents(places: Array, currents: Array) -> bool:
 
 @inlined
 def _hear(clock: GridClock, grid: Grid, step: int) -> bool:
-    """Note the spikes of Poisson cells that somebody listens to, if there is room for all of the step."""
+    """Store the spikes of recorded Poisson cells, if there is room for all of the step."""
     n_before = clock.n_spikes
     for k in range(len(grid.noise)):
         if grid.noise[k].heard and not hear_noise(clock, grid.noise[k], grid, step):
@@ -104,7 +103,7 @@ def _hear(clock: GridClock, grid: Grid, step: int) -> bool:
 
 @inlined
 def _let_in(clock: GridClock, grid: Grid, lines: Array, inputs: Array, weights: Array, step: int) -> None:
-    """Let arrive what is due apart from the calendar at the rows of this part."""
+    """Apply the inputs outside the calendar that are due at the rows of this part."""
     while clock.n_inputs < inputs.shape[1] and inputs[0, clock.n_inputs] <= step:
         line, synapse, weight = inputs[1, clock.n_inputs], inputs[2, clock.n_inputs], weights[clock.n_inputs]
         if grid.runs[0].first <= line % len(grid.drive) < grid.runs[-1].last:
@@ -116,7 +115,7 @@ def _let_in(clock: GridClock, grid: Grid, lines: Array, inputs: Array, weights: 
 
 @inlined
 def _update(clock: GridClock, grid: Grid, when: int, step: int) -> None:
-    """Advance the neurons whose turn it is before the arrivals, or after them."""
+    """Advance the neurons that advance before the arrivals, or those that advance after them."""
     for r in range(len(grid.runs)):
         part = grid.runs[r]
         if (part.kind >= JUMP) == (when == _LATE):
@@ -145,7 +144,7 @@ def _update_cells(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
 
 @inlined
 def _emit(clock: GridClock, grid: Grid, step: int, n_early: int) -> None:
-    """Let those that fire be reported, and their spikes wait to be sent."""
+    """Store the spikes of neurons that fire, and queue them to be sent."""
     for k in range(clock.n_fired):
         row = grid.fired[k]
         if len(grid.memories) > 0:

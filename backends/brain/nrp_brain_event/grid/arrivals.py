@@ -1,4 +1,4 @@
-"""What arrives apart from the calendar: from devices, and over synapses whose weights have changed since."""
+"""Inputs outside the calendar: from devices, and through synapses whose weights have changed since."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from nrp_core._support.jit import inlined, jit
 
 
 class Arrivals(NamedTuple):
-    """A list in the order in which it arrives.
+    """A list of inputs in the order of arrival.
 
     Args:
-        inputs: steps, flat indices into the state, rows of plastic synapses that decide the weight, or -1;
+        inputs: steps, flat indices into the state, rows of plastic synapses that determine the weight, or -1;
             ascending, shape ``(3, n)``.
-        weights: of these, where a plastic synapse does not decide them; shape ``(n,)``.
+        weights: weights of inputs without a plastic synapse; shape ``(n,)``.
     """
 
     inputs: IntArray
@@ -29,7 +29,7 @@ class Arrivals(NamedTuple):
         return cls(np.empty((3, 0), np.int64), np.empty(0))
 
     def joined(self, inputs: IntArray, weights: FloatArray) -> Arrivals:
-        """Return these and others, in an order that does not depend on how they came."""
+        """Return these and others, in an order that does not depend on the insertion."""
         return Arrivals(*_joined(self.inputs, self.weights, inputs, weights))
 
     def after(self, n: int) -> Arrivals:
@@ -46,7 +46,7 @@ def _joined(inputs: Array, weights: Array, more: Array, their_weights: Array) ->
 
 @jit
 def _order(inputs: Array, weights: Array) -> Array:
-    """Return in which order arrivals ascend, by what they are and then by weight: a merge sort."""
+    """Return the ascending order of inputs, by their columns and then by weight: a merge sort."""
     n = len(weights)
     order, merged = np.arange(n), np.empty(n, np.int64)
     width = 1

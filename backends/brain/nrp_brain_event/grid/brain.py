@@ -31,11 +31,12 @@ from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError
+from nrp_core.findings import Code
 
 _PATIENCE_NS: Final = 20_000_000
 _EXACT_MS: Final = 1e-6
 _WORTH_SHARING: Final = 50_000
-"""Neuron updates between two exchanges of spikes, which take about 0.1 ms."""
+"""Minimum number of neuron updates between two exchanges of spikes, which take about 0.1 ms."""
 
 
 class GridBrain(Brain):
@@ -165,10 +166,10 @@ class GridBrain(Brain):
         return places_of_plastic(self.network, self._row_of)
 
     def _give(self, weights: dict[str, FloatArray]) -> None:
-        """Rebuild the tables with weights that differ from the network's."""
+        """Rebuild the tables with the changed weights."""
         self._given = weights
         tables = self._tables()
-        del tables["short_term"]  # its rows do not move
+        del tables["short_term"]  # the order of its rows stays
         self._take(handle(self._grid._replace(**tables)))
 
     def _tables(self) -> dict[str, Array]:
@@ -220,7 +221,7 @@ class GridBrain(Brain):
         self._arrivals = self._arrivals.after(n_inputs)
 
     def _listen_to_noise(self) -> None:
-        """Report the spikes of Poisson cells that the grid draws, where a sink records them."""
+        """Store the spikes of Poisson cells that the grid draws, if a sink records them."""
         for noise in self._grid.noise:
             own = self._grid.noise_ids[noise["first"] : noise["last"]]
             low, high = own.min(), own.max()
@@ -234,13 +235,16 @@ class GridBrain(Brain):
         if n <= 1:
             return None
         if len(self._initial.memories):
-            self.warnings.append("spike-timing-dependent plasticity uses one thread; `threads` has no effect")
+            self.warnings.add(
+                Code.NRP279, "spike-timing-dependent plasticity uses one thread; `threads` has no effect"
+            )
             return None
         window = int(self._initial.clock["window"][0])
         if n_rows * window < _WORTH_SHARING:
-            self.warnings.append(
+            self.warnings.add(
+                Code.NRP279,
                 f"`threads: {n}` makes this network slower: threads wait for each other after the shortest "
-                f"delay, {window * self._times.step_ms:g} ms, too soon for {n_rows} neurons"
+                f"delay, {window * self._times.step_ms:g} ms, too soon for {n_rows} neurons",
             )
         return Threads(n, n_rows)
 
@@ -248,7 +252,9 @@ class GridBrain(Brain):
         for projection in self.network.projections:
             delays = distinct(projection.delay_ms)
             if (abs(self._times.time_ms(self._times.delays(delays)) - delays) > _EXACT_MS).any():
-                self.warnings.append(
+                self.warnings.add(
+                    Code.NRP217,
                     f"delays of projection '{projection.label}' are rounded to the grid of "
-                    f"{self._times.step_ms:g} ms, to at least one step"
+                    f"{self._times.step_ms:g} ms, to at least one step",
+                    subject=projection.label,
                 )

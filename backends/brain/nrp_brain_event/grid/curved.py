@@ -1,7 +1,7 @@
 """Neurons without a closed form on the grid: adaptive exponential, Izhikevich, Hodgkin-Huxley.
 
-Each is integrated as in the exact mode. Arrivals lie on the grid; a threshold crossing resets the
-neuron at its exact time, the spike is that of the next grid point, and there is at most one in a step.
+Each is integrated as in the exact mode. Arrivals are on the grid. A threshold crossing resets the neuron at
+its exact time; the spike gets the time of the next grid point, and there is at most one in a step.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DIVERGED: Final = constant(2)
 
 @jit
 def update_cell(cell: Cell, work: Work, excitation: float, inhibition: float, t: float) -> int:
-    """Bring a neuron to the grid point t (ms) and let there arrive what does; return what happened."""
+    """Advance a neuron to the grid point t (ms) and apply its input there; return the result."""
     what = QUIET
     while cell.wake <= t:
         if cell.on_wake == FIRE:
@@ -48,7 +48,7 @@ def update_cell(cell: Cell, work: Work, excitation: float, inhibition: float, t:
 
 @jit
 def set_cell_current(cell: Cell, work: Work, current: float, t: float) -> bool:
-    """Hold a current (nA) into a neuron from the grid point t on; false where that cannot be integrated."""
+    """Set the current (nA) into a neuron from the grid point t on; false if it cannot be integrated."""
     if current == cell.current:
         return True
     move(cell, t)

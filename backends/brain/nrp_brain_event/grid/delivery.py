@@ -1,8 +1,7 @@
-"""Spikes on their way: a calendar of the segments that arrive in each step, and what they do there.
+"""Spikes in transit: a calendar of the segments that arrive in each step, and their effect.
 
-A spike travels along the segments of its neuron in the order of their delays; only the next one
-stands in the calendar. So an arrival needs no buffer, it acts at once, and spikes in flight cost
-nothing.
+A spike travels along the segments of its neuron in the order of their delays; only the next one is in the
+calendar. So an arrival acts at once without a buffer, and spikes in transit cost nothing.
 """
 
 from __future__ import annotations
@@ -16,12 +15,12 @@ from nrp_brain_event.spike_timing import remember, transmit
 from nrp_core._support.jit import inlined, jit, prefetch
 
 _LINE: Final = 32
-"""Targets in a line of the cache."""
+"""Number of targets in a cache line."""
 
 
 @jit
 def send_all(clock: GridClock, grid: Grid) -> None:
-    """Put all spikes that wait on their way; there must be free entries."""
+    """Send all queued spikes; there must be free entries."""
     for k in range(clock.n_out):
         send(clock, grid, grid.ids[grid.outbox[1, k]], grid.outbox[0, k] >> 1)
     clock.n_out = 0
@@ -29,7 +28,7 @@ def send_all(clock: GridClock, grid: Grid) -> None:
 
 @jit
 def send(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
-    """Put a spike of a neuron (global id) on its way; there must be a free entry."""
+    """Send a spike of a neuron (global id); there must be a free entry."""
     segment = grid.row_first[neuron]
     if segment < grid.row_first[neuron + 1]:
         _post(clock, grid, segment, step + grid.segment_gap[segment])
@@ -48,7 +47,7 @@ def _post(clock: GridClock, grid: Grid, segment: int, step: int) -> None:
 
 @inlined
 def deliver(clock: GridClock, grid: Grid, lines: Array, step: int) -> None:
-    """Let everything arrive that is due in a step."""
+    """Deliver all spikes due in a step."""
     slot = step & (len(grid.slots) - 1)
     entry = grid.slots[slot]
     grid.slots[slot] = -1
@@ -75,7 +74,7 @@ def deliver(clock: GridClock, grid: Grid, lines: Array, step: int) -> None:
 
 @jit
 def _announce(grid: Grid, segment: int) -> None:
-    """Have at hand where the synapses of a segment are when they are to be fetched."""
+    """Prefetch the location of a segment's synapses, before these are prefetched."""
     prefetch(grid.segment_start, segment, 0)
     prefetch(grid.segment_length, segment, 0)
     prefetch(grid.segment_table, segment, 0)
@@ -85,7 +84,7 @@ def _announce(grid: Grid, segment: int) -> None:
 
 @jit
 def _fetch(grid: Grid, segment: int) -> None:
-    """Have the synapses of a segment at hand when it is its turn."""
+    """Prefetch the synapses of a segment."""
     first = grid.segment_start[segment]
     last = first + grid.segment_length[segment]
     for k in range(first, last, _LINE):
@@ -128,7 +127,7 @@ def transmitted(grid: Grid, row: int, arrival: float) -> float:
 
 @jit
 def keep_in_mind(grid: Grid, row: int, t: float) -> None:
-    """Remember that a neuron fires now, where it has plastic synapses; there must be a free place."""
+    """Store the present spike of a neuron with plastic synapses; there must be a free place."""
     first, last = grid.first_plastic[row], grid.first_plastic[row + 1]
     if first < last:
         memory = grid.memories[row]

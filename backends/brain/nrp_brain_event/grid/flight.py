@@ -1,4 +1,4 @@
-"""Spikes on their way, synapse by synapse: so that weights can be read, and change for later spikes only."""
+"""Spikes in transit, synapse by synapse: weights can be read, and changed for later spikes only."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from nrp_core._support.jit import jit
 
 
 def unfolded(grid: Grid, arrivals: Arrivals) -> tuple[Grid, Arrivals]:
-    """Return the grid with an empty calendar, and everything on its way.
+    """Return the grid with an empty calendar, and all inputs in transit.
 
-    Spikes that have passed their synapses keep the weights with which they did.
+    Spikes that have passed their synapses keep their weights.
     """
     grid = _sent(grid)
     steps, lines, synapses, weights = _synapses_ahead(grid)
@@ -34,9 +34,9 @@ def unfolded(grid: Grid, arrivals: Arrivals) -> tuple[Grid, Arrivals]:
 
 
 def plastic_now(grid: Grid, arrivals: Arrivals) -> Array:
-    """Return plastic synapses as they are after all spikes that have passed them by now, heard by both sides.
+    """Return plastic synapses after processing all spikes of both sides that have reached them by now.
 
-    Their axonal and dendritic parts let synapses hear a spike before it arrives.
+    Because of the axonal and dendritic parts of the delay, synapses process a spike before it arrives.
     """
     seen = _sent(grid._replace(**changing(grid)))
     steps, lines, synapses, weights = _synapses_ahead(seen)
@@ -47,7 +47,7 @@ def plastic_now(grid: Grid, arrivals: Arrivals) -> Array:
 
 
 def hear_all(grid: Grid) -> None:
-    """Let plastic synapses hear the spikes of their targets up to now."""
+    """Process the spikes of targets up to now in plastic synapses."""
     none = np.empty(0, np.int64)
     bring_up_to(_now(grid), grid.memories, grid.plastic, grid.rules, grid.remembered, none)
 
@@ -65,9 +65,9 @@ def _now(grid: Grid) -> float:
 
 
 def _synapses_ahead(grid: Grid) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
-    """Return when spikes in the calendar arrive, where, over which plastic synapse, with what weight.
+    """Return arrival time, target, plastic synapse and weight of spikes in the calendar.
 
-    Short-term plasticity hands out what they release.
+    For short-term plasticity the weight is the released share.
     """
     n = _count_ahead(grid)
     steps, segments = np.empty(n, np.int64), np.empty(n, np.int64)
@@ -89,7 +89,7 @@ def _synapses_ahead(grid: Grid) -> tuple[IntArray, IntArray, IntArray, FloatArra
 
 
 def _pass(grid: Grid, inputs: IntArray) -> tuple[IntArray, FloatArray]:
-    """Let spikes pass the plastic synapses that hear them by now; return which do, and their weights."""
+    """Process the spikes that have reached plastic synapses by now; return these and their weights."""
     plastic = np.flatnonzero(inputs[2] >= 0)
     arrivals_ms = inputs[0, plastic] * grid.clock["h"][0]
     heard = arrivals_ms - grid.plastic["dendritic_delay"][inputs[2, plastic]]

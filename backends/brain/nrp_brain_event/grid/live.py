@@ -20,7 +20,7 @@ def change_cells(
 ) -> tuple[Grid, Array]:
     """Return the grid and the ``Cell`` in each row under other parameters from now on.
 
-    What a neuron is stays: voltage, what is left of arrivals, when it is let go.
+    The state of neurons stays: voltages, synaptic variables, ends of refractory periods.
 
     Raises:
         NetworkError: a parameter is impossible.
@@ -45,7 +45,7 @@ def change_cells(
 
 
 def offsets_of(grid: Grid, cells: Array) -> FloatArray:
-    """Return the constant current into each row, nA; 0 into those that are integrated one by one."""
+    """Return the constant current into each row, nA; 0 for rows that are integrated one by one."""
     offsets: FloatArray = np.where(grid.cell_rows < 0, cells["i_offset"], 0.0)
     return offsets
 

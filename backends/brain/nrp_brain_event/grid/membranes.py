@@ -16,7 +16,7 @@ from nrp_brain_event.records import Array
 from nrp_core._support.jit import inlined, jit
 
 _TINY: Final = 1e-250
-"""What is far smaller becomes zero: processors are slow with the smallest numbers there are."""
+"""Much smaller values become zero, because processors are slow with subnormal numbers."""
 _FEW: Final = 16
 """Neurons up to which it costs more to begin a loop than to go through it."""
 
@@ -60,7 +60,7 @@ def update_block(run: Run, state: Array, drive: Array, scratch: Array, a: int, b
 
 @jit
 def _one_by_one(run: Run, state: Array, drive: Array, a: int, b: int) -> int:
-    """Do for each neuron in turn what the loops below do for many."""
+    """Do the same as the loops below for one neuron after the other."""
     n = 0
     for i in range(a, b):
         v, current = state[V, i], drive[i]
@@ -111,7 +111,7 @@ def _magnus(
 
 @inlined
 def _kept(x: float, share: float) -> float:
-    """Return what is left of a synapse after a step."""
+    """Return the remaining share of a synapse after a step."""
     return (x * share + _TINY) - _TINY
 
 

@@ -1,8 +1,8 @@
 """Poisson cells that the grid draws itself: a count for each cell and step, from the exact distribution.
 
 The numbers are a hash of a key, the step and the number of the cell (the mixer of SplitMix64, Steele et al.
-2014, OOPSLA), so nothing need be kept and any step can be drawn again. Twelve bits decide most counts by a
-table; where they leave two counts possible, 52 more bits are drawn and compared with the distribution.
+2014, OOPSLA), so nothing is stored and any step can be drawn again. Twelve bits determine most counts by a
+table; if two counts are possible, 52 more bits are drawn and compared with the distribution.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from nrp_core._support.jit import jit
 
 _BITS: Final = 12
 N_GUIDE: Final = 1 << _BITS
-"""Length of a guide."""
+"""Length of a guide table."""
 _PER_WORD: Final = 5
 _MASK: Final = np.uint64((1 << _BITS) - 1)
 _SHIFT: Final = np.uint64(_BITS)
@@ -28,7 +28,7 @@ _FIRST: Final = np.uint64(0xBF58476D1CE4E5B9)
 _SECOND: Final = np.uint64(0x94D049BB133111EB)
 _S30, _S27, _S31 = np.uint64(30), np.uint64(27), np.uint64(31)
 _OPEN: Final = -1
-"""In a guide: the bits so far do not decide."""
+"""Entry of a guide table: the first bits do not determine the count."""
 
 
 def guide(mean: float) -> tuple[Array, Array]:
@@ -51,13 +51,13 @@ def guide(mean: float) -> tuple[Array, Array]:
 
 
 def n_words(n_cells: int) -> int:
-    """Return how many random words are put aside for the cells of a population in a step."""
+    """Return the number of random words for the cells of a population in a step."""
     return n_cells // _PER_WORD + 1
 
 
 @jit
 def mixed(x: np.uint64) -> np.uint64:
-    """Return 64 bits that look random, one to one."""
+    """Return a pseudorandom bijection of 64 bits."""
     x = (x ^ (x >> _S30)) * _FIRST
     x = (x ^ (x >> _S27)) * _SECOND
     return x ^ (x >> _S31)
@@ -65,7 +65,7 @@ def mixed(x: np.uint64) -> np.uint64:
 
 @jit
 def add_noise(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
-    """Let arrive what the cells emitted as long before as their delay."""
+    """Deliver the spikes that the cells emitted one delay before."""
     emitted = step - noise.delay
     if noise.begin < emitted <= noise.end:
         targets = grid.noise_lines[noise.first : noise.last]
@@ -78,7 +78,7 @@ def add_noise(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
 def _add_counts(
     lines: Array, targets: Array, counts: Array, bounds: Array, number: np.uint64, place: int, weight: float
 ) -> None:
-    """Let counts arrive; the first is the one at a place in the word of a number."""
+    """Deliver counts; the first one is at a place in the word with a number."""
     begun = min((_PER_WORD - place) % _PER_WORD, len(targets))
     if begun > 0:
         word = mixed(number)
@@ -98,7 +98,7 @@ def _add_counts(
 
 @jit
 def hear_noise(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
-    """Note the spikes that the cells emit in a step; false where there is no room for all."""
+    """Store the spikes that the cells emit in a step; false if there is no room for all."""
     if not noise.begin < step <= noise.end:
         return True
     counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
@@ -125,7 +125,7 @@ def _first_word(noise: Noise, step: int) -> np.uint64:
 
 @jit
 def _count(counts: Array, bounds: Array, word: np.uint64, j: int) -> int:
-    """Return the count that a word decides for the j-th of its cells."""
+    """Return the count of a word for its j-th cell."""
     high = (word >> np.uint64(j * _BITS)) & _MASK
     count = counts[high]
     return _decide(bounds, high, word, j) if count == _OPEN else count
@@ -133,7 +133,7 @@ def _count(counts: Array, bounds: Array, word: np.uint64, j: int) -> int:
 
 @jit
 def _decide(bounds: Array, high: np.uint64, word: np.uint64, j: int) -> int:
-    """Return the count where the first bits leave a choice."""
+    """Return the count if the first bits do not determine it."""
     low = mixed(~word + np.uint64(j) * _GOLDEN)
     u = (high << _REST) | (low >> _SHIFT)
     count = 0

@@ -1,8 +1,8 @@
 """A grid that several threads advance, each a part of its rows.
 
-Until the end of a window (see :mod:`nrp_brain_event.grid.advance`) nothing that happens in one part reaches
-another, so no part waits for a lock. Every part has the calendar of the whole grid, with the segments cut
-down to its own targets: whatever the number of parts, everything arrives at a row in the same order.
+Until the end of a window (see :mod:`nrp_brain_event.grid.advance`) parts do not affect each other, so locks
+are not needed. Every part has the calendar of the whole grid, with the segments reduced to its own targets:
+inputs arrive at a row in the same order for any number of parts.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from nrp_core._support.jit import COMPILED, jit
 
 Held = Handle[Grid]
 _run = run
-if not COMPILED:  # NumPy would warn of hashes, and of the voltage of refractory cells
+if not COMPILED:  # NumPy would warn of overflowing hashes, and of the NaN voltage of refractory cells
     _run = np.errstate(over="ignore", invalid="ignore")(run)
 
 
@@ -36,7 +36,7 @@ def advance(held: Held, fired: IntArray, arrivals: Arrivals, until: int) -> tupl
 
 
 class Share(NamedTuple):
-    """A part: its rows, and what it has of segments and Poisson cells."""
+    """A part: its rows, and its share of segments and Poisson cells."""
 
     first: int
     last: int
@@ -47,11 +47,11 @@ class Share(NamedTuple):
 
 
 class Threads:
-    """Advances a grid as :func:`advance` does, to the last bit.
+    """Advances a grid with bit for bit the result of :func:`advance`.
 
     Args:
-        n: how many threads, at most one a row.
-        n_rows: rows of the grid.
+        n: number of threads, at most one for each row.
+        n_rows: number of rows of the grid.
     """
 
     def __init__(self, n: int, n_rows: int) -> None:
@@ -59,7 +59,7 @@ class Threads:
         self._pool = ThreadPoolExecutor(n - 1, "nrp-event")
         self._shares: list[Share] = []
         self._targets: Array | None = None
-        """Of the tables that are shared."""
+        """Names of the shared tables."""
 
     def advance(self, held: Held, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Held, int]:
         """Advance a grid to a step; return it, and ``DONE`` or ``DIVERGED``."""
@@ -79,12 +79,12 @@ class Threads:
         return handle(_joined(grid, [part.arrays for part in parts])), status
 
     def close(self) -> None:
-        """Let the threads go."""
+        """Stop the threads."""
         self._pool.shutdown()
 
 
 def _with_cuts(grid: Grid, rows: list[int]) -> Grid:
-    """Return the grid with a run beginning in each of these rows."""
+    """Return the grid with its runs split at these rows."""
     firsts = np.union1d(grid.runs["first"], rows)
     if len(firsts) == len(grid.runs):
         return grid
@@ -99,14 +99,16 @@ def _share(grid: Grid, first: int, last: int) -> Share:
     _cut_segments(grid, first, last, starts, lengths)
     noise = [grid.noise_lines[own["first"] : own["last"]] for own in grid.noise]
     rows = [lines % len(grid.drive) for lines in noise]
-    bounds = [np.searchsorted(own, [first, last]) for own in rows]  # ascending: all act on one variable
+    bounds = [
+        np.searchsorted(own, [first, last]) for own in rows
+    ]  # ascending, because all act on one variable
     noise_first, noise_last = (np.reshape(bounds, (-1, 2)).astype(np.int64) + grid.noise["first"][:, None]).T
     return Share(first, last, starts, lengths, noise_first, noise_last)
 
 
 @jit
 def _cut_segments(grid: Grid, first: int, last: int, starts: Array, lengths: Array) -> None:
-    """Write where in each segment the targets ``first <= row < last`` begin, and how many they are."""
+    """Write the start and number of the targets ``first <= row < last`` in each segment."""
     for k in range(len(starts)):
         start, end = grid.segment_start[k], grid.segment_start[k] + grid.segment_length[k]
         row = grid.tables[grid.segment_table[k]].line % len(grid.drive)
@@ -116,7 +118,7 @@ def _cut_segments(grid: Grid, first: int, last: int, starts: Array, lengths: Arr
 
 @jit
 def _first_from(targets: Array, a: int, b: int, lowest: int) -> int:
-    """Return the place of the first of ascending targets that is not below another."""
+    """Return the index of the first of ascending targets that is not below a row."""
     while a < b:
         middle = (a + b) // 2
         if targets[middle] < lowest:
@@ -127,7 +129,7 @@ def _first_from(targets: Array, a: int, b: int, lowest: int) -> int:
 
 
 def _part(grid: Grid, share: Share) -> Grid:
-    """Return a part of a grid; the first goes on with the clock, calendar and spikes of the whole."""
+    """Return a part of a grid; the first part has the clock, calendar and spikes of the whole."""
     runs = slice(*np.searchsorted(grid.runs["first"], [share.first, share.last]))
     noise = grid.noise.copy()
     noise["first"], noise["last"] = share.noise_first, share.noise_last
@@ -147,14 +149,14 @@ def _part(grid: Grid, share: Share) -> Grid:
 
 
 def _exchanged(parts: list[Held]) -> list[Held]:
-    """Return the parts, all with the spikes of all to send."""
+    """Return the parts, each with the spikes of all parts to send."""
     waiting = _waiting([part.arrays for part in parts])
     exchanged = [(part, _with_waiting(part.arrays, waiting)) for part in parts]
     return [part if arrays is part.arrays else handle(arrays) for part, arrays in exchanged]
 
 
 def _waiting(parts: list[Grid]) -> IntArray:
-    """Return the spikes of all parts that are to be sent, in the order in which the whole grid has them."""
+    """Return the spikes of all parts to send, in the order of the whole grid."""
     waiting = np.concatenate([part.outbox[:, : part.clock["n_out"][0]] for part in parts], axis=1)
     key = waiting[0] * len(parts[0].drive) + waiting[1]
     return waiting.take(np.argsort(key, kind="stable"), axis=1)
@@ -170,10 +172,10 @@ def _with_waiting(part: Grid, waiting: IntArray) -> Grid:
 
 
 def _joined(grid: Grid, parts: list[Grid]) -> Grid:
-    """Return the whole grid as its parts have left it."""
+    """Return the whole grid from its parts."""
     first = _with_waiting(parts[0], _waiting(parts))
     failed = [part.clock for part in reversed(parts) if part.clock["failed"][0] >= 0]
-    if failed:  # the whole grid stops in the first step in which a neuron fails, and names the last
+    if failed:  # the whole grid stops in the first step in which a neuron fails, and reports the last one
         first.clock["failed"] = min(failed, key=lambda clock: int(clock["step"][0]))["failed"]
     spikes = np.concatenate([part.spikes[:, : part.clock["n_spikes"][0]] for part in parts], axis=1)
     n = spikes.shape[1]

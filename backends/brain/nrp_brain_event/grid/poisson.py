@@ -1,4 +1,4 @@
-"""Which Poisson populations the grid draws itself, and what it needs for that."""
+"""The Poisson populations that the grid draws itself, and their tables."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NEVER = 1 << 62
 def drawable(network: Network) -> frozenset[str]:
     """Return the labels of the Poisson populations of equal cells with one synapse each.
 
-    All of the synapses have the same weight and delay, so that what arrives is a count.
+    All of the synapses have the same weight and delay, so that the input is a count.
     """
     return frozenset(
         label for label, population in network.populations.items()

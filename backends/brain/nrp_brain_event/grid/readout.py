@@ -1,4 +1,4 @@
-"""State variables of neurons on a grid, and whether they are still numbers."""
+"""State variables of neurons on a grid, and the check that they are finite."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from nrp_core._support.jit import jit
 
 
 def read(grid: Grid, rows: IntArray, variable: str) -> FloatArray:
-    """Return a state variable of rows now."""
+    """Return the present values of a state variable of rows."""
     if variable == "v":
         of = grid.runs[np.searchsorted(grid.runs["first"], rows, "right") - 1]
         above_rest = grid.state[V, rows]
@@ -31,7 +31,7 @@ def read(grid: Grid, rows: IntArray, variable: str) -> FloatArray:
 
 
 def lost_row(grid: Grid) -> int:
-    """Return a row whose voltage is no number any more; there must be one, see :func:`is_lost`."""
+    """Return a row whose voltage is not a number; there must be one, see :func:`is_lost`."""
     lost = ~np.isfinite(grid.state[V])
     for run in grid.runs[grid.runs["n_waiting"] > 0]:
         places = (run["head"] + np.arange(run["n_waiting"])) % (run["last"] - run["first"])
@@ -41,7 +41,7 @@ def lost_row(grid: Grid) -> int:
 
 @jit
 def is_lost(places: Array) -> bool:
-    """Return whether a voltage is no number any more; those of refractory rows are none by design."""
+    """Return whether a voltage is not a number; those of refractory rows are NaN by design."""
     grid = opened(Grid, places)
     n = 0
     for row in range(len(grid.drive)):

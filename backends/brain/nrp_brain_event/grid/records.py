@@ -1,7 +1,7 @@
-"""What the compiled code of the grid mode works on.
+"""The data of the compiled code of the grid mode.
 
-Time is counted in steps since reset: step k leads to grid point k. A *row* is a simulated neuron, in
-the order of :func:`nrp_brain_event.cells.load_cells`.
+Time is counted in steps since reset: step k ends at grid point k. A *row* is a simulated neuron, in the order
+of :func:`nrp_brain_event.cells.load_cells`.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from nrp_brain_event.records import (
 V: Final = 0
 """Voltage above rest, mV; not a number while a neuron is refractory."""
 X: Final = 1
-"""Current (nA) or conductance (uS) of both synapses; on jump and curved membranes, what just arrived."""
+"""Current (nA) or conductance (uS) of both synapses; for jump and curved membranes, the present input."""
 S: Final = 3
-"""Growth of the same, of alpha synapses: x follows ``(x + s e t / tau) exp(-t / tau)``."""
+"""Growth of the same for alpha synapses: x follows ``(x + s e t / tau) exp(-t / tau)``."""
 N_STATE: Final = 5
 
 # How the neurons of a run advance.
@@ -35,11 +35,11 @@ CURRENT: Final = 0
 CONDUCTANCE: Final = 1
 JUMP: Final = 2
 CURVED: Final = 3
-"""Without a closed form: each integrated by itself."""
+"""Without a closed form: integrated one by one."""
 
 
 class Run(Record):
-    """Neurons in consecutive rows with equal parameters: the numbers by which they advance by a step."""
+    """Neurons in consecutive rows with equal parameters: the coefficients of their update by a step."""
 
     first: int
     last: int
@@ -55,7 +55,7 @@ class Run(Record):
     leak: float
     """``exp(-h / tau_m)``; for conductances ``h / tau_m``."""
     gain: float
-    """Voltage that 1 nA leaves; for conductances ``h / cm``."""
+    """Change of voltage by 1 nA; for conductances ``h / cm``."""
     reversal: Annotated[Array, (2,)]
     """Above rest, mV."""
     kept: Annotated[Array, (2,)]
@@ -64,13 +64,13 @@ class Run(Record):
     """``e h / tau_syn``."""
     x_effect: Annotated[Array, (2,)]
     s_effect: Annotated[Array, (2,)]
-    """Voltage that a unit of x and s leaves; for conductances the mean in the step times ``h / cm``."""
+    """Change of voltage by a unit of x and s; for conductances the mean in the step times ``h / cm``."""
     x_moment: Annotated[Array, (2,)]
     s_moment: Annotated[Array, (2,)]
     """For conductances: the first moment in the step about its middle, in steps, times ``h / cm``."""
     head: int
     n_waiting: int
-    """Where the queue of refractory neurons begins in ``queue[first:last]``, and its length."""
+    """Start of the queue of refractory neurons in ``queue[first:last]``, and its length."""
 
 
 class Table(Record):
@@ -82,12 +82,12 @@ class Table(Record):
     line: int
     weight: float
     own: int
-    """Whether each synapse has its own weight, and what leads from the synapse to it."""
+    """Whether each synapse has its own weight, and the offset from the synapse to it."""
     weights: int
     dynamic: int
-    """Whether each synapse changes by itself, ``SHORT_TERM`` or ``PLASTIC``, or 0."""
+    """Dynamics of the synapses, ``SHORT_TERM`` or ``PLASTIC``, or 0."""
     dynamics: int
-    """What leads from the synapse to its place in ``short_term`` or ``plastic_rows``."""
+    """Offset from the synapse to its place in ``short_term`` or ``plastic_rows``."""
 
 
 SHORT_TERM: Final = 1
@@ -95,7 +95,7 @@ PLASTIC: Final = 2
 
 
 class Memory(Record):
-    """The spikes of a neuron that its plastic synapses may still have to hear; see ``Cell``."""
+    """The spikes of a neuron that its plastic synapses may still have to process; see ``Cell``."""
 
     wake: float
     """Time of its last spike, ms."""
@@ -106,7 +106,7 @@ class Memory(Record):
 
 
 class Pool(Record):
-    """The list of free places for spikes that are remembered."""
+    """The list of free places for stored spikes."""
 
     free: int
     n_free: int
@@ -118,10 +118,10 @@ class Noise(Record):
     key: int
     origin: int
     n_words: int
-    """First of all these cells, and how many random words a step takes for them."""
+    """The first of these cells, and the number of random words for them in a step."""
     first: int
     last: int
-    """Those that are drawn here."""
+    """The cells that are drawn in this part."""
     guide: int
     """Row of the tables of counts."""
     weight: float
@@ -130,11 +130,11 @@ class Noise(Record):
     end: int
     """Spikes are emitted in the steps after ``begin`` up to ``end``."""
     heard: int
-    """Whether anybody listens."""
+    """Whether the spikes are recorded."""
 
 
 class GridClock(Record):
-    """Where the grid is."""
+    """The position of the grid in time."""
 
     step: int
     free: int
@@ -144,7 +144,7 @@ class GridClock(Record):
     n_spikes: int
     n_sources: int
     n_inputs: int
-    """How many of the source spikes and inputs that wait have been used."""
+    """Number of the waiting source spikes and inputs that have been used."""
     n_out: int
     window: int
     """Spikes in ``outbox``; steps after which they are sent, at most the shortest delay of any neuron."""
@@ -154,7 +154,7 @@ class GridClock(Record):
 
 
 class Grid(NamedTuple):
-    """Everything the compiled code reads and writes.
+    """All arrays that the compiled code reads and writes.
 
     Args:
         clock: ``GridClock``, shape ``(1,)``.
@@ -163,25 +163,25 @@ class Grid(NamedTuple):
         drive: constant current into each row, nA.
         ids: global id of each row.
         queue: rows that are refractory, a ring for each run.
-        release: step before which a refractory row is let go.
+        release: step before which a row's refractory period ends.
         cells, cell_rows: ``Cell`` of the curved neurons; index among them, or -1.
         work: ``Work``, shape ``(1,)``.
         scratch: shape ``(4, BLOCK)``.
-        fired: rows that fire in the step at work.
+        fired: rows that fire in the current step.
         row_first: first segment of each global id, shape ``(network.size + 1,)``.
         segments: ``(start, length, gap, table, last)`` arrays: a run of ``targets`` with one delay; the
             gap is how many steps later it arrives than the segment before it.
         tables: ``Table``.
         targets: uint16, all synapses.
-        weights: float32, of the synapses with weights of their own.
+        weights: float32, weights of the synapses that have their own.
         short_term: ``ShortTerm``.
         plastic, first_plastic, rules: as in :class:`~nrp_brain_event.records.Engine`.
         plastic_rows: row in ``plastic`` of each plastic synapse, in the order of ``targets``.
         memories: ``Memory``, one a row; none without plastic synapses.
-        remembered: ``Event``, the spikes that are remembered.
+        remembered: ``Event``, the stored spikes.
         pool: ``Pool``, shape ``(1,)``.
         slots: head of the list of segments that arrive in a step, a ring.
-        entry_segment, entry_after: the lists.
+        entry_segment, entry_after: the entries of the lists.
         outbox: spikes to be sent at the end of the window: twice the step, and one more where the neuron
             advances after the arrivals; row. Ascending, shape ``(2, room)``.
         spikes: steps and global ids of spikes not yet taken, shape ``(2, room)``.
@@ -239,4 +239,4 @@ CHANGING: Final = (
 )  # fmt: skip
 """The parts of the grid that change while running."""
 BLOCK: Final = 512
-"""Neurons that are advanced at a time: what they need stays in the innermost cache."""
+"""Number of neurons that are advanced together, so that their data stay in the level-1 cache."""

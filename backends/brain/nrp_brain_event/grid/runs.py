@@ -1,4 +1,4 @@
-"""From cells to runs: the numbers by which neurons advance by a step, and the state they begin with."""
+"""Convert cells to runs: the coefficients of neurons' updates by a step, and their initial state."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _DECIDING: Final = (
     "membrane", "synapse", "v_rest", "v_reset", "v_thresh", "tau_m", "cm", "tau_refrac", "tau_syn",
     "e_rev_E", "e_rev_I",
 )  # fmt: skip
-"""Fields of a cell in which the cells of a run agree."""
+"""Fields that are equal for all cells of a run."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def kind_of(cell: Any) -> int:
-    """Return how a ``Cell`` advances."""
+    """Return the kind of update of a ``Cell``."""
     if cell["membrane"] == LINEAR:
         return JUMP if cell["synapse"] == JUMP_SYNAPSE else CURRENT
     return CONDUCTANCE if cell["membrane"] == CONDUCTANCE_MEMBRANE else CURVED
@@ -42,7 +42,7 @@ def load_runs(cells: Array, h: float) -> Array:
     columns = [cells[name].reshape(len(cells), prod(cells[name].shape[1:])) for name in _DECIDING]
     deciding = np.concatenate(columns, axis=1)
     curved = ~np.isin(cells["membrane"], (LINEAR, CONDUCTANCE_MEMBRANE))
-    deciding[curved, 1:] = 0.0  # which are integrated one by one
+    deciding[curved, 1:] = 0.0  # integrated one by one
     begins = np.append(True, (deciding[1:] != deciding[:-1]).any(axis=1))[: len(cells)]
     firsts = np.flatnonzero(begins)
     runs = np.zeros(len(firsts), Run.dtype())
@@ -56,7 +56,7 @@ def load_runs(cells: Array, h: float) -> Array:
 
 
 def load_state(cells: Array) -> FloatArray:
-    """Return the state that cells begin with."""
+    """Return the initial state of cells."""
     state = np.zeros((N_STATE, len(cells)))
     held = np.isin(cells["membrane"], (LINEAR, CONDUCTANCE_MEMBRANE))
     state[V] = np.where(held, cells["path"][:, 0, 0] - cells["v_rest"], 0.0)
@@ -65,7 +65,7 @@ def load_state(cells: Array) -> FloatArray:
 
 
 def input_lines(runs: Array, state: FloatArray) -> IntArray:
-    """Return for both receptors and each row the index into the flattened state on which arrivals act."""
+    """Return the index into the flattened state on which inputs act, for both receptors and each row."""
     rows, lengths = np.arange(state.shape[1]), runs["last"] - runs["first"]
     jumps = runs["kind"] == JUMP
     grown = ((runs["kind"] == CURRENT) | (runs["kind"] == CONDUCTANCE)) & (runs["alpha"] == 1)

@@ -1,6 +1,6 @@
-"""Synapses by the neuron they come from: counted, put in place, sorted there by delay and target.
+"""Sort synapses by source neuron, delay and target: count them, distribute them, sort in place.
 
-Nothing larger than the tables themselves is needed on the way.
+This needs less additional memory than the tables themselves.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def count(pre: Array, post: Array, low: int, high: int, n: Array) -> None:
 
 @jit
 def place(pre: Array, post: Array, low: int, high: int, shift: int, at: Array, targets: Array) -> None:
-    """Write the targets of synapses, moved by ``shift``, where ``at`` points for each neuron; it moves on."""
+    """Write the targets of synapses plus ``shift`` at the position ``at`` of each neuron and advance it."""
     for k in range(len(pre)):
         if low <= post[k] < high:
             targets[at[pre[k]]] = post[k] + shift
@@ -32,7 +32,7 @@ def place(pre: Array, post: Array, low: int, high: int, shift: int, at: Array, t
 def place_values(
     pre: Array, post: Array, low: int, high: int, values: Array, step: int, at: Array, out: Array
 ) -> None:
-    """Write values of the same synapses; ``step`` is 0 where one value serves all."""
+    """Write values of the same synapses; ``step`` is 0 if all have the same value."""
     for k in range(len(pre)):
         if low <= post[k] < high:
             out[at[pre[k]]] = values[step * k]

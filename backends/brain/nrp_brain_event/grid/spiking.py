@@ -1,4 +1,4 @@
-"""Runs of neurons through one step: refractory ones are let go, all advance, those above threshold fire."""
+"""Advance runs of neurons by one step: end refractory periods, update all, fire those above threshold."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _n_above(v: Array, threshold: float) -> int:
 
 @jit
 def _reset(run: Run, v: Array, queue: Array, release: Array, row: int, step: int) -> None:
-    """Reset a neuron that has fired; a refractory one is not a number until it is let go."""
+    """Reset a neuron that has fired; the voltage of a refractory one is NaN until the period ends."""
     if run.refractory == 0:
         v[row] = run.reset
         return
@@ -56,7 +56,7 @@ def _reset(run: Run, v: Array, queue: Array, release: Array, row: int, step: int
     place = run.head + run.n_waiting
     place = place if place < size else place - size
     release[row] = step + run.refractory + 1
-    for _ in range(run.n_waiting):  # those who have been refractory for longer at a time stay behind
+    for _ in range(run.n_waiting):  # neurons with longer refractory periods at that time stay in the queue
         before = place - 1 if place > 0 else size - 1
         if release[queue[run.first + before]] <= release[row]:
             break

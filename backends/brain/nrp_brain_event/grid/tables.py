@@ -1,7 +1,7 @@
 """The synapses of a network as tables of the grid: two bytes each where weights and delays are equal.
 
 A table takes all projections whose synapses act on the same variable of the same 65536 neurons in the
-same way. Weights of their own are kept in single precision, delays as the stretch a synapse stands in.
+same way. Individual weights are in single precision; delays are given by the stretch of a synapse.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ _SPAN: Final = 1 << 16
 
 @dataclass(frozen=True)
 class Part:
-    """The synapses of a projection that end on one span of rows.
+    """The synapses of a projection onto one span of rows.
 
     Args:
-        projection: as the network has it; sorted where its synapses have states.
+        projection: the projection; sorted if its synapses have states.
         pre_first, post_first: global id and row of the first cells.
         line: row of the state that the synapses act on.
         span: number of the span.
-        weight: of all synapses, or None where each has its own.
+        weight: weight of all synapses, or None if each has its own.
         dynamic: ``SHORT_TERM``, ``PLASTIC``, or 0.
-        dynamics: of the synapses, then: ``ShortTerm``, or rows of plastic synapses.
+        dynamics: states of dynamic synapses: ``ShortTerm``, or rows of plastic synapses.
     """
 
     projection: Projection
@@ -54,13 +54,13 @@ class Part:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What the parts of a table have in common."""
+        """The common properties of the parts of a table."""
         alone = self.projection.label if self.dynamic else None
         return self.line, self.span, self.weight, alone
 
     @property
     def bounds(self) -> tuple[int, int]:
-        """Which postsynaptic indices lie in the span."""
+        """The postsynaptic indices in the span."""
         low = self.span * _SPAN - self.post_first
         return low, low + _SPAN
 
@@ -93,7 +93,7 @@ def load_tables(
         row_of: their rows by global id.
         grid: the grid of times.
         without: labels of projections that are simulated in another way.
-        weights_now: weights of projections, by label, that differ from those of the network.
+        weights_now: changed weights of projections, by label.
 
     Raises:
         NetworkError: a delay between neurons is too short, or a parameter of plasticity is missing.
@@ -137,7 +137,7 @@ def load_tables(
 
 
 def targets_of_plastic(network: Network, row_of: IntArray) -> tuple[list[Projection], list[Array]]:
-    """Return the projections of plastic synapses, and on which receptors these end."""
+    """Return the projections of plastic synapses, and their receptors."""
     plastic = [projection for projection in network.projections if projection.synapse_type == STDP]
     return plastic, [
         2 * row_of[network.offsets[p.post] + p.post_index.astype(np.int64)] + (p.receptor == "inhibitory")
@@ -146,7 +146,7 @@ def targets_of_plastic(network: Network, row_of: IntArray) -> tuple[list[Project
 
 
 def places_of_plastic(network: Network, row_of: IntArray) -> dict[str, IntArray]:
-    """Return in which rows the plastic synapses of each projection stand, by label."""
+    """Return the rows of the plastic synapses of each projection, by label."""
     plastic, targets = targets_of_plastic(network, row_of)
     return {p.label: rows for p, rows in zip(plastic, rows_of_plastic(targets), strict=True)}
 
@@ -159,7 +159,7 @@ def _parts(
     targets = cells[post_first : post_first + network.populations[projection.post].size]
     line = line_of(targets[0], int(projection.receptor == "inhibitory"))
     weight, dynamic, dynamics = common(projection.weight), 0, None
-    if projection.synapse_type in (*SHARES, STDP):  # in the order in which the table will be
+    if projection.synapse_type in (*SHARES, STDP):  # in the order of the table
         steps = grid.delays(projection.delay_ms)
         order = np.lexsort((projection.post_index, steps, projection.pre_index))
         weight, projection = None, _reordered(projection, order)
@@ -188,13 +188,13 @@ def _reordered(projection: Projection, order: IntArray) -> Projection:
 
 
 def common(values: FloatArray) -> float | None:
-    """Return the value that all of them have, or None."""
+    """Return the common value, or None."""
     kept = distinct(values)
     return float(kept[0]) if (kept == kept[0]).all() else None
 
 
 def _count(network: Network, parts: list[Part]) -> IntArray:
-    """Return how many synapses of a table come from each neuron."""
+    """Return the number of synapses of a table from each neuron."""
     n = np.zeros(network.size, np.int64)
     for part in parts:
         for pre, post in part.projection.pairs():
@@ -203,7 +203,7 @@ def _count(network: Network, parts: list[Part]) -> IntArray:
 
 
 def _fill(parts: list[Part], first: IntArray, targets: Array, weights: Array, grid: TimeGrid) -> Segments:
-    """Write the synapses of a table; ``first`` says where those of each neuron begin."""
+    """Write the synapses of a table; ``first`` is the index of each neuron's first synapse."""
     at = first[:-1].copy()
     for part in parts:
         shift = part.post_first - part.span * _SPAN
@@ -228,7 +228,7 @@ def _fill(parts: list[Part], first: IntArray, targets: Array, weights: Array, gr
 
 
 def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
-    """Return delays in steps; one value where all are equal."""
+    """Return delays in steps; one value if all are equal."""
     return grid.delays(np.array(distinct(delays_ms)))
 
 

@@ -1,1 +1,1 @@
-"""What the host computes before a run: numbers and tables as they are loaded onto the machine."""
+"""The computations of the host before a run: numbers and tables for the machine."""

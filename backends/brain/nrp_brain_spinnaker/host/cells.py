@@ -1,4 +1,4 @@
-"""From the populations of a network to the arrays of its neurons."""
+"""Convert the populations of a network to the arrays of its neurons."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from nrp_core.brain.network.data import Population
 from nrp_core.errors import NetworkError
 
 _SHARED = {"tau_syn_E": 5.0, "tau_syn_I": 5.0, "e_rev_E": 0.0, "e_rev_I": -70.0, "i_offset": 0.0}
-"""Parameters that every cell has on the machine, with the values they take where PyNN has none."""
+"""Parameters of all cells on the machine, with default values for cells without them in PyNN."""
 _NEVER_REACHED = ("v_thresh", "v_spike")
 _NOT_ZERO = ("tau_m", "cm", "tau_w")
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """The time step as the machine knows it.
+    """The time step of the machine.
 
     Args:
-        step_us: microseconds a tick.
+        step_us: length of a tick, us.
         substeps: updates of a neuron in a tick.
     """
 
@@ -38,15 +38,15 @@ class Grid:
 
     @property
     def step(self) -> int:
-        """Milliseconds a tick, s16.15."""
+        """Length of a tick, ms, s16.15."""
         return int(to_accum(self.step_us / 1000))
 
     def first_tick_at(self, times_ms: FloatArray) -> IntArray:
-        """Return the first tick at or after each time; times count whole microseconds."""
+        """Return the first tick at or after each time; times are rounded to whole microseconds."""
         return -(np.floor(times_ms * 1000).astype(np.int64) // -self.step_us)
 
     def substeps_of(self, model: CellModel) -> int:
-        """Return the updates that cells of a model make in a tick."""
+        """Return the number of updates of cells of a model in a tick."""
         return max(self.substeps, model.substeps(self.step_us))
 
 
@@ -57,7 +57,7 @@ def load_cells(populations: Sequence[Population], ids: IntArray, grid: Grid, sem
         populations: without source populations.
         ids: global ids of all neurons.
         grid: the time step.
-        semantics: whose meaning the cell types have.
+        semantics: the meaning of the cell types, PyNN's or the released software's.
 
     Raises:
         NetworkError: a parameter does not fit the machine's numbers.
@@ -96,7 +96,7 @@ def _blank(n_populations: int, ids: IntArray, most_spikes: int) -> Cells:
 
 
 def tau_syn_of_lines(populations: Sequence[Population], semantics: Semantics) -> IntArray:
-    """Return the synaptic time constant behind each line, s16.15; 0 where input does not last."""
+    """Return the synaptic time constant of each line, s16.15; 0 for delta synapses."""
     parts = [np.empty(0, np.int64)]
     for name in ("tau_syn_E", "tau_syn_I"):
         for population in populations:
@@ -148,16 +148,16 @@ def _raw(population: Population, name: str, model: CellModel) -> IntArray:
 
 
 def _unit(name: str, model: CellModel) -> float:
-    """Return what a parameter is multiplied by on its way to the machine."""
+    """Return the factor of a parameter on the machine."""
     if name == "i_offset":
         return model.current_scale
     if model.neuron == kinds.ADAPTIVE_EXPONENTIAL and name in "ab":
-        return CONDUCTANCE_SCALE * (1e-3 if name == "a" else 1.0)  # PyNN gives a in nS
+        return CONDUCTANCE_SCALE * (1e-3 if name == "a" else 1.0)  # a is in nS in PyNN
     return 1.0
 
 
 def _check_times(label: str, model: CellModel, raw: Mapping[str, int], step: int) -> None:
-    """Refuse time constants that the machine's division turns into 0 or nonsense."""
+    """Refuse time constants for which the machine's division gives 0 or a wrong result."""
     names = ["tau_m"] if "tau_m" in raw else []
     names += [] if model.synapse == kinds.DELTA else ["tau_syn_E", "tau_syn_I"]
     least = 182 if model.synapse == kinds.ALPHA else 1  # whose square is not 0

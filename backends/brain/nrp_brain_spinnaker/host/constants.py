@@ -20,8 +20,8 @@ def synapse_constants(kind: int, step: int, tau: int) -> tuple[int, int, int]:
 
     Args:
         kind: the synapse.
-        step: ms a (sub-)step, s16.15.
-        tau: ms, s16.15.
+        step: length of a (sub-)step, ms, s16.15.
+        tau: time constant, ms, s16.15.
     """
     if kind == kinds.DELTA:
         return 0, 0, 0
@@ -67,7 +67,7 @@ def _leaky(step: int, raw: Mapping[str, int], threshold: int) -> dict[int, int]:
 
 
 def _adaptive(step: int, raw: Mapping[str, int]) -> dict[int, int]:
-    """Return what an adaptive exponential membrane has besides; without a slope it fires at ``v_thresh``."""
+    """Return further constants of adaptive exponential cells; without a slope they fire at ``v_thresh``."""
     slope = raw["delta_T"]
     return {
         kinds.V_THRESH: raw["v_spike"] if slope else raw["v_thresh"],
@@ -96,7 +96,7 @@ def _hodgkin_huxley(step: int, raw: Mapping[str, int]) -> dict[int, int]:
 
 
 def resting_gates(v_above_offset: int) -> tuple[int, int, int]:
-    """Return the gates m, h and n at rest under a voltage, s16.15, in units of 2**-30."""
+    """Return the steady-state gates m, h and n at a voltage, s16.15, in units of 2**-30."""
     rates = gate_rates(v_above_offset)
     m, h, n = (OPEN * rates[k] // (rates[k] + rates[k + 1]) for k in (0, 2, 4))
     return m, h, n

@@ -1,4 +1,4 @@
-"""From users' numbers to the machine's, as the host does: to the nearest, ties to even."""
+"""Convert users' numbers to the machine's as the host does: to the nearest, ties to even."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from nrp_core._support.arrays import FloatArray, IntArray
 def to_accum(values: npt.ArrayLike, what: str = "value") -> IntArray:
     """Convert to s16.15 raw bits.
 
-    Scaling by a power of two is exact, so this rounds the very number that was given; but what lies half
-    way is rounded as it is written in the fewest digits, which may be a little to one side.
+    Scaling by a power of two is exact, so this rounds the given number itself. A number half way is rounded
+    by its shortest decimal form, which may be slightly to one side.
 
     Raises:
-        ValueError: a value lies outside -65536 .. 65535.99997; ``what`` names it.
+        ValueError: a value is outside -65536 .. 65535.99997; ``what`` names it.
     """
     given = np.asarray(values, dtype=float)
     raw = np.asarray(np.rint(given * ONE))
@@ -42,6 +42,6 @@ def to_fraction(value: Decimal) -> int:
 
 
 def exact_exp(value: Decimal) -> Decimal:
-    """Return exp to 40 digits; the same on every machine, unlike that of a mathematical library."""
+    """Return exp to 40 digits; it is the same on every machine, unlike that of a mathematical library."""
     with localcontext(prec=40):
         return value.exp()

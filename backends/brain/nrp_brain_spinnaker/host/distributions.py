@@ -1,4 +1,4 @@
-"""What the host expects of random weights, delays and connection counts before they are drawn."""
+"""The host's estimates of random weights, delays and connection counts before they are drawn."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Distribution:
 
     Args:
         mean, variance: its moments.
-        quantile: the value that a share of the draws stays below.
+        quantile: the value below which a share of the draws is.
     """
 
     mean: float
@@ -30,7 +30,7 @@ class Distribution:
     quantile: Callable[[float], float]
 
     def most_probable_extreme(self, n: int) -> float:
-        """Return the size that one of ``n`` draws exceeds once in a hundred such sets of draws."""
+        """Return the absolute value that the largest of ``n`` draws exceeds with probability 1 %."""
         chance = 0.01 / max(n, 1)
         return abs(self.quantile(chance if self.mean < 0 else 1 - chance))
 
@@ -59,7 +59,7 @@ def _normal(given: Mapping[str, float]) -> Distribution:
 
 
 def _clipped(given: Mapping[str, float], *, redrawn: bool) -> Distribution:
-    """Return a normal distribution cut at two ends, its moments taken over a fine grid of quantiles."""
+    """Return a truncated normal distribution with moments from a fine grid of quantiles."""
     normal, low, high = NormalDist(given["mu"], given["sigma"]), given["low"], given["high"]
     first, last = (normal.cdf(low), normal.cdf(high)) if redrawn else (0.0, 1.0)
 
@@ -94,7 +94,7 @@ _KNOWN: Mapping[str, Callable[[Mapping[str, float]], Distribution]] = {
 
 
 def binomial_quantile(n: int, probability: float, share: float) -> int:
-    """Return the least count that a binomial variate stays at or below with probability ``share``."""
+    """Return the quantile ``share`` of a binomial distribution."""
     if n == 0 or probability <= 0:
         return 0
     if probability >= 1 or share >= 1:

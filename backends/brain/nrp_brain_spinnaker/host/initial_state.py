@@ -1,4 +1,4 @@
-"""The state in which neurons begin."""
+"""The initial state of neurons."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROWS = {"v": kinds.V, "u": kinds.U, "w": kinds.W, **GATES}
 
 
 def load_state(cells: Cells, own: slice, population: Population, model: CellModel, step: int) -> None:
-    """Set the initial values of a population; gates that are not given rest at the voltage.
+    """Set the initial values of a population; by default gates are at their steady state for the voltage.
 
     Raises:
         NetworkError: a value does not fit the machine's numbers or the cells have no such variable.
@@ -55,7 +55,7 @@ def _set(cells: Cells, own: slice, model: CellModel, name: str, values: FloatArr
 
 
 def state_scale(model: CellModel, name: str) -> int:
-    """Return how many times its value a variable is kept as."""
+    """Return the factor with which a variable is stored."""
     if name in (*GSYN, *ISYN):
         return model.weight_scale
     return CONDUCTANCE_SCALE if name == "w" else 1

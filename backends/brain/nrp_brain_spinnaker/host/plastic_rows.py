@@ -1,4 +1,4 @@
-"""From STDP projections to plastic rows and the look-up tables of their rules."""
+"""Convert STDP projections to plastic rows and the look-up tables of their rules."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def load_plastic(
     """Return the plastic synapses of a network with ``n_sources`` global ids and ``n`` simulated neurons.
 
     Raises:
-        CapabilityError: a rule that the machine does not have, or two rules on one population.
+        CapabilityError: the machine does not have a rule, or there are two rules on one population.
     """
     tables = _Tables(step_us)
     rules = [_rule(part, tables, semantics) for part in wires]
@@ -55,7 +55,7 @@ def load_plastic(
 
 
 class _Tables:
-    """Look-up tables of exponential decays, each time constant once."""
+    """Look-up tables of exponential decays, one for each time constant."""
 
     def __init__(self, step_us: int) -> None:
         self._step_ms = Decimal(step_us) / 1000
@@ -63,7 +63,7 @@ class _Tables:
         self._known: dict[float, tuple[int, int]] = {}
 
     def add(self, tau_ms: float) -> tuple[int, int]:
-        """Return start and length of the table for a time constant; it ends where the entries are 0."""
+        """Return start and length of the table for a time constant; it ends before the entries that are 0."""
         if tau_ms not in self._known:
             start, tau = len(self._values), Decimal(repr(tau_ms))
             while (
@@ -122,7 +122,7 @@ def _is_dendritic(projection: Projection) -> bool:
 
 
 def _common(projection: Projection, name: str, default: float | None = None) -> float:
-    """Return a parameter of the rule, which all synapses of a projection share."""
+    """Return a parameter of the rule, which is common to all synapses of a projection."""
     values = projection.synapse_parameters.get(name)
     if values is None:
         if default is None:
@@ -144,7 +144,7 @@ def _common_factor(part: Wires) -> float:
 
 
 def _rule_of_neurons(wires: Sequence[Wires], rules: Sequence[Sequence[int]], n: int) -> IntArray:
-    """Return the rule whose decay the trace of each neuron follows."""
+    """Return the rule for the decay of each neuron's trace."""
     rule_of = np.full(n, -1, np.int64)
     for index, part in enumerate(wires):
         first = part.post_first

@@ -1,8 +1,8 @@
-"""Where the binary point of a ring-buffer entry lies: chosen before the run, from the weights expected.
+"""The binary point of ring-buffer entries, chosen before the run from the expected weights.
 
-One left shift for each population and receptor must leave room for what may arrive in one tick and yet
-keep the resolution of small weights. The rules are those of sPyNNaker 7.4.1, whose sum of all weights
-leaves out the scale of conductances.
+One left shift for each population and receptor must leave room for the input in one tick and keep the
+resolution of small weights. The rules are those of sPyNNaker 7.4.1, whose sum of all weights omits the scale
+of conductances.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from nrp_brain_spinnaker.host.distributions import poisson_share_below
 
 @dataclass(frozen=True, slots=True)
 class Incoming:
-    """What one projection may send to a receptor of one neuron.
+    """The possible input from one projection to a receptor of one neuron.
 
     Args:
         connections: the largest probable number of synapses onto one neuron.
-        largest: the largest probable weight, without sign.
-        mean, variance: of the weights, without sign.
-        delay_variance: within the projection.
+        largest: the largest probable absolute weight.
+        mean, variance: moments of the absolute weights.
+        delay_variance: variance of the delays in the projection.
     """
 
     connections: int
@@ -34,12 +34,12 @@ class Incoming:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """What the host assumes about activity.
+    """The host's assumptions about activity.
 
     Args:
-        spikes_per_second: of every neuron that sends.
-        sigma: how many standard deviations of the summed input fit.
-        step_ms: ms a tick.
+        spikes_per_second: rate of every source neuron.
+        sigma: number of standard deviations of the summed input that must fit.
+        step_ms: length of a tick, ms.
     """
 
     step_ms: float
@@ -48,7 +48,7 @@ class Expectation:
 
 
 def left_shift(largest: float) -> int:
-    """Return the shift under which a weight of this size, and one bit more, fits 16 bits."""
+    """Return the shift with which a weight of this size, and one bit more, fits 16 bits."""
     if largest <= 0:
         return 0
     shift = math.ceil(max(0.0, math.log2(largest)))
@@ -60,14 +60,14 @@ def largest_input(
 ) -> float:
     """Return the largest input to one receptor in one tick, in the units of the synapse.
 
-    With equal delays within each projection everything is taken to come at once; else the bound is
+    With equal delays in each projection all input is assumed to arrive at once; else the bound is
     statistical.
 
     Args:
-        incoming: what each projection may send.
-        weight_scale: of the synapse, 1024 for conductances.
-        expected: the activity assumed.
-        total_scale: the same where the sum of all weights is to count it; sPyNNaker leaves it out.
+        incoming: the possible input from each projection.
+        weight_scale: scale of the synapse, 1024 for conductances.
+        expected: the assumed activity.
+        total_scale: the same for the sum of all weights; sPyNNaker omits it.
     """
     spikes_a_tick = max(1.0, expected.spikes_per_second * expected.step_ms / 1000)
     total = total_scale * sum(spikes_a_tick * part.largest * part.connections for part in incoming)

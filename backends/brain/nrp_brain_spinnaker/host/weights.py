@@ -1,4 +1,4 @@
-"""From weights in a network to raw 16-bit weights on the machine."""
+"""Convert weights of a network to raw 16-bit weights on the machine."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ def weight_scale(shift: int, scale: int) -> float:
 
 
 def host_raw(sizes: FloatArray, shift: int, scale: int) -> WeightArray:
-    """Convert weights (without sign) as the host does: to the nearest, ties to even, low 16 bits."""
+    """Convert absolute weights as the host does: to the nearest, ties to even, low 16 bits."""
     return _masked(np.rint(sizes * weight_scale(shift, scale)))
 
 
 def machine_raw(sizes: FloatArray, shift: int, scale: int) -> WeightArray:
-    """Convert weights as a core does that expands a connector: to s16.15 first, then ties up."""
+    """Convert weights as a core that expands a connector does: to s16.15 first, then ties up."""
     return _masked(np.floor(from_accum(to_accum(sizes, "weight")) * weight_scale(shift, scale) + 0.5))
 
 
@@ -45,9 +45,9 @@ def _masked(raw: FloatArray) -> WeightArray:
 
 
 def is_machine_generated(projection: Projection, model: CellModel) -> bool:
-    """Whether the released software would draw these synapses on the machine.
+    """Return whether the released software would draw these synapses on the machine.
 
-    It cannot for what it does not have (extensions) nor for weights that follow no distribution it knows.
+    It does not for extensions, nor for weights from an unknown distribution.
     """
     weight = projection.origin.weight
     drawn = isinstance(weight, (int, float)) or parse_distribution(weight) is not None
@@ -56,7 +56,7 @@ def is_machine_generated(projection: Projection, model: CellModel) -> bool:
 
 
 def weight_factors(cells: Cells, neurons: slice, model: CellModel) -> FloatArray | None:
-    """Return what weights onto neurons are multiplied by to be in the units of their synapses; None for 1.
+    """Return the factors that convert weights to the units of the target's synapses; None for 1.
 
     A weight in mV becomes the current that lifts the membrane by as much in one step.
     """
@@ -68,11 +68,11 @@ def weight_factors(cells: Cells, neurons: slice, model: CellModel) -> FloatArray
 
 
 def sizes_of(projection: Projection, factor: FloatArray | None) -> FloatArray:
-    """Return the weights of a projection without sign, in the units of the target's synapses.
+    """Return the absolute weights of a projection, in the units of the target's synapses.
 
     Args:
         projection: the projection.
-        factor: of :func:`weight_factors`, for all cells of the target.
+        factor: result of :func:`weight_factors`, for all cells of the target.
     """
     if factor is not None:
         return np.abs(projection.weight) * factor[projection.post_index]
@@ -84,9 +84,9 @@ def incoming_of(projection: Projection, factor: FloatArray | None, n_pre: int, n
 
     Args:
         projection: the projection, with at least one synapse.
-        factor: of :func:`weight_factors`, for all cells of the target.
-        n_pre: cells of the population it comes from.
-        n_post: cells of the population it ends on.
+        factor: result of :func:`weight_factors`, for all cells of the target.
+        n_pre: number of cells of the source population.
+        n_post: number of cells of the target population.
     """
     sizes = sizes_of(projection, factor)
     given = parse_distribution(projection.origin.weight) if factor is None else None

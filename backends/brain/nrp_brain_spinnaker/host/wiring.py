@@ -1,4 +1,4 @@
-"""Projections as the machine sees them: raw weights, ticks of delay, and the shift of their receptor."""
+"""Projections on the machine: raw weights, delays in ticks, and the shift of their receptor."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import RECEPTORS, Network, Projection
 from nrp_core.brain.network.limits import check_synapses, distinct
 from nrp_core.errors import NetworkError
+from nrp_core.findings import Code, Findings
 
 
 @dataclass
@@ -35,14 +36,14 @@ class Wires:
     """The synapses of one projection.
 
     Args:
-        projection: where they come from; it has synapses.
-        model: of the cells they end on.
+        projection: the projection, with at least one synapse.
+        model: cell type of the target.
         population: index of the target among the simulated populations.
-        pre_first, n_pre: the first global id and the size of the population it comes from.
-        post_first, post_last: the neurons of the population it ends on.
-        factor: what weights are multiplied by, per cell of the target, or None for 1.
-        ticks: delays, shape ``(n_synapses,)``, or ``(1,)`` where all are equal.
-        incoming: what the choice of the shift knows of them.
+        pre_first, n_pre: the first global id and the size of the source population.
+        post_first, post_last: the neurons of the target population.
+        factor: factor of weights for each cell of the target, or None for 1.
+        ticks: delays, shape ``(n_synapses,)``, or ``(1,)`` if all are equal.
+        incoming: their properties for the choice of the shift.
         on_machine: whether the machine would expand the connector itself.
         shift: the left shift of their receptor.
     """
@@ -67,7 +68,7 @@ class Wires:
 
     @property
     def sizes(self) -> FloatArray:
-        """Weights without sign in the units of the target's synapses, shape ``(1,)`` where all are equal."""
+        """Absolute weights in the units of the target's synapses, shape ``(1,)`` if all are equal."""
         return distinct(sizes_of(self.projection, self.factor))
 
     @property
@@ -77,14 +78,14 @@ class Wires:
 
     @property
     def raw(self) -> WeightArray:
-        """Raw weights under the shift, broadcast where equal."""
+        """Raw weights with the shift; equal ones are broadcast."""
         return np.broadcast_to(self.converted(self.sizes), self.projection.weight.shape)
 
     def converted(self, sizes: FloatArray) -> WeightArray:
-        """Return what becomes of weights without sign in the units of the target's synapses.
+        """Convert absolute weights in the units of the target's synapses.
 
         Raises:
-            NetworkError: one does not fit the arithmetic that it passes through.
+            NetworkError: one does not fit the machine's arithmetic.
         """
         convert = machine_raw if self.on_machine else host_raw
         try:
@@ -95,14 +96,14 @@ class Wires:
 
 def wire(
     network: Network, labels: Sequence[str], cells: Cells, options: SpinnakerOptions
-) -> tuple[list[Wires], list[str]]:
+) -> tuple[list[Wires], Findings]:
     """Convert all projections that have synapses and choose the shifts; also return warnings.
 
     Args:
         network: the network.
         labels: the simulated populations in the order of ``cells``.
         cells: their neurons.
-        options: the user's.
+        options: the options of the user.
 
     Raises:
         NetworkError: a weight has the wrong sign or a delay is too long.
@@ -149,7 +150,7 @@ def _wire(
 
 
 def _shift(incoming: Sequence[Incoming], model: CellModel, expected: Expectation) -> int:
-    """Return the left shift of a receptor; cells of our own do without the software's slip in the sum."""
+    """Return the left shift of a receptor; extensions do not repeat the software's error in the sum."""
     total_scale = model.weight_scale if model.extension else 1
     return left_shift(largest_input(incoming, model.weight_scale, expected, total_scale=total_scale))
 
@@ -168,20 +169,19 @@ def _ticks(projection: Projection, n_post: int, on_machine: bool, options: Spinn
     return ticks
 
 
-def _lengthen(wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
-    """Make delays of less than a step one step; say so, and which others were rounded, once each."""
+def _lengthen(wires: Sequence[Wires], options: SpinnakerOptions) -> Findings:
+    """Set delays of less than a step to one step; warn once each about these and other rounded ones."""
     step_ms = options.step_us / 1000
     below = [part for part in wires if distinct(part.projection.delay_ms).min() < step_ms]
     rounded = [part for part in wires if part not in below and _is_rounded(part, step_ms)]
     for part in wires:
         part.ticks = np.maximum(part.ticks, 1)
-    warnings = []
+    warnings = Findings()
     if below:
-        warnings.append(
-            f"delays shorter than the time step of {step_ms:g} ms become one step: {_names(below)}"
-        )
+        message = f"delays shorter than the time step of {step_ms:g} ms become one step: {_names(below)}"
+        warnings.add(Code.NRP217, message)
     if rounded:
-        warnings.append(f"delays become whole time steps of {step_ms:g} ms: {_names(rounded)}")
+        warnings.add(Code.NRP217, f"delays become whole time steps of {step_ms:g} ms: {_names(rounded)}")
     return warnings
 
 

@@ -1,1 +1,1 @@
-"""What the machine computes: all compiled code, in its arithmetic."""
+"""The computations of the machine: all compiled code, in its arithmetic."""

@@ -16,12 +16,12 @@ from nrp_brain_spinnaker.machine.spiking import note_spike
 from nrp_core._support.jit import jit
 
 _STEEPEST: Final = 8 * ONE
-"""Argument beyond which the exponential crosses any threshold in one step and need not grow."""
+"""Maximum argument of the exponential; it suffices to cross any threshold in one step."""
 
 
 @jit
 def update_adaptive(cells: Cells, population: int) -> None:
-    """Move a population on by a (sub-)step."""
+    """Advance a population by a (sub-)step."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     state, constants = cells.state, cells.constants
     for i in range(first, last):

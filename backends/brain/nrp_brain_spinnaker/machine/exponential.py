@@ -1,8 +1,8 @@
 """The exponential of the machine: two tables and a quadratic, on integers.
 
-``exp(x)`` for ``x = z - f`` is taken from a table at the integer ``z`` above, reduced by a table in steps
-of 1/16 and by a quadratic in the rest, in units of 2**-32. The result is some units off the exact floor;
-those units are part of what the machine computes.
+``exp(x)`` for ``x = z - f`` is taken from a table at the next integer ``z``, reduced by a table in steps of
+1/16 and by a quadratic in the rest, in units of 2**-32. The result differs from the exact floor by some
+units, as on the machine.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _WHOLE, _SIXTEENTHS = _tables()
 def _portion(total: int, fraction: int) -> int:
     """Multiply a number of up to 50 bits by a u0.32 fraction; the low word rounds, in halves of the word."""
     low, high = total & 0xFFFFFFFF, total >> 32
-    upper, lower = low * (fraction >> 16), low * (fraction & 0xFFFF)  # neither leaves 64 bits
+    upper, lower = low * (fraction >> 16), low * (fraction & 0xFFFF)  # both fit 64 bits
     carry = (upper + (lower >> 16)) >> 16
     rest = (((upper & 0xFFFF) << 16) + lower) & 0xFFFFFFFF
     return carry + (1 if rest >= 0x7FFFFFFF else 0) + high * fraction
@@ -74,7 +74,7 @@ def exp_accum(n: int) -> int:
 
 @jit
 def exp_fraction(n: int) -> int:
-    """Return exp of an s16.15 number as u0.32; of 0 it is 0, for 1.0 does not fit."""
+    """Return exp of an s16.15 number as u0.32; for 0 it is 0, because 1.0 does not fit."""
     if n > _UPPER:
         return LARGEST
     if n < _LOWER:

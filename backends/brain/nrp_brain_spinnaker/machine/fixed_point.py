@@ -1,9 +1,9 @@
 """The arithmetic of the machine: s16.15 numbers as integers, products that floor, sums that wrap.
 
-State and input are s16.15, decays u0.32. Every function takes and returns raw bits as plain integers, and
-no intermediate leaves 64 bits, so the same lines are exact as Python and compiled. The operations are
-those that a compiler makes of fixed-point C (ISO/IEC TR 18037) for the machine's ARM cores: no rounding to
-nearest, no saturation (Mikaitis 2020, arXiv:2001.01496).
+State and input are s16.15, decays u0.32. Every function takes and returns raw bits as plain integers, and all
+intermediates fit 64 bits, so the code is exact as Python and compiled. The operations are those of compiled
+fixed-point C (ISO/IEC TR 18037) on the machine's ARM cores: without rounding to nearest and without
+saturation (Mikaitis 2020, arXiv:2001.01496).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ LARGEST = (1 << 31) - 1
 SMALLEST = -(1 << 31)
 """The smallest s16.15 number, -65536."""
 FRACTION_LARGEST = (1 << 32) - 1
-"""The largest u0.32 number; 1.0 itself is not one."""
+"""The largest u0.32 number; 1.0 does not fit."""
 
 
 @jit
@@ -57,5 +57,5 @@ def ceiling(a: int) -> int:
 
 @jit
 def clamp(value: int) -> int:
-    """Return the nearest s16.15 number (used only where the machine itself has no rule)."""
+    """Return the nearest s16.15 number (used only if the machine does not define the rounding)."""
     return min(max(value, SMALLEST), LARGEST)

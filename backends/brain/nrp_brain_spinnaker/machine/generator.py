@@ -1,4 +1,4 @@
-"""The random numbers of the machine: KISS with a 64-bit multiply-with-carry, and what is made of them.
+"""The random numbers of the machine: KISS with a 64-bit multiply-with-carry, and variates from them.
 
 Marsaglia's generator of 2003 (state x, y, z, c, four words of 32 bits); exponential variates by von Neumann's
 comparison method, Poisson variates by Knuth's product of uniform ones.
@@ -19,12 +19,12 @@ _WORD: Final = 0xFFFFFFFF
 
 
 def kiss_state(seeds: Seeds, name: str) -> IntArray:
-    """Return the state of a generator known by a name."""
+    """Return the state of the generator with a name."""
     return valid_state([seeds.integer(f"{name}/{word}") for word in "xyzc"])
 
 
 def valid_state(words: list[int]) -> IntArray:
-    """Return a state with the words that the generator must not start from replaced."""
+    """Return a valid state: words from which the generator must not start are replaced."""
     x, y, z, c = words
     return np.array([x, y or 13031301, z, c % 698769068 + 1], np.int64)
 

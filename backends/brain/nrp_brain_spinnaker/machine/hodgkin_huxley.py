@@ -1,8 +1,8 @@
 """The Hodgkin-Huxley membrane of Traub & Miles, PyNN's HH_cond_exp, in the machine's arithmetic.
 
-Not part of the machine's software. Gates are fractions in units of 2**-30; gates and voltage take turns,
-each by the trapezoidal rule. A spike is an upward crossing of -20 mV. ``V`` is what others see of the
-voltage, ``V_FINE`` has more bits.
+Not part of the machine's software. Gates are fractions in units of 2**-30; gates and voltage are updated
+alternately by the trapezoidal rule. A spike is an upward crossing of -20 mV. ``V`` is the voltage for other
+code, ``V_FINE`` has more bits.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from nrp_core._support.jit import jit
 OPEN: Final = 1 << 30
 """A gate that is fully open."""
 FINE_BITS: Final = 12
-"""Bits that the voltage has beyond s16.15: in a short step it changes by less than 2**-15 mV."""
+"""Additional bits of the voltage beyond s16.15: in a short step it changes by less than 2**-15 mV."""
 LIFT_BITS: Final = 20
-"""Binary point of the voltage that a current of 1 nA adds in a step."""
+"""Binary point of the change of voltage by 1 nA in a step."""
 _THRESHOLD: Final = -20 * ONE
 
 
 @jit
 def update_hodgkin_huxley(cells: Cells, population: int) -> None:
-    """Move a population on by a (sub-)step."""
+    """Advance a population by a (sub-)step."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     state = cells.state
     for i in range(first, last):

@@ -1,6 +1,6 @@
-"""What the compiled code knows its parts by: codes of kinds, rows of arrays.
+"""Codes of kinds and rows of arrays in the compiled code.
 
-All neurons of a network lie one after another; a population is a range of them. An array of state or
+The neurons of all populations are consecutive; a population is a range of them. An array of state or
 constants has one row per variable and one column per neuron.
 """
 
@@ -10,20 +10,20 @@ from typing import Final, NamedTuple
 
 from nrp_core._support.arrays import IntArray
 
-# How a synapse turns what arrives into a course over time.
+# The time course of a synapse after an input.
 EXPONENTIAL: Final = 0
 ALPHA: Final = 1
 DELTA: Final = 2
 PEAKED_ALPHA: Final = 3
 
-# How that course acts on the membrane.
+# The effect of that time course on the membrane.
 CURRENT: Final = 0
 CONDUCTANCE: Final = 1
 IMPULSE: Final = 2
 JUMP: Final = 3
 FINE_CONDUCTANCE: Final = 4
 
-# What the membrane does.
+# The kinds of membranes.
 LIF: Final = 0
 IZHIKEVICH: Final = 1
 ADAPTIVE_EXPONENTIAL: Final = 2
@@ -63,13 +63,13 @@ class Cells(NamedTuple):
         constants: s16.15, shape ``(CONSTANT_ROWS, n)``.
         state: s16.15, shape ``(STATE_ROWS, n)``.
         synapse_constants: u0.32, shape ``(2, SYNAPSE_ROWS, n)``; the first index is the receptor.
-        synapse_state: s16.15, likewise.
-        current: s16.15 from outside, shape ``(n,)``.
+        synapse_state: s16.15, same shape.
+        current: external current, s16.15, shape ``(n,)``.
         ids: global ids, shape ``(n,)``.
         arrived, value: scratch per receptor, shape ``(2, n)``.
         drive: scratch, the total current, shape ``(n,)``.
-        fired: the neurons that spiked in the tick at hand, with room for one entry a (sub-)step.
-        n_fired: how many entries there are, shape ``(1,)``.
+        fired: the neurons that spiked in the current tick, with room for one entry per (sub-)step.
+        n_fired: number of these entries, shape ``(1,)``.
     """
 
     populations: IntArray
@@ -86,6 +86,6 @@ class Cells(NamedTuple):
     n_fired: IntArray
 
     def neurons(self, population: int) -> slice:
-        """Return where the neurons of a population lie."""
+        """Return the range of a population's neurons."""
         first, last = self.populations[population, [FIRST, LAST]].tolist()
         return slice(first, last)

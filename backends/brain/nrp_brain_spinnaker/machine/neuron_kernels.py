@@ -1,7 +1,7 @@
 """The membranes: leaky integrate-and-fire and Izhikevich, in the rounding order of the released binaries.
 
-An update takes the current in ``cells.drive``, moves each membrane by one (sub-)step and notes who crossed
-the threshold. Crossing means ``V >= threshold``, tested in every step, refractory or not.
+An update takes the current in ``cells.drive``, advances each membrane by one (sub-)step and stores the
+neurons that crossed the threshold. A crossing is ``V >= threshold``, tested in every step, refractory or not.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ _IZK_LINEAR = 5 * ONE
 _IZK_CONSTANT = 140 * ONE
 _IZK_THRESHOLD = 30 * ONE
 _IZK_LONGER = 60620
-"""1.85, by which the step after a spike is longer: it makes up for crossings between ticks."""
+"""1.85, the factor of the step after a spike, which corrects for crossings between ticks."""
 
 
 @jit
 def gather_currents(cells: Cells, population: int) -> None:
-    """Sum into ``cells.drive`` what flows into each membrane."""
+    """Sum the currents into each membrane in ``cells.drive``."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     kind = cells.populations[population, kinds.INPUT]
     excitatory, inhibitory = cells.value[0], cells.value[1]
@@ -35,13 +35,13 @@ def gather_currents(cells: Cells, population: int) -> None:
         if kind == kinds.CONDUCTANCE:
             plus = mul(plus >> 10, wrap(constants[kinds.E_REV_E, i] - v[i]))
             minus = mul(-(minus >> 10), wrap(constants[kinds.E_REV_I, i] - v[i]))
-        elif kind == kinds.FINE_CONDUCTANCE:  # keeps the ten bits that the machine drops
+        elif kind == kinds.FINE_CONDUCTANCE:  # keeps ten bits that the machine drops
             plus = wrap((plus * (constants[kinds.E_REV_E, i] - v[i])) >> 25)
             minus = -wrap((minus * (constants[kinds.E_REV_I, i] - v[i])) >> 25)
         elif kind == kinds.IMPULSE:
             gain = constants[kinds.IMPULSE_GAIN, i]
             plus, minus = mul(plus, gain), mul(minus, gain)
-        elif kind == kinds.JUMP:  # beyond the threshold the square would leave the number format
+        elif kind == kinds.JUMP:  # above the threshold the square would overflow
             v[i] = min(v[i] + plus - minus, max(v[i], _IZK_THRESHOLD))
             plus, minus = 0, 0
         cells.drive[i] = wrap(plus - minus + constants[kinds.I_OFFSET, i] + cells.current[i])
@@ -49,7 +49,7 @@ def gather_currents(cells: Cells, population: int) -> None:
 
 @jit
 def update_neurons(cells: Cells, population: int) -> None:
-    """Move the membranes of a population on by a (sub-)step."""
+    """Advance the membranes of a population by a (sub-)step."""
     kind = cells.populations[population, kinds.NEURON]
     if kind == kinds.LIF:
         _update_lif(cells, population)
@@ -98,7 +98,7 @@ def _update_izhikevich(cells: Cells, population: int) -> None:
 
 @jit
 def _izhikevich_step(v: int, u: int, h: int, current: int, a: int, b: int) -> tuple[int, int]:
-    """Take one midpoint step; the order of the products decides the last bits and later whole ticks."""
+    """Take one midpoint step; the order of the products determines the last bits and later whole ticks."""
     before = wrap(_IZK_CONSTANT - u + current)
     slope = wrap(before + mul(wrap(mul(v, _IZK_SQUARE) + _IZK_LINEAR), v))
     middle = wrap(v + mul(mul(slope, h), HALF))

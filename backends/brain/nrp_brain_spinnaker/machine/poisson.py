@@ -1,8 +1,8 @@
 """Poisson source populations drawn by the machine itself.
 
-Slow sources (less than 0.01 spikes a tick) count down random intervals, fast ones draw a number of spikes
-each tick. Sources of one core share a generator. From 10 spikes a tick on the machine rounds a normal
-variate; here the draw is a sum of smaller Poisson draws instead, which is exact in distribution.
+Slow sources (less than 0.01 spikes per tick) count down random intervals, fast ones draw a number of spikes
+in each tick. Sources of one core share a generator. From 10 spikes per tick on the machine rounds a normal
+variate; here the sum of smaller Poisson draws is used, which is exact in distribution.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _FAST_BELOW: Final = 10 << 15
 _MEAN_OF_A_PART: Final = 2 << 15
 """Small enough for exp(-mean) to be exact to 0.01 % in s16.15."""
 _INTERVAL_UNITS: Final = 1000
-"""Intervals count thousandths of a tick."""
+"""Unit of intervals: thousandths of a tick."""
 _FOREVER: Final = 1 << 62
 
 START, END, MEAN_INTERVAL, DRAWS, EXP_MINUS_MEAN = range(5)
@@ -38,8 +38,8 @@ class Sources(NamedTuple):
     Args:
         core_first: first source of each core, shape ``(n_cores + 1,)``.
         ids: global ids.
-        settings: start and end tick, mean interval in ticks (0: fast), draws a tick and exp(-mean) of
-            one draw as u0.32; shape ``(5, n)``.
+        settings: start and end tick, mean interval in ticks (0: fast), draws per tick and exp(-mean) of one
+            draw as u0.32; shape ``(5, n)``.
         countdown: thousandths of a tick to the next spike of a slow source, shape ``(n,)``.
         generators: shape ``(n_cores, 4)``.
     """
@@ -59,9 +59,9 @@ def load_sources(
     """Return the sources of populations at tick 0.
 
     Args:
-        populations: each with the global ids of its cells.
-        step_us: microseconds a tick.
-        generator: returns the state of the generator of a core, known by a name.
+        populations: populations with the global ids of their cells.
+        step_us: length of a tick, us.
+        generator: returns the state of the generator of a core, by name.
     """
     settings = [np.empty((5, 0), np.int64), *(_settings(own, step_us) for own, _ in populations)]
     generators, sizes = [], []
@@ -81,9 +81,9 @@ def load_sources(
 
 
 def change_sources(sources: Sources, population: Population, ids: IntArray, step_us: int) -> None:
-    """Let sources of a population (global ids of all its cells) have the parameters that it has now.
+    """Update the sources of a population (global ids of all its cells) to its present parameters.
 
-    As on the machine, slow ones draw their next interval anew.
+    As on the machine, slow ones draw a new interval.
     """
     places = np.flatnonzero(np.isin(sources.ids, ids))
     settings = _settings(population, step_us)
@@ -93,7 +93,7 @@ def change_sources(sources: Sources, population: Population, ids: IntArray, step
 
 
 def mean_per_tick(rate_hz: float, step_us: int) -> int:
-    """Return spikes a tick, s16.15, by the truncating product of the machine."""
+    """Return spikes per tick, s16.15, by the truncating product of the machine."""
     seconds_a_tick = round(Fraction(step_us, 1_000_000) * 2**32)
     return (int(rate_hz * 2**16) * seconds_a_tick) >> 33
 
@@ -155,7 +155,7 @@ def _draw_anew(sources: Sources, places: IntArray) -> None:
 
 @jit
 def _draw_ticks(sources: Sources, tick: int, until: int, entries: IntArray) -> tuple[int, int]:
-    """Write tick, id and count of spikes while there is room; return the tick reached, the entries used."""
+    """Write tick, id and count of spikes while there is room; return tick reached and number of entries."""
     used = 0
     while tick < until and entries.shape[1] - used >= sources.ids.size:
         for core in range(sources.generators.shape[0]):
@@ -172,7 +172,7 @@ def _draw_ticks(sources: Sources, tick: int, until: int, entries: IntArray) -> t
 
 @jit
 def _count(sources: Sources, i: int, state: IntArray) -> int:
-    """Return how often source ``i`` fires in this tick."""
+    """Return the number of spikes of source ``i`` in this tick."""
     count, mean = 0, sources.settings[MEAN_INTERVAL, i]
     if mean == 0:
         for _ in range(sources.settings[DRAWS, i]):

@@ -1,8 +1,7 @@
-"""Synaptic input buffers: a ring of slots, one a tick, with an unsigned 16-bit entry per neuron and receptor.
+"""Synaptic input buffers: a ring of slots, one per tick, of unsigned 16-bit entries per neuron and receptor.
 
-An entry that would grow beyond 65535 stays there, and the loss is counted. A left shift, one per
-population and receptor, turns an entry into s16.15. Input from devices, which are no part of the
-network, joins after the shift.
+An entry saturates at 65535, and the loss is counted. A left shift, one per population and receptor, converts
+an entry to s16.15. Input from devices, which do not belong to the network, is added after the shift.
 """
 
 from __future__ import annotations
@@ -24,12 +23,12 @@ WeightArray = npt.NDArray[np.uint16]
 
 
 class Ring(NamedTuple):
-    """Input on its way. The *line* of neuron ``i`` of ``n`` is ``receptor * n + i``.
+    """Input in transit. The *line* of neuron ``i`` of ``n`` is ``receptor * n + i``.
 
     Args:
         slots: entries, shape ``(a power of two, 2 n)``.
-        device: s16.15 input of devices for the tick at hand, shape ``(2 n,)``.
-        saturated: how often each line lost input, shape ``(2 n,)``.
+        device: s16.15 input of devices for the current tick, shape ``(2 n,)``.
+        saturated: number of losses of each line, shape ``(2 n,)``.
     """
 
     slots: WeightArray
@@ -38,11 +37,11 @@ class Ring(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Static synapses, ordered by the neuron they come from.
+    """Static synapses, ordered by source neuron.
 
     Args:
         start: first synapse of each global id, shape ``(network.size + 1,)``.
-        line, weight, delay: where to, raw weight, ticks; shape ``(n_synapses,)``.
+        line, weight, delay: target line, raw weight, delay in ticks; shape ``(n_synapses,)``.
     """
 
     start: IntArray

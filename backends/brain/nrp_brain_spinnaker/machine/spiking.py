@@ -1,4 +1,4 @@
-"""How the membranes tell that a neuron spiked."""
+"""The list of neurons that spiked."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ from nrp_core._support.jit import jit
 
 @jit
 def note_spike(cells: Cells, i: int) -> None:
-    """Note that neuron ``i`` spiked in this tick."""
+    """Add neuron ``i`` to those that spiked in this tick."""
     cells.fired[cells.n_fired[0]] = i
     cells.n_fired[0] += 1

@@ -1,8 +1,8 @@
 """Spike-timing-dependent plasticity: the machine's pair rule with deferred updates.
 
-The weights of a row change only when the neuron it comes from spikes; the spikes of the neurons it goes to
-wait in short histories until then. Traces are s4.11 and decay by look-up tables; weights are unpacked to
-s16.15 and packed again, so changes below the resolution of a raw weight are lost each time.
+The weights of a row change only when its source neuron spikes; until then the spikes of its targets are kept
+in short histories. Traces are s4.11 and decay by look-up tables; weights are unpacked to s16.15 and packed
+again, so each change below the resolution of a raw weight is lost.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from nrp_core._support.jit import jit
 TRACE_ONE: Final = 1 << 11
 """1.0 in s4.11."""
 HISTORY: Final = 16
-"""Entries of a history; the first is a dummy, so 15 spikes are remembered."""
+"""Entries of a history; the first is a dummy, so 15 spikes are stored."""
 
 A_PLUS, A_MINUS, W_MIN, W_MAX, MULTIPLICATIVE, SHIFT, BACK_PROPAGATES = range(7)
 PLUS_START, PLUS_LENGTH, MINUS_START, MINUS_LENGTH = range(7, 11)
@@ -27,7 +27,7 @@ RULE_COLUMNS: Final = 11
 
 
 class StdpRows(NamedTuple):
-    """Plastic synapses: rows of one projection and one neuron they come from.
+    """Plastic synapses: rows of one projection and one source neuron.
 
     Args:
         start: first row of each global id, shape ``(network.size + 1,)``.
@@ -36,7 +36,7 @@ class StdpRows(NamedTuple):
         line, weight, delay: per synapse.
         rules: one per projection, shape ``(n_rules, RULE_COLUMNS)``.
         decays: the look-up tables of all rules, s4.11.
-        rule_of: the rule whose table each neuron's own trace uses, -1 for none, shape ``(n,)``.
+        rule_of: the rule with the table for each neuron's trace, -1 for none, shape ``(n,)``.
         history_count: index of the last entry, shape ``(n,)``.
         history_tick, history_trace: shape ``(n, HISTORY)``.
     """
@@ -59,7 +59,7 @@ class StdpRows(NamedTuple):
 
 @jit
 def remember(rows: StdpRows, i: int, tick: int) -> None:
-    """Note a spike of neuron ``i`` in its history, if plastic synapses end on it."""
+    """Store a spike of neuron ``i`` in its history, if it has plastic input."""
     if rows.rule_of.size == 0 or rows.rule_of[i] < 0:
         return
     ticks, traces, count = rows.history_tick[i], rows.history_trace[i], rows.history_count[i]
@@ -139,5 +139,5 @@ def _looked_up(decays: IntArray, start: int, length: int, elapsed: int) -> int:
 
 @jit
 def _grown(trace: int, decay: int) -> int:
-    """Let a trace decay and add a spike; it is kept in 16 bits."""
+    """Decay a trace and add a spike; the trace is stored in 16 bits."""
     return ((((trace * decay) >> 11) + TRACE_ONE + 0x8000) & 0xFFFF) - 0x8000

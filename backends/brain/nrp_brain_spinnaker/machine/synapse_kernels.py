@@ -1,8 +1,8 @@
-"""What arrives becomes a current or conductance over time: exponential, alpha, delta.
+"""Synapses convert input to a current or conductance over time: exponential, alpha, delta.
 
-Three moments of a tick: input is added, the value is read, the state decays. The peaked alpha is ours:
-its value is the mean over the step, as it is for the machine's own exponential, so the charge of an
-event is right on any grid.
+A tick has three phases: input is added, the value is read, the state decays. The alpha function with a peak
+is ours: its value is the mean over the step, as for the machine's exponential, so the charge of an event is
+right on any grid.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from nrp_core._support.jit import jit
 
 @jit
 def add_arrived(cells: Cells, population: int) -> None:
-    """Give each synapse what arrived for it in this tick; nothing is not an input of 0."""
+    """Add the input of this tick to each synapse; no input differs from an input of 0."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     kind = cells.populations[population, kinds.SYNAPSE]
     for receptor in range(2):
@@ -39,7 +39,7 @@ def add_arrived(cells: Cells, population: int) -> None:
 
 @jit
 def _add_alpha(state: IntArray, decay: int, gain: int, i: int, x: int) -> None:
-    """Add to the machine's alpha synapse, a line times an exponential; an earlier slope is forgotten."""
+    """Add input to the machine's alpha synapse, a line times an exponential; the earlier slope is lost."""
     exponential = wrap(scale(state[kinds.RISE, i], decay) + ONE)
     share = wrap(ONE - div(ONE, exponential)) if exponential > 0 else ONE
     state[kinds.PENDING, i] = x
@@ -49,7 +49,7 @@ def _add_alpha(state: IntArray, decay: int, gain: int, i: int, x: int) -> None:
 
 @jit
 def read_values(cells: Cells, population: int) -> None:
-    """Put the value of each synapse into ``cells.value``."""
+    """Write the value of each synapse to ``cells.value``."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     product = cells.populations[population, kinds.SYNAPSE] == kinds.ALPHA
     for receptor in range(2):
@@ -60,7 +60,7 @@ def read_values(cells: Cells, population: int) -> None:
 
 @jit
 def decay_synapses(cells: Cells, population: int) -> None:
-    """Move the synapses one step on."""
+    """Advance the synapses by one step."""
     first, last = cells.populations[population, kinds.FIRST], cells.populations[population, kinds.LAST]
     kind = cells.populations[population, kinds.SYNAPSE]
     for receptor in range(2):

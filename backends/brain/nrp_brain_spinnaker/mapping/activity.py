@@ -1,4 +1,4 @@
-"""The assumed activity of a network that has not run."""
+"""The assumed activity of a network before a run."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from nrp_core.brain.network.data import Population
 
 
 def spikes_per_tick(population: Population, options: SpinnakerOptions) -> float:
-    """Return how often each cell fires in a tick: as a Poisson source says, else as the options do."""
+    """Return the assumed spikes of each cell per tick: a Poisson source's own, else the options'."""
     return rate_hz(population, options) * options.step_us * 1e-6
 
 
 def rate_hz(population: Population, options: SpinnakerOptions) -> float:
-    """Return the rate assumed of each cell: that of a Poisson source, else the option's."""
+    """Return the assumed rate of each cell: that of a Poisson source, else the option's."""
     rates = population.parameters.get("rate")
     if population.is_source and rates is not None:
         return float(rates.mean())
@@ -21,14 +21,14 @@ def rate_hz(population: Population, options: SpinnakerOptions) -> float:
 
 
 def share_above(limit: float, mean: float, variance: float) -> float:
-    """Return how often a sum of weights, one for each of a Poisson number of spikes, exceeds a limit.
+    """Return the probability that the weights of a Poisson number of spikes add up to more than a limit.
 
     Exact for equal weights; others are replaced by equal ones that give the same mean and variance.
 
     Args:
-        limit: in the units of the weights, as the mean and the variance.
-        mean: of the sum.
-        variance: of the sum.
+        limit: the limit, in the units of the weights, as are the moments.
+        mean: mean of the sum.
+        variance: variance of the sum.
     """
     if mean <= 0 or variance <= 0:
         return 0.0

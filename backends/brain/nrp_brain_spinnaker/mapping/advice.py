@@ -16,9 +16,9 @@ def advise(maps: Sequence[VertexMap], chips: int, entries: int, packets_per_s: f
 
     Args:
         maps: all vertices.
-        chips: used.
-        entries: routing entries of the fullest chip.
-        packets_per_s: of the whole network.
+        chips: number of used chips.
+        entries: number of routing entries of the fullest chip.
+        packets_per_s: packets of the whole network, 1/s.
     """
     advice = [line for vertex in maps for line in _on_vertex(vertex)]
     if chips > hardware.LARGEST_MACHINE_CHIPS:

@@ -15,10 +15,11 @@ from nrp_brain_spinnaker.mapping.learning import lost_changes
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import RECEPTORS, Network
+from nrp_core.findings import Code, Finding, Findings
 
 _COARSE = 0.05
 _RARE = 1e-4
-"""Share of ticks below which an input that saturates is not worth a word."""
+"""Share of saturated ticks below which no advice is given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +59,7 @@ class ReceptorFidelity:
     Args:
         population: its label.
         receptor: its name.
-        left_shift: of its ring buffers.
+        left_shift: left shift of its ring buffers.
         largest_sum: its largest input in one tick, in the units of the target's synapses.
         mean_sum, deviation: mean and standard deviation of a neuron's input in a tick, in the same units.
         saturating: fraction of ticks in which the input exceeds ``largest_sum``.
@@ -78,15 +79,15 @@ class Fidelity:
     """All projections and receptors, with advice on the worst.
 
     Args:
-        projections: in definition order, those with synapses.
-        receptors: those that projections end on.
+        projections: projections with synapses, in definition order.
+        receptors: receptors with projections.
         losses: the weights that are destroyed, with reasons.
         advice: other losses.
     """
 
     projections: tuple[ProjectionFidelity, ...]
     receptors: tuple[ReceptorFidelity, ...]
-    losses: tuple[str, ...]
+    losses: tuple[Finding, ...]
     advice: tuple[str, ...]
 
 
@@ -96,7 +97,7 @@ def weigh(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -
     Args:
         network: the network.
         wires: its projections on the machine.
-        options: the user's.
+        options: the options of the user.
     """
     seen = [_of_projection(part, options) for part in wires]
     receptors = _receptors(network, wires, options)
@@ -106,13 +107,17 @@ def weigh(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -
     return Fidelity(tuple(seen), tuple(receptors), tuple(losses(wires, options)), tuple(advice))
 
 
-def losses(wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
+def losses(wires: Sequence[Wires], options: SpinnakerOptions) -> Findings:
     """Return the weights that do not fit the machine's 16 bits, with reasons."""
-    return [line for part in wires if _is_distorted(part) for line in _losses(part, wires, options)]
+    found = Findings()
+    for part in wires:
+        if _is_distorted(part):
+            _add_losses(found, part, wires, options)
+    return found
 
 
 def _is_distorted(part: Wires) -> bool:
-    """Whether a weight wraps or vanishes; looks at the extremes only."""
+    """Return whether a weight wraps or vanishes, by the extremes only."""
     present = part.sizes[part.sizes > 0]
     if not present.size:
         return False
@@ -120,18 +125,19 @@ def _is_distorted(part: Wires) -> bool:
     return wraps or not part.converted(present.min(keepdims=True)).any()
 
 
-def _losses(part: Wires, wires: Sequence[Wires], options: SpinnakerOptions) -> list[str]:
+def _add_losses(found: Findings, part: Wires, wires: Sequence[Wires], options: SpinnakerOptions) -> None:
     seen = _of_projection(part, options)
-    where, lines = f"projection '{seen.label}'", []
+    where = f"projection '{seen.label}'"
     if seen.wrapped:
-        lines.append(
+        found.add(
+            Code.NRP217,
             f"{where}: {seen.wrapped} of {seen.synapses} weights wrap around: they are larger than "
-            f"{seen.largest_sum:.3g}, the limit of 16 bits; give them as a list, so that the scale fits them"
+            f"{seen.largest_sum:.3g}, the limit of 16 bits; give them as a list, so that the scale fits them",
+            subject=seen.label,
         )
     if seen.vanished:
         lost = f"{seen.vanished} of {seen.synapses} weights become 0 (in steps of {seen.quantum:.3g})"
-        lines.append(f"{where}: {lost}; {_remedy(part, wires)}")
-    return lines
+        found.add(Code.NRP217, f"{where}: {lost}; {_remedy(part, wires)}", subject=seen.label)
 
 
 def _of_projection(part: Wires, options: SpinnakerOptions) -> ProjectionFidelity:
@@ -166,7 +172,7 @@ def _receptors(network: Network, wires: Sequence[Wires], options: SpinnakerOptio
 
 
 def _of_receptor(network: Network, parts: Sequence[Wires], options: SpinnakerOptions) -> ReceptorFidelity:
-    """Return what a neuron may expect: spikes come as Poisson variates, each with its weight."""
+    """Return the expected input of a neuron, with Poisson spikes of each weight."""
     first = parts[0]
     n_post = first.post_last - first.post_first
     mean = variance = 0.0

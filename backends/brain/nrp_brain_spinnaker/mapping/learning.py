@@ -11,14 +11,14 @@ from nrp_core.brain.network.synapses.stdp import STDP
 
 
 def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:
-    """Return which changes of weights are smaller than a step, where a pair of spikes is at its best.
+    """Return the changes of weights by a pair of spikes that are at most smaller than a step.
 
-    A changed weight is rounded down to a step: less than one that is added is lost, less than one that is
-    taken away takes a whole one.
+    A changed weight is rounded down to a step: an increase by less than a step is lost, a decrease by less
+    than a step becomes a whole step.
 
     Args:
         part: a projection on the machine.
-        options: the user's.
+        options: the options of the user.
     """
     projection = part.projection
     if projection.synapse_type != STDP:

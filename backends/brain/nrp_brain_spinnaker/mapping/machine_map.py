@@ -13,16 +13,16 @@ class VertexMap:
 
     Args:
         label, cell_type, size: as in the network.
-        cores: where it sits.
-        sdram_bytes: of each core, estimated.
-        packets_per_s: sent by all its cores.
-        left_shifts: excitatory and inhibitory; empty for sources.
-        delay_slots: available on a core and used; empty for sources.
-        dtcm_bytes: of each core, 0 for sources.
-        utilisation: of a time step by the fullest core, estimated; 0 for sources.
-        spikes_per_step: that reach the fullest core, with the rates assumed; 0 for sources.
-        longest_row: most synapses from one neuron into one core.
-        synapse_cores: of each slice, beside the core of its neurons.
+        cores: its cores.
+        sdram_bytes: SDRAM of each core, estimated.
+        packets_per_s: packets sent by all its cores, 1/s.
+        left_shifts: excitatory and inhibitory left shift; empty for sources.
+        delay_slots: slots available on a core and used; empty for sources.
+        dtcm_bytes: DTCM of each core, 0 for sources.
+        utilisation: used fraction of a time step on the fullest core, estimated; 0 for sources.
+        spikes_per_step: spikes that reach the fullest core at the assumed rates; 0 for sources.
+        longest_row: largest number of synapses from one neuron into one core.
+        synapse_cores: synapse-only cores of each slice.
     """
 
     label: str
@@ -41,7 +41,7 @@ class VertexMap:
 
     @property
     def late(self) -> float:
-        """Share of the fullest core's work of a step that would come after its end: late spikes."""
+        """Share of the fullest core's work in a step that would be late."""
         return max(0.0, 1.0 - 1.0 / self.utilisation) if self.utilisation else 0.0
 
 
@@ -51,13 +51,13 @@ class MachineMap:
 
     Args:
         vertices: populations in definition order, then delay extensions.
-        chips, boards: used.
-        application_cores, system_cores: used.
-        router_entries: of the fullest chip, one for each sender that reaches it.
-        packets_per_s: of the whole network.
-        power_w: estimated.
-        slowdown: how many times slower than real time it has to run so that no core comes late.
-        advice: advice on the parts that would not fit or not keep up.
+        chips, boards: numbers of used ones.
+        application_cores, system_cores: numbers of used ones.
+        router_entries: routing entries of the fullest chip, one for each sender that reaches it.
+        packets_per_s: packets of the whole network, 1/s.
+        power_w: estimated power, W.
+        slowdown: factor relative to real time at which no core is late.
+        advice: advice on parts that would not fit or be late.
     """
 
     vertices: tuple[VertexMap, ...]

@@ -1,7 +1,7 @@
 """The memory that cores need: synaptic rows and parameters in SDRAM, ring buffers and state in DTCM.
 
-The size of a row block is the software's own; what a core needs besides was fitted to what it allocates.
-That is right to 1 % for lists of synapses and to about 10 % for random connectors.
+The size of a row block is that of the software; the other needs of a core were fitted to its allocations. The
+error is 1 % for lists of synapses and about 10 % for random connectors.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def source_bytes(cell_type: str, n: int) -> int:
 
 
 def spike_bytes_per_tick(n: int) -> int:
-    """Return the bytes that hold one tick's spikes of ``n`` array sources: keys in packets of 64."""
+    """Return the size of one tick's spikes of ``n`` array sources, bytes: keys in packets of 64."""
     return 4 * n + 6 * -(-n // 64)
 
 
@@ -49,12 +49,12 @@ def neuron_core_bytes(wires: Sequence[Wires], n: int, per_core: int) -> int:
 
     Args:
         wires: the projections onto the population.
-        n: its neurons on a core.
-        per_core: most neurons on a core.
+        n: number of its neurons on a core.
+        per_core: maximum number of neurons on a core.
     """
     matrix = 0
     for part in wires:
-        rows = part.n_pre * max(1, stages(n, int(part.ticks.max())))  # a delay extension sends once a stage
+        rows = part.n_pre * max(1, stages(n, int(part.ticks.max())))  # a delay extension sends once per stage
         block = rows * (_HEADER_WORDS + longest_row(part, per_core)) * 4
         matrix += -(-block // 16) * 16
     conductance = any(part.model.is_conductance_based for part in wires)
@@ -64,7 +64,7 @@ def neuron_core_bytes(wires: Sequence[Wires], n: int, per_core: int) -> int:
 
 
 def dtcm_bytes(wires: Sequence[Wires], n: int, per_core: int) -> int:
-    """Return the DTCM of a neuron core: ring buffer, state, and two rows on their way in."""
+    """Return the DTCM of a neuron core: ring buffer, state, and two rows in transfer."""
     longest = max((int(part.ticks.max()) for part in wires), default=1)
     slots = slots_used(n, min(longest, slots_available(n)))
     ring = slots * RECEPTORS * (1 << bits_for(n)) * 2

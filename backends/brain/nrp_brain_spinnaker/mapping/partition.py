@@ -1,4 +1,4 @@
-"""How a network is cut into cores, and the routing keys that tell their neurons apart.
+"""The partition of a network into cores, and the routing keys of their neurons.
 
 Slices are contiguous and the first ones are full. A key reads, from the top: population, core of the
 population, stage of a delay extension, neuron, colour (the sender's tick modulo 16).
@@ -30,10 +30,10 @@ class Core:
 
     Args:
         chip: index of the chip, filled one after another.
-        core: number on the chip.
+        core: number of the core on the chip.
         first, last: neurons within the population, ``last`` excluded.
         key, mask: of the packets it sends, None if it sends none.
-        has_synapses_alone: whether it serves the core before it, which has the neurons.
+        has_synapses_alone: whether it is a synapse-only core for the previous core, which has the neurons.
     """
 
     chip: int
@@ -47,16 +47,16 @@ class Core:
 
 @dataclass(frozen=True, slots=True)
 class Vertex:
-    """What becomes cores: a population or the delay extension of one.
+    """A population or a delay extension, which is placed on cores.
 
     Args:
-        label: of the population, ``<label>_delayed`` for an extension.
-        cell_type: of the population, ``DelayExtension`` for an extension.
-        size: neurons.
-        per_core: most of them on a core.
-        sends: whether anything listens.
-        stages: of a delay extension, else 0.
-        synapse_cores: beside each core with neurons.
+        label: label of the population, ``<label>_delayed`` for an extension.
+        cell_type: cell type of the population, ``DelayExtension`` for an extension.
+        size: number of neurons.
+        per_core: maximum number of neurons on a core.
+        sends: whether its spikes have targets.
+        stages: number of stages of a delay extension, else 0.
+        synapse_cores: number of synapse-only cores for each core with neurons.
     """
 
     label: str
@@ -75,18 +75,18 @@ class Vertex:
 
     @property
     def local_bits(self) -> int:
-        """Bits of a key that tell apart what one core sends."""
+        """Bits of a key for the neurons of one core."""
         stage_bits = bits_for(self.stages) if self.stages else 0
         return bits_for(min(self.size, self.per_core)) + stage_bits + COLOUR_BITS
 
     @property
     def core_bits(self) -> int:
-        """Bits of a key that tell the cores apart."""
+        """Bits of a key for the cores."""
         return (len(self.slices) - 1).bit_length()
 
 
 def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> list[Vertex]:
-    """Return the populations in definition order, then the delay extensions that long delays need."""
+    """Return the populations in definition order, then the delay extensions for long delays."""
     senders = {part.projection.pre for part in wires}
     vertices = [
         Vertex(
@@ -111,7 +111,7 @@ def _per_core(cell_type: str, size: int, neurons_per_core: int) -> int:
 
 
 def _extensions(network: Network, wires: Sequence[Wires], neurons_per_core: int) -> dict[str, int]:
-    """Return the stages that the senders of long delays need."""
+    """Return the number of stages for the sources of long delays."""
     needed: dict[str, int] = {}
     for part in wires:
         on_core = min(network.populations[part.projection.post].size, neurons_per_core)
@@ -123,11 +123,11 @@ def _extensions(network: Network, wires: Sequence[Wires], neurons_per_core: int)
 
 
 def place(vertices: Sequence[Vertex], senders: Sequence[str]) -> dict[str, list[Core]]:
-    """Put vertices onto chips in order and give keys to those that send.
+    """Place vertices onto chips in order and assign keys to those that send.
 
     Args:
-        vertices: in order of placement.
-        senders: labels in the order in which keys are given.
+        vertices: vertices in order of placement.
+        senders: labels in the order of their keys.
     """
     keys = _keys([vertex for label in senders for vertex in vertices if vertex.label == label])
     placed: dict[str, list[Core]] = {}
@@ -135,7 +135,7 @@ def place(vertices: Sequence[Vertex], senders: Sequence[str]) -> dict[str, list[
     for vertex in vertices:
         cores = []
         for index, (first, last) in enumerate(vertex.slices):
-            if core + vertex.synapse_cores >= CORES_PER_CHIP:  # they share a chip
+            if core + vertex.synapse_cores >= CORES_PER_CHIP:  # on the same chip
                 chip, core = chip + 1, CORES_FOR_SYSTEM
             key, mask = keys[vertex.label][index] if vertex.label in keys else (None, None)
             cores.append(Core(chip, core, first, last, key, mask))
@@ -148,7 +148,7 @@ def place(vertices: Sequence[Vertex], senders: Sequence[str]) -> dict[str, list[
 
 
 def _keys(senders: Sequence[Vertex]) -> dict[str, list[tuple[int, int]]]:
-    """Return key and mask of each core; all populations have a block of the largest one's size."""
+    """Return key and mask of each core; all populations have a block of the size of the largest one."""
     block = max((vertex.core_bits + vertex.local_bits for vertex in senders), default=0)
     return {
         vertex.label: [

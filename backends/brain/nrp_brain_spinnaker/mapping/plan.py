@@ -30,9 +30,9 @@ def map_network(
 
     Args:
         network: the network.
-        cells: its neurons, with the shifts chosen.
+        cells: its neurons with their shifts.
         wires: its projections.
-        options: the user's.
+        options: the options of the user.
     """
     vertices = vertices_of(network, wires, options)
     senders = list(dict.fromkeys(part.projection.pre for part in wires))
@@ -79,13 +79,13 @@ def _vertex_map(
 
 
 def _spikes_per_step(onto: Sequence[Wires], network: Network, options: SpinnakerOptions) -> list[float]:
-    """Return how many spikes each projection brings to a core of its target in a time step."""
+    """Return the number of spikes of each projection at a core of its target in a time step."""
     pre = [network.populations[part.projection.pre] for part in onto]
     return [population.size * spikes_per_tick(population, options) for population in pre]
 
 
 def _busy_us(vertex: Vertex, onto: Sequence[Wires], spikes: Sequence[float], substeps: int) -> float:
-    """Return the time that the fullest core of a population works in a time step."""
+    """Return the busy time of the fullest core of a population in a time step."""
     n = min(vertex.size, vertex.per_core)
     update = hardware.UPDATE_INSTRUCTIONS.get(vertex.cell_type, max(hardware.UPDATE_INSTRUCTIONS.values()))
     instructions = update * substeps + hardware.TRANSFER_INSTRUCTIONS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nrp_brain_spinnaker import hardware
-from nrp_brain_spinnaker.host.loader import lay_out
+from nrp_brain_spinnaker.loader import lay_out
 from nrp_brain_spinnaker.mapping.fidelity import Fidelity, weigh
 from nrp_brain_spinnaker.mapping.machine_map import MachineMap
 from nrp_brain_spinnaker.mapping.plan import map_network
@@ -103,7 +103,7 @@ def reports_of(network: Network, options: SpinnakerOptions) -> list[Report]:
     cells, wires, moved = lay_out(network, options)
     seen = weigh(network, wires, options)
     machine = map_network(network, cells, wires, options)
-    delays = tuple(line for line in moved if line not in seen.losses)
+    delays = tuple(one.message for one in moved if one not in seen.losses)
     assumed = f"{options.spikes_per_second:g} Hz for every neuron except Poisson sources"
     return [_map_report(machine, assumed), _fidelity_report(seen, delays, assumed)]
 

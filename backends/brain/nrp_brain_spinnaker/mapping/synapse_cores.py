@@ -1,7 +1,7 @@
-"""Cores for synapses alone, which share a chip with the core of the neurons that they serve.
+"""Synapse-only cores, on the same chip as the core of their neurons.
 
-With a time step of 1 ms and more a core has the time for both; below, the software of the machine gives the
-synapses onto each slice of a population cores of their own.
+With a time step of 1 ms or more a core has time for both; with a shorter one the software uses separate cores
+for the synapses onto each slice of a population.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from nrp_core.brain.network.synapses.stdp import STDP
 _SHARED_FROM_US: Final = 1000
 _STATIC_EVENTS_PER_S: Final = 13e6
 _PLASTIC_EVENTS_PER_S: Final = 1.4e6
-"""What the software plans for one core, wherever a projection onto it is plastic."""
+"""The software's limits for one core with a plastic projection."""
 
 
 def synapse_cores(onto: Sequence[Wires], options: SpinnakerOptions) -> int:
-    """Return how many cores each slice of a population has for its synapses; 0: its neurons' core has them.
+    """Return the number of synapse-only cores of each slice of a population.
 
     Args:
         onto: the projections onto the population.
-        options: the user's.
+        options: the options of the user.
     """
     if options.step_us >= _SHARED_FROM_US:
         return 0

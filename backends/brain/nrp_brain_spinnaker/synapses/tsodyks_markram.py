@@ -1,20 +1,27 @@
-"""Synapses with depression and facilitation, updated when a spike comes.
+"""Synapses with depression and facilitation, updated at each spike.
 
 Not part of the machine's software. The rule is that of Tsodyks, Uziel & Markram (2000, J. Neurosci. 20:RC50):
-resources are recovered (x), active (y, decaying with the synapse) or inactive (z), ``u`` is the share
-that a spike uses. Fractions are kept in units of 2**-31, in which 1 is a number, and products floor.
+resources are recovered (x), active (y, decaying with the synapse) or inactive (z); ``u`` is the share used by
+a spike. Fractions are kept in units of 2**-31, in which 1 is a number, and products floor.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 
+from nrp_brain_spinnaker.host.conversion import to_accum
+from nrp_brain_spinnaker.host.rows import collect
+from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.exponential import exp_fraction
 from nrp_brain_spinnaker.machine.ring import Ring, WeightArray, add_entry
+from nrp_brain_spinnaker.synapses.layout import Layout
 from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
+from nrp_core.brain.network.data import Projection
+from nrp_core.errors import NetworkError
 
 WHOLE: Final = 1 << 31
 """The fraction 1."""
@@ -24,13 +31,13 @@ LAST_TICK, USED, ACTIVE, INACTIVE = range(4)
 
 
 class TsodyksRows(NamedTuple):
-    """Tsodyks-Markram synapses, ordered by the neuron they come from.
+    """Tsodyks-Markram synapses, ordered by source neuron.
 
     Args:
         start, line, weight, delay: as for static synapses.
         parameters: share used by a spike (a fraction), time constants (s16.15), shape ``(4, n_synapses)``.
         state: last tick; fractions used, active, inactive; shape ``(4, n_synapses)``.
-        step: ms a tick, s16.15.
+        step: length of a tick, ms, s16.15.
     """
 
     start: IntArray
@@ -54,7 +61,7 @@ def deliver_dynamic(rows: TsodyksRows, ring: Ring, neuron: int, tick: int) -> No
 
 @jit
 def _released(parameters: IntArray, state: IntArray, k: int, tick: int, step: int) -> int:
-    """Move synapse ``k`` to ``tick`` and return the fraction of its weight that a spike releases."""
+    """Advance synapse ``k`` to ``tick`` and return the fraction of its weight that a spike releases."""
     elapsed = (tick - state[LAST_TICK, k]) * step
     tau_rec, tau_syn = parameters[TAU_REC, k], parameters[TAU_SYN, k]
     recovering, ending = _decay(elapsed, tau_rec), _decay(elapsed, tau_syn)
@@ -73,7 +80,7 @@ def _released(parameters: IntArray, state: IntArray, k: int, tick: int, step: in
 
 @jit
 def _inactivated(active: int, elapsed: int, tau_rec: int, tau_syn: int, recovering: int, ending: int) -> int:
-    """Return how much of what was active is inactive after ``elapsed``."""
+    """Return the fraction of active resources that is inactive after ``elapsed``."""
     apart = tau_syn - tau_rec
     if abs(apart) > tau_rec >> 10:
         return ((active * (ending - recovering)) >> 31) * tau_rec // apart
@@ -89,3 +96,41 @@ def _decay(elapsed: int, tau: int) -> int:
         return 0
     n = (elapsed << 15) // tau
     return exp_fraction(-n) >> 1 if n > 0 else WHOLE
+
+
+def load_dynamic(wires: Sequence[Wires], layout: Layout) -> TsodyksRows:
+    """Return the Tsodyks-Markram synapses of projections, fully recovered.
+
+    Raises:
+        NetworkError: a time constant does not fit the machine.
+    """
+    synapses = collect(wires, layout.n)
+    parameters = np.concatenate(
+        [np.empty((3, 0), np.int64), *(_parameters(part.projection) for part in wires)], axis=1
+    )
+    parameters = np.vstack([parameters[:, synapses.order], layout.tau_syn[synapses.line]])
+    state = np.zeros((4, synapses.order.size), np.int64)
+    return TsodyksRows(*synapses.rows(layout.n_sources), parameters, state, layout.grid.step)
+
+
+def _parameters(projection: Projection) -> IntArray:
+    given = projection.synapse_parameters
+    try:
+        times = [to_accum(given[name], name) for name in ("tau_rec", "tau_facil")]
+    except ValueError as error:
+        raise NetworkError(f"projection '{projection.label}': {error}") from None
+    return np.stack([np.rint(given["U"] * WHOLE).astype(np.int64), *times])
+
+
+def set_tau_syn(rows: TsodyksRows, tau_syn: IntArray, first: int, last: int) -> None:
+    """Take over the time constants of synapses onto neurons ``first`` to ``last - 1``.
+
+    Args:
+        rows: the synapses.
+        tau_syn: time constant of the synapse behind each line, s16.15, shape ``(2 n,)``.
+        first: the first neuron.
+        last: the one after the last neuron.
+    """
+    neurons = rows.line % (tau_syn.size // 2)
+    ours = (neurons >= first) & (neurons < last)
+    rows.parameters[TAU_SYN, ours] = tau_syn[rows.line[ours]]

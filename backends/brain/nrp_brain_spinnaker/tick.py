@@ -1,8 +1,8 @@
 """One tick of the machine, and many.
 
-The order is the machine's: input is transferred from the ring, then every neuron is updated, tested against
-its threshold and its synapses decay; then the spikes go out. A spike in tick ``t`` with a delay of ``d``
-ticks acts in the update of tick ``t + d``.
+The order is the machine's: input is transferred from the ring; every neuron is updated and compared with its
+threshold, and its synapses decay; then the spikes are sent. A spike in tick ``t`` with a delay of ``d`` ticks
+acts in the update of tick ``t + d``.
 """
 
 from __future__ import annotations
@@ -12,23 +12,22 @@ from typing import NamedTuple
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.neuron_kernels import gather_currents, update_neurons
-from nrp_brain_spinnaker.machine.ring import Ring, deliver, transfer
-from nrp_brain_spinnaker.machine.state import Machine, lend
-from nrp_brain_spinnaker.machine.stdp import deliver_plastic, remember
+from nrp_brain_spinnaker.machine.ring import Ring, transfer
 from nrp_brain_spinnaker.machine.synapse_kernels import add_arrived, decay_synapses, read_values
-from nrp_brain_spinnaker.machine.tsodyks_markram import deliver_dynamic
+from nrp_brain_spinnaker.state import Machine
+from nrp_brain_spinnaker.synapses.stores import note_spike, send
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import borrowed, jit
 
 
 class Window(NamedTuple):
-    """What enters and leaves the machine while it advances.
+    """The input and output of the machine during a run.
 
     Args:
         source_spikes: ticks and global ids of source cells, ascending in time, shape ``(2, n)``.
         device_input: ticks, lines and s16.15 values, ascending in time, shape ``(3, n)``.
         spikes: ticks and global ids of other cells, with room for at least those of one tick.
-        taken: how many source spikes and how much device input were used, and how many spikes came out.
+        taken: numbers of used source spikes, used device inputs and emitted spikes.
     """
 
     source_spikes: IntArray
@@ -39,7 +38,7 @@ class Window(NamedTuple):
 
 @jit
 def begin_tick(cells: Cells, ring: Ring, tick: int) -> None:
-    """Transfer the input of a tick; what is recorded in a tick is the state after this."""
+    """Transfer the input of a tick; the recorded state of a tick is the state after this."""
     for population in range(cells.populations.shape[0]):
         transfer(cells, ring, population, tick)
         add_arrived(cells, population)
@@ -59,8 +58,8 @@ def finish_tick(cells: Cells) -> None:
 
 @jit
 def advance(machine: Machine, window: Window, tick: int, until: int) -> int:
-    """Run ticks up to ``until``, or until the room for spikes is short; return the tick reached."""
-    lent = lend(machine)
+    """Run ticks up to ``until``, or until there is too little room for spikes; return the tick reached."""
+    lent = borrowed(machine)  # counting shares in the arrays takes most of a short tick
     cells, ring = lent.cells, lent.ring
     sources, devices = borrowed(window.source_spikes), borrowed(window.device_input)
     taken = borrowed(window.taken)
@@ -74,7 +73,7 @@ def advance(machine: Machine, window: Window, tick: int, until: int) -> int:
         if cells.n_fired[0] > 0:
             _emit(lent, window, tick)
         while taken[0] < sources.shape[1] and sources[0, taken[0]] <= tick:
-            _send(lent, sources[1, taken[0]], tick)
+            send(lent.stores, ring, sources[1, taken[0]], tick)
             taken[0] += 1
         tick += 1
     return tick
@@ -82,20 +81,12 @@ def advance(machine: Machine, window: Window, tick: int, until: int) -> int:
 
 @jit
 def _emit(machine: Machine, window: Window, tick: int) -> None:
-    """Note who fired, then let the spikes go out."""
+    """Store the spikes, then send them."""
     cells, n_fired = machine.cells, machine.cells.n_fired[0]
     for k in range(n_fired):
-        remember(machine.plastic, cells.fired[k], tick)
+        note_spike(machine.stores, cells.fired[k], tick)
     for k in range(n_fired):
         neuron, place = cells.ids[cells.fired[k]], window.taken[2] + k
         window.spikes[0, place], window.spikes[1, place] = tick, neuron
-        _send(machine, neuron, tick)
+        send(machine.stores, machine.ring, neuron, tick)
     window.taken[2] += n_fired
-
-
-@jit
-def _send(machine: Machine, neuron: int, tick: int) -> None:
-    """Send a spike of a neuron (global id) through all its synapses."""
-    deliver(machine.static, machine.ring, neuron, tick)
-    deliver_dynamic(machine.dynamic, machine.ring, neuron, tick)
-    deliver_plastic(machine.plastic, machine.ring, neuron, tick)

@@ -1,0 +1,96 @@
+"""The synapses of every law on the machine, each law in a store of its own.
+
+A law has a module with its arrays, its kernel and their loading. Here it has a field with its name, a line
+in the kernels and a loader; :mod:`nrp_brain_spinnaker.models` says whether the released software has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy.typing as npt
+
+from nrp_brain_spinnaker.host.plastic_rows import load_plastic
+from nrp_brain_spinnaker.host.rows import collect
+from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.machine.ring import Ring, Rows, deliver
+from nrp_brain_spinnaker.machine.stdp import StdpRows, deliver_plastic, remember
+from nrp_brain_spinnaker.synapses.layout import Layout
+from nrp_brain_spinnaker.synapses.tsodyks_markram import (
+    TsodyksRows,
+    deliver_dynamic,
+    load_dynamic,
+    set_tau_syn,
+)
+from nrp_core._support.arrays import IntArray
+from nrp_core._support.jit import jit
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+
+
+class Stores(NamedTuple):
+    """The arrays of the synapses; a field has the name of its law. Spikes pass through them in this order."""
+
+    static: Rows
+    tsodyks_markram: TsodyksRows
+    stdp: StdpRows
+
+
+@jit
+def send(stores: Stores, ring: Ring, neuron: int, tick: int) -> None:
+    """Send a spike of a neuron (global id) through all its synapses."""
+    deliver(stores.static, ring, neuron, tick)
+    deliver_dynamic(stores.tsodyks_markram, ring, neuron, tick)
+    deliver_plastic(stores.stdp, ring, neuron, tick)
+
+
+@jit
+def note_spike(stores: Stores, i: int, tick: int) -> None:
+    """Let the synapses onto simulated neuron ``i`` learn that it fired."""
+    remember(stores.stdp, i, tick)
+
+
+def _load_static(wires: Sequence[Wires], layout: Layout) -> Rows:
+    return collect(wires, layout.n).rows(layout.n_sources)
+
+
+def _load_stdp(wires: Sequence[Wires], layout: Layout) -> StdpRows:
+    return load_plastic(wires, layout.n_sources, layout.n, layout.grid.step_us, layout.semantics)
+
+
+_LOADERS: Final[Mapping[str, Callable[[Sequence[Wires], Layout], Any]]] = {
+    STATIC: _load_static,
+    TSODYKS_MARKRAM: load_dynamic,
+    STDP: _load_stdp,
+}
+
+
+def load_stores(wires: Sequence[Wires], layout: Layout) -> Stores:
+    """Return the synapses of projections.
+
+    Raises:
+        NetworkError: a parameter does not fit the machine.
+        CapabilityError: a plasticity rule that the machine does not have.
+    """
+    return Stores(
+        **{
+            law: load([part for part in wires if part.projection.synapse_type == law], layout)
+            for law, load in _LOADERS.items()
+        }
+    )
+
+
+def follow_targets(stores: Stores, tau_syn: IntArray, first: int, last: int) -> None:
+    """Take over the time constants (s16.15, of each line) of synapses onto neurons from ``first`` on."""
+    set_tau_syn(stores.tsodyks_markram, tau_syn, first, last)
+
+
+def changing(stores: Stores) -> list[npt.NDArray[Any]]:
+    """Return the arrays that running changes."""
+    plastic = stores.stdp
+    return [
+        stores.tsodyks_markram.state, plastic.weight, plastic.last_tick, plastic.trace,
+        plastic.history_count, plastic.history_tick, plastic.history_trace,
+    ]  # fmt: skip
