@@ -1,4 +1,4 @@
-"""The actuators of an MJCF file that drive one joint, as the joint controllers that they amount to.
+"""The actuators of an MJCF file that drive a single joint, as equivalent joint controllers.
 
 MuJoCo's actuator gives ``gain * ctrl + b0 + b1 * length + b2 * velocity``, times its gear, where the length
 is the joint's position times its gear: a motor, a spring towards a position, or a brake towards a
@@ -22,13 +22,13 @@ _TOPICS = {"position": "cmd_pos", "velocity": "cmd_vel", "effort": "cmd_effort"}
 
 @dataclass(frozen=True, slots=True)
 class Actuator:
-    """What an actuator does to its joint.
+    """The effect of an actuator on its joint.
 
     Args:
         joint: number of the joint.
-        kind: what it is commanded.
-        p, d: force (N, N m) for each unit of what is commanded, and against each unit of velocity.
-        force: the most that it gives.
+        kind: the commanded quantity.
+        p, d: force (N, N m) for each unit of the command, and against each unit of velocity.
+        force: the maximum force.
     """
 
     joint: int
@@ -38,11 +38,11 @@ class Actuator:
     force: float
 
     def plugin(self, joint: str, zero: float) -> str:
-        """Return it as the system of gz-sim that does the same.
+        """Return it as the equivalent system of gz-sim.
 
         Args:
             joint: name of the joint.
-            zero: where MuJoCo's zero of a position is; there it aims before the first command.
+            zero: MuJoCo's zero position, which is the target before the first command.
         """
         gains = f"<p_gain>{self.p}</p_gain><i_gain>0</i_gain><d_gain>{self.d}</d_gain>"
         start = {
@@ -67,7 +67,7 @@ def actuators_of(model: Any) -> list[Actuator]:
 
 
 def _read(m: Any, number: int) -> Actuator | None:
-    """Return an actuator as a controller, None for another one."""
+    """Return an actuator as a controller; None if there is no equivalent."""
     joint, gear = int(m.actuator_trnid[number][0]), float(m.actuator_gear[number][0])
     on_joint = mujoco.mjtTrn(m.actuator_trntype[number]) == mujoco.mjtTrn.mjTRN_JOINT
     if not on_joint or mujoco.mjtJoint(m.jnt_type[joint]) not in _SINGLE or not gear:

@@ -10,6 +10,7 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
+from nrp_core.findings import Findings
 from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.servo import PlanarServo, servo_of
@@ -21,29 +22,31 @@ from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.native import NativeElements
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 
 FAR_AWAY = 1e9
-HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of what hardly yields: friction of joints, couplings
-SMALLEST = 1e-12  # MuJoCo refuses a range that is empty
+HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of stiff constraints: friction of joints, couplings
+SMALLEST = 1e-12  # MuJoCo refuses an empty range
 TYPES = {"prismatic": mujoco.mjtJoint.mjJNT_SLIDE, "ball": mujoco.mjtJoint.mjJNT_BALL}
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
 
 @dataclass(frozen=True, slots=True)
 class Built:
-    """A compiled scene and where its things are in the engine.
+    """A compiled scene and the ids of its parts in the engine.
 
     Args:
         model: the compiled model.
-        bodies: of each model, with the id of each (0 for what does not move).
+        bodies: bodies of each model with their ids (0 for fixed ones).
         joints: the degree of freedom of each coordinate of a model's joints, in the order of its file.
-        drives: the servo of each drive, by model and drive, and the ids of its actuators: of the servo's
-            points, then of the wheels.
+        drives: the servo of each drive, by model and drive, and the ids of its actuators: those of the
+            servo's points, then those of the wheels.
         visuals: the geom of each visual, by its path.
-        cameras: ids.
+        cameras: ids of the cameras.
         servos: ids of the actuators of servoed joints, by model and joint.
         owners: model and body of each geom.
+        warnings: elements for MuJoCo that are not used.
     """
 
     model: Any
@@ -54,6 +57,7 @@ class Built:
     cameras: Mapping[CameraPath, int]
     servos: Mapping[tuple[str, str], int]
     owners: Sequence[BodyPath]
+    warnings: Findings
 
 
 def build(
@@ -67,22 +71,22 @@ def build(
     """Compile a scene.
 
     Args:
-        scene: what to compile.
+        scene: the scene.
         timestep_ns: the physics step.
-        optics: of each camera.
-        visuals: whether MuJoCo shall know what things look like; they take time in every step.
-        physical: whether wheels drive by their friction.
+        optics: optics of each camera.
+        visuals: whether to add visuals, which take time in every step.
+        physical: whether wheels move the robot by friction.
 
     Raises:
-        SceneError: MuJoCo refuses it, or it contradicts itself.
+        SceneError: MuJoCo refuses it, or it is inconsistent.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.option.timestep = seconds(timestep_ns)
     spec.option.gravity = scene.gravity
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST  # stable for servos of any gain
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # friction alike in all directions
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # to diverge is an error
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST  # stable for servos with any gain
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # isotropic friction
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # divergence is an error
     GlRenderer.prepare(spec, optics.values())
     builder = _Builder(scene, spec, optics, visuals, physical)
     try:
@@ -94,7 +98,7 @@ def build(
 
 
 class _Builder:
-    """Writes a specification, whose elements know their ids once it is compiled."""
+    """Builds a specification; its elements have ids after it is compiled."""
 
     def __init__(
         self,
@@ -115,6 +119,8 @@ class _Builder:
         self._cameras: dict[CameraPath, Any] = {}
         self._servos: dict[tuple[str, str], Any] = {}
         self._owners: list[tuple[BodyPath, Any]] = []
+        self._collisions: dict[str, list[Any]] = {}
+        self._native = NativeElements(spec)
 
     def built(self) -> Built:
         for model in self._scene.models:
@@ -129,10 +135,12 @@ class _Builder:
             {path: element.id for path, element in self._cameras.items()},
             {path: element.id for path, element in self._servos.items()},
             [path for path, _ in sorted(self._owners, key=lambda pair: pair[1].id)],
+            self._native.warnings,
         )
 
     def _add_model(self, model: Model) -> None:
         bodies = simulated_bodies(model, self._spec.option.timestep, self._physical)
+        self._collisions = {}
         elements: list[Any] = []
         joints: dict[str, Any] = {}
         for index, body in enumerate(bodies):
@@ -151,6 +159,7 @@ class _Builder:
             if name in joints:
                 limit = next(joint.effort for joint in model.joints if joint.name == name)
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
+        self._native.apply(model, joints, self._collisions)
 
     def _add_joint(self, element: Any, model: str, joint: Joint) -> Any:
         limited = joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper))
@@ -171,7 +180,7 @@ class _Builder:
     def _add_body(self, model: str, index: int, bodies: Sequence[Body], elements: Sequence[Any]) -> Any:
         body = bodies[index]
         if body.fixed and len(bodies) == 1:
-            element, frame = self._spec.worldbody, body.pose  # no body is cheaper than the world's own
+            element, frame = self._spec.worldbody, body.pose  # geoms of the world body are the cheapest
         else:
             parent = self._spec.worldbody if body.parent is None else elements[body.parent]
             element, frame = parent.add_body(name=f"{model}/{body.name}", **placed(body.pose)), Pose()
@@ -194,7 +203,9 @@ class _Builder:
             self._visuals[path] = self._shapes.add_visual(element, visual, place)
             self._owners.append((owner, self._visuals[path]))
         for collision in link.collisions:
-            self._owners.append((owner, self._shapes.add_collision(element, collision, place)))
+            geom = self._shapes.add_collision(element, collision, place)
+            self._collisions.setdefault(link.name, []).append(geom)
+            self._owners.append((owner, geom))
         for sensor in link.sensors:
             if sensor.view is not None:
                 camera = (model, link.name, sensor.name)
@@ -218,14 +229,14 @@ class _Builder:
         return actuators
 
     def _add_joint_servo(self, joint: Any, limit: float) -> Any:
-        """Add an actuator whose gains are set with each aim."""
+        """Add an actuator whose gains are set with each target."""
         actuator = self._spec.add_actuator(target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         _set_velocity_servo(actuator, SMALLEST, limit)
         actuator.gainprm[0] = 1.0  # the control is an effort
         return actuator
 
     def _couple(self, model: Model, joints: Mapping[str, Any]) -> None:
-        """Let joints follow those that they mimic."""
+        """Couple joints to those that they mimic."""
         for joint in model.joints:
             if joint.mimic is not None and joint.name in joints:
                 polynomial = [joint.mimic.offset, joint.mimic.multiplier]
@@ -240,7 +251,7 @@ class _Builder:
                 )
 
     def _separate(self, elements: Sequence[Any]) -> None:
-        """Let the parts of one model pass through each other."""
+        """Exclude contacts between the parts of one model."""
         names = [element.name for element in elements if element is not self._spec.worldbody]
         for one, other in combinations(names, 2):
             self._spec.add_exclude(bodyname1=one, bodyname2=other)

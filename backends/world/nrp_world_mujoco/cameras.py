@@ -1,4 +1,4 @@
-"""The cameras of a scene by MuJoCo's own renderers: OpenGL, and rays."""
+"""The cameras of a scene, drawn by MuJoCo's own renderers: OpenGL and ray casting."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ def open_cameras(
         renderer: ``gl`` or ``rays``.
         built: the scene with its visuals.
         data: MuJoCo's state.
-        optics: of each camera.
-        refresh: brings positions in the state up to date, before each picture.
+        optics: optics of each camera.
+        refresh: updates positions in the state before each image.
     """
     refresh()
     return (GlCameras if renderer == "gl" else RayCameras)(built, data, optics, refresh)
 
 
 def frame_reader(built: Built, data: Any, paths: Sequence[BodyPath]) -> ReadFrames:
-    """Return what writes where bodies are; positions must be up to date."""
+    """Return a function that writes the poses of bodies; positions must be up to date."""
     ids = np.array([built.bodies[model][index][1] for model, index in paths], int)
 
     def read(frames: FloatArray) -> None:
@@ -50,7 +50,7 @@ def frame_reader(built: Built, data: Any, paths: Sequence[BodyPath]) -> ReadFram
 
 
 class _GeomCameras(Cameras):
-    """Renderers that see MuJoCo's geoms."""
+    """Renderers that draw MuJoCo's geoms."""
 
     def __init__(self, built: Built, refresh: Callable[[], None]) -> None:
         self._geoms, self._model, self._refresh = built.visuals, built.model, refresh
@@ -60,7 +60,7 @@ class _GeomCameras(Cameras):
 
 
 class GlCameras(_GeomCameras):
-    """All cameras share one OpenGL context."""
+    """Cameras that share one OpenGL context."""
 
     def __init__(
         self, built: Built, data: Any, optics: Mapping[CameraPath, Optics], refresh: Callable[[], None]
@@ -69,16 +69,16 @@ class GlCameras(_GeomCameras):
         self._renderer = GlRenderer(built.model, headless.library() or headless.LIBRARIES[0])
         self._data, self._cameras, self._optics = data, built.cameras, optics
 
-    def picture(self, path: CameraPath) -> ImageArray:
+    def image(self, path: CameraPath) -> ImageArray:
         self._refresh()
-        return self._renderer.picture(self._data, self._cameras[path], self._optics[path])
+        return self._renderer.image(self._data, self._cameras[path], self._optics[path])
 
     def close(self) -> None:
         self._renderer.close()
 
 
 class RayCameras(_GeomCameras):
-    """Each camera has its own rays."""
+    """Cameras by ray casting, each with its own rays."""
 
     def __init__(
         self, built: Built, data: Any, optics: Mapping[CameraPath, Optics], refresh: Callable[[], None]
@@ -89,9 +89,9 @@ class RayCameras(_GeomCameras):
             for path, ident in built.cameras.items()
         }
 
-    def picture(self, path: CameraPath) -> ImageArray:
+    def image(self, path: CameraPath) -> ImageArray:
         self._refresh()
-        return self._cameras[path].picture()
+        return self._cameras[path].image()
 
 
 def _visuals_of(built: Built, model: str) -> Any:

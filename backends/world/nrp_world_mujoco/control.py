@@ -1,4 +1,4 @@
-"""What acts on bodies and joints beside drives, and what is felt: servos, efforts, wrenches, contacts."""
+"""Forces on bodies and joints besides drives, and measurements: servos, efforts, wrenches, contacts."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ class Control:
         self.release()
 
     def aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Let the servo of a joint aim at something."""
+        """Set the target of a joint's servo."""
         actuator = self._built.servos[model, joint]
-        # MuJoCo integrates velocities implicitly: with this damping the stiffness acts at the step's end, too
+        # MuJoCo integrates velocities implicitly: with this damping the stiffness also acts at the step's end
         damping = aim.damping + aim.stiffness * self._step_s
         self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping
         self._data.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
 
     def release(self) -> None:
-        """Let all servos aim at nothing."""
+        """Remove the targets of all servos."""
         for model, joint in self._built.servos:
             self.aim(model, joint, JointAim())
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
-        """Put an effort on a joint."""
+        """Apply an effort to a joint."""
         self._data.qfrc_applied[self._built.joints[model][joint]] = effort
 
     def set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
-        """Let a wrench act on a body."""
+        """Apply a wrench to a body."""
         model, index = body
         self._data.xfrc_applied[self._built.bodies[model][index][1]] = (*wrench.force, *wrench.torque)
 
@@ -65,10 +65,10 @@ class Control:
             yield Touch((one, other), (x, y, z), (nx, ny, nz), -float(contact.dist), (fx, fy, fz))
 
     def joint_wrench(self, _body: Body, place: int) -> Wrench:
-        """Return what a body did to its parent in the last step, at the body's origin."""
+        """Return the wrench of a body on its parent in the last step, at the body's origin."""
         mujoco.mj_rnePostConstraint(self._model, self._data)
         torque, force = self._data.cfrc_int[place, :3].copy(), self._data.cfrc_int[place, 3:].copy()
-        # MuJoCo gives it at the centre of mass of the tree
+        # MuJoCo reports it at the centre of mass of the tree
         lever = self._data.subtree_com[self._model.body_rootid[place]] - self._data.xpos[place]
         torque += np.cross(lever, force)
         fx, fy, fz = (-force).tolist()

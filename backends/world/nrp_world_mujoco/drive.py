@@ -1,4 +1,4 @@
-"""Wheel drives: MuJoCo's own actuators do the servoing, once a physics step."""
+"""Wheel drives: MuJoCo's actuators act as the servo in each physics step."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Drive:
 
     Args:
         data: MuJoCo's state.
-        servo: its layout.
+        servo: its planar servo.
         base: the body that it drives.
-        actuators: their ids: of the servo's points, then of the wheels.
+        actuators: ids of the actuators: those of the servo's points, then those of the wheels.
         step_s: the physics step.
     """
 
@@ -31,7 +31,7 @@ class Drive:
         self._command: BodyVelocity | None = BodyVelocity()
 
     def aim(self, velocity: BodyVelocity) -> None:
-        """Aim at a velocity of the body from now on."""
+        """Set the target velocity of the body."""
         servo, base, before = self._servo, self._base, self._command
         if servo.limit and before is not None and before != velocity:
             base.change_velocity(lambda v, w: servo.change(v, w, before, velocity))
@@ -39,5 +39,5 @@ class Drive:
         self._controls[self._actuators] = (*servo.aims(velocity, self._step_s), *servo.spins(velocity))
 
     def forget(self) -> None:
-        """Take the next command as one that was in force already."""
+        """Treat the next command as if it had been in force before."""
         self._command = None

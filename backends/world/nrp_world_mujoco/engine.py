@@ -13,6 +13,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
+from nrp_core.findings import Code
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_core.world.render.cameras import Cameras
@@ -54,9 +55,9 @@ class MujocoEngine(JointedEngine):
         self._warm_up()
 
     def copy(self, seed: int) -> MujocoEngine:
-        """Open the same scene once more, without compiling it again."""
+        """Open the same scene again without compiling it."""
         built = self._built
-        if built.servos or built.visuals:  # gains and colours are written into the model, else it is shared
+        if built.servos or built.visuals:  # gains and colours are written into the model
             built = replace(built, model=copy(built.model))
         has, options = self.capabilities, self._options
         return MujocoEngine(self.scene, seed=seed, capabilities=has, options=options, built=built)
@@ -71,6 +72,7 @@ class MujocoEngine(JointedEngine):
             physical=options.drive == "physical",
         )
         self._model = self._built.model
+        self.warnings += self._built.warnings
         self._data = mujoco.MjData(self._model)
         self._positions = self._data.qpos
         self._buffer = np.empty(mujoco.mj_stateSize(self._model, mujoco.mjtState.mjSTATE_INTEGRATION))
@@ -105,7 +107,7 @@ class MujocoEngine(JointedEngine):
             self._report_warnings()
 
     def check_finite(self, t_ns: int) -> None:
-        if not isfinite(self._positions.dot(self._positions)):  # takes less time than to look at each model
+        if not isfinite(self._positions.dot(self._positions)):  # faster than a check of each model
             super().check_finite(t_ns)
 
     def _do_reset(self, seed: int) -> None:
@@ -151,7 +153,7 @@ class MujocoEngine(JointedEngine):
         self._continue(model)
 
     def _places(self, model: str) -> tuple[IndexArray, IndexArray]:
-        """Return where all that moves of a model is in the state."""
+        """Return the parts of the state that belong to a model."""
         positions, velocities = self._joints[model].places
         roots = [self._model.body_jntadr[i] for body, i in self._built.bodies[model] if body.floats]
         free = [np.arange(7) + self._model.jnt_qposadr[joint] for joint in roots]
@@ -178,14 +180,14 @@ class MujocoEngine(JointedEngine):
         self._mute_warnings()
 
     def _refresh(self) -> None:
-        """Bring the positions of bodies and cameras up to date; a step leaves them one behind."""
+        """Update the positions of bodies and cameras, which are one step behind after a step."""
         if self._stale:
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_camlight(self._model, self._data)
             self._stale = False
 
     def _mute_warnings(self) -> None:
-        """Let every kind of warning count as given once: MuJoCo prints and logs only the first."""
+        """Mark every kind of warning as given: MuJoCo prints and logs only the first one."""
         self._warned[:] = 1
 
     def _report_warnings(self) -> None:
@@ -200,5 +202,5 @@ class MujocoEngine(JointedEngine):
             )
         for kind, count in enumerate(self._warned):
             if count > 1:
-                self.warnings.append(f"MuJoCo: {mujoco.mju_warningText(kind, 0)}")
+                self.warnings.add(Code.NRP277, f"MuJoCo: {mujoco.mju_warningText(kind, 0)}")
         self._mute_warnings()

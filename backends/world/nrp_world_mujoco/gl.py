@@ -1,4 +1,4 @@
-"""Pictures drawn by OpenGL."""
+"""Images drawn by OpenGL."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MIRROR = np.diag([1.0, 1.0, -1.0]).ravel()
 
 
 class GlRenderer:
-    """Draws any camera of a model; to be used in the thread that made it.
+    """Draws any camera of a model; must be used in the thread that created it.
 
     Args:
         model: a compiled MuJoCo model, from a specification that was prepared.
@@ -26,8 +26,8 @@ class GlRenderer:
     def __init__(self, model: Any, library: str) -> None:
         self._model = model
         width, height = int(model.vis.global_.offwidth), int(model.vis.global_.offheight)
-        # the context's class is taken from its own module: mujoco.Renderer's depends on what MUJOCO_GL was
-        # when somebody first imported MuJoCo
+        # the context's class is taken from its own module: that of mujoco.Renderer depends on MUJOCO_GL at
+        # the first import of MuJoCo
         self._window = import_module(f"mujoco.{library}").GLContext(width, height)
         self._window.make_current()
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
@@ -44,7 +44,7 @@ class GlRenderer:
 
     @staticmethod
     def prepare(spec: Any, optics: Iterable[Optics]) -> None:
-        """Set what has to be set before a model is compiled: flat light and the size of the buffer."""
+        """Set the options that a model needs before it is compiled: flat light and the size of the buffer."""
         sizes = [(1, 1), *((each.width, each.height) for each in optics)]
         visual = spec.visual
         visual.global_.offwidth = max(width for width, _ in sizes)
@@ -54,10 +54,10 @@ class GlRenderer:
         visual.headlight.ambient = [1, 1, 1]
         visual.headlight.diffuse = [0, 0, 0]
         visual.headlight.specular = [0, 0, 0]
-        spec.stat.extent = 1.0  # clip distances are given in this unit
+        spec.stat.extent = 1.0  # the unit of clip distances
 
-    def picture(self, data: Any, camera: int, optics: Optics) -> ImageArray:
-        """Return what a camera sees, shape ``(height, width, 3)``, RGB; positions must be up to date."""
+    def image(self, data: Any, camera: int, optics: Optics) -> ImageArray:
+        """Return the image of a camera, shape ``(height, width, 3)``, RGB; positions must be up to date."""
         self._model.vis.map.znear = optics.near
         self._model.vis.map.zfar = optics.far
         self._eye.fixedcamid = camera
@@ -67,12 +67,12 @@ class GlRenderer:
         self._add_sky(optics)
         frame = mujoco.MjrRect(0, 0, optics.width, optics.height)
         mujoco.mjr_render(frame, self._scene, self._context)
-        picture = np.empty((optics.height, optics.width, 3), np.uint8)
-        mujoco.mjr_readPixels(picture, None, frame, self._context)
-        return np.ascontiguousarray(picture[::-1])  # OpenGL counts rows from below
+        image = np.empty((optics.height, optics.width, 3), np.uint8)
+        mujoco.mjr_readPixels(image, None, frame, self._context)
+        return np.ascontiguousarray(image[::-1])  # OpenGL counts rows from below
 
     def _add_sky(self, optics: Optics) -> None:
-        """Put the camera into a box, mirrored so that its faces look inwards; a skybox takes longer."""
+        """Draw a box around the camera, mirrored so that its faces look inwards; faster than a skybox."""
         sky, place = self._scene.geoms[self._scene.ngeom], self._scene.camera[0].pos
         size = np.full(3, optics.far / 2)
         box = mujoco.mjtGeom.mjGEOM_BOX

@@ -1,4 +1,4 @@
-"""Which OpenGL library draws without a display on this machine."""
+"""Find the OpenGL library that draws without a display on this machine."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 
-from nrp_core._support.probe import ask
+from nrp_core._support.probe import probe_succeeds
 
 LIBRARIES = ("egl", "osmesa")
 _OFF = ("disable", "disabled", "off", "false", "0")
 
 
 def library() -> str | None:
-    """Return the first of MuJoCo's headless libraries that works here, None where none does.
+    """Return the first of MuJoCo's headless libraries that works here, None if none does.
 
-    MuJoCo's own variable ``MUJOCO_GL`` is obeyed: ``egl`` or ``osmesa`` admits only that one, ``disable``
+    MuJoCo's variable ``MUJOCO_GL`` is respected: ``egl`` or ``osmesa`` allows only that one, ``disable``
     none.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
@@ -27,10 +27,10 @@ def library() -> str | None:
 
 
 def works(name: str) -> bool:
-    """Tell whether a library draws a picture on this machine; the answer is kept."""
+    """Return whether a library draws an image on this machine; the result is cached."""
     settings = ("MUJOCO_EGL_DEVICE_ID", "PYOPENGL_PLATFORM", "CUDA_VISIBLE_DEVICES")
     facts = [_version("mujoco-core"), _version("PyOpenGL"), *(os.environ.get(s, "") for s in settings)]
-    return ask("nrp_world_mujoco.try_gl", name, depends_on=" ".join(facts))
+    return probe_succeeds("nrp_world_mujoco.try_gl", name, depends_on=" ".join(facts))
 
 
 @cache

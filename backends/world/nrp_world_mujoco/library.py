@@ -1,4 +1,4 @@
-"""MuJoCo itself; the one place that imports it."""
+"""MuJoCo itself; only this module imports it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from ctypes.util import find_library
 from typing import Any
 
 VISUALS = 1
-"""The geom group of what cameras see."""
+"""The geom group of visuals."""
 COLLISIONS = 3
-"""The geom group of what only touches."""
+"""The geom group of collisions."""
 
 _NEEDS = {"egl": "EGL", "osmesa": "OSMesa"}
 
 
 def _import() -> Any:
-    """Import MuJoCo, also where ``MUJOCO_GL`` names a library that is missing, on which its import fails."""
+    """Import MuJoCo, also if ``MUJOCO_GL`` names a missing library, which would make its import fail."""
     wanted = os.environ.get("MUJOCO_GL", "")
     needed = _NEEDS.get(wanted.lower().strip())
     if needed is not None and find_library(needed) is None:

@@ -1,8 +1,8 @@
-"""MJCF, MuJoCo's own format, read by MuJoCo and told as SDF: so every engine and every part understands it.
+"""MJCF, MuJoCo's format, read by MuJoCo and converted to SDF for every engine.
 
-Bodies, joints, geoms with their meshes, masses, cameras, gravity and actuators of joints are taken over; what
-MuJoCo alone has (tendons, equality constraints, other actuators, its own sensors, height fields) is named in
-a warning.
+Bodies, joints, geoms with their meshes, masses, cameras, gravity and actuators of joints are converted;
+elements that only MuJoCo has (tendons, equality constraints, other actuators, its own sensors, height fields)
+are named in a warning.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 
 from nrp_core._support.disk_cache import kept_folder
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code, Findings
 from nrp_core.world.render.optics import looking
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.meshes.stl import write_stl
@@ -30,15 +31,15 @@ _WORLD = 0
 _MESH = "mesh.stl"
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 _HIDDEN_GROUP = 3
-"""From this group on, MuJoCo's own viewer shows no geom."""
+"""From this group on, MuJoCo's viewer hides geoms."""
 _DEFAULT_RESOLUTION = (320, 240)
 
 _LEFT_OUT = {"ntendon": "tendons", "neq": "equality constraints", "nsensor": "sensors",
              "nhfield": "height fields", "nflex": "flexible bodies"}  # fmt: skip
 
 
-def read_mjcf(path: Path) -> tuple[str, list[str]]:
-    """Return the SDF that an MJCF file means, and what there is to warn of.
+def read_mjcf(path: Path) -> tuple[str, Findings]:
+    """Return the SDF equivalent to an MJCF file, and the warnings.
 
     Raises:
         SceneError: MuJoCo cannot read the file.
@@ -55,7 +56,9 @@ def read_mjcf(path: Path) -> tuple[str, list[str]]:
         left_out.append(f"the limits of {limited} ball joints")
     if other := model.nu - len(actuators_of(model)):
         left_out.append(f"{other} actuators that are not motors, position or velocity servos of a joint")
-    warnings = [f"left out of this MJCF file: {', '.join(left_out)}"] if left_out else []
+    warnings = Findings()
+    for part in left_out:
+        warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
     return "\n".join(_Writer(model, path.stem).lines()), warnings
 
 
@@ -99,7 +102,7 @@ class _Writer:
             yield from self._tree(child)
 
     def _held(self, body: int, parent: str) -> Iterator[str]:
-        """Yield a body and the joints that hold it; between two of them is a link of next to no mass."""
+        """Yield a body and its joints; between two of them is a link with almost no mass."""
         first, count = int(self._m.body_jntadr[body]), int(self._m.body_jntnum[body])
         joints = range(first, first + count)
         place, base = (Pose(), "__model__") if parent == "world" else (self._pose("body", body), parent)
@@ -157,7 +160,7 @@ class _Writer:
             )
         yield f"<dynamics>{dynamics}</dynamics></axis></joint>"
 
-    # -- what bodies show, touch with and see
+    # -- visuals, collisions and cameras
 
     def _geom(self, geom: int) -> Iterator[str]:
         m = self._m
@@ -200,7 +203,7 @@ class _Writer:
                 return None
 
     def _mesh(self, mesh: int) -> Path:
-        """Return the file of a mesh, as MuJoCo has it after its own scaling and centring."""
+        """Return the file of a mesh after MuJoCo's scaling and centring."""
         m = self._m
         vertices = m.mesh_vert[m.mesh_vertadr[mesh] :][: m.mesh_vertnum[mesh]]
         faces = m.mesh_face[m.mesh_faceadr[mesh] :][: m.mesh_facenum[mesh]]
@@ -231,7 +234,7 @@ class _Writer:
     def _joint_name(self, joint: int) -> str:
         name = self._m.joint(joint).name or f"joint_{joint}"
         bodies = {self._body(body) for body in range(self._m.nbody)}
-        return f"{name}_joint" if name in bodies else name  # in SDF a joint is not called like a link
+        return f"{name}_joint" if name in bodies else name  # in SDF a joint cannot have the name of a link
 
     def _pose(self, kind: str, number: int) -> Pose:
         position, turn = getattr(self._m, f"{kind}_pos")[number], getattr(self._m, f"{kind}_quat")[number]

@@ -1,4 +1,4 @@
-"""Where models are, how they move, and how their joints stand."""
+"""Poses and velocities of models, and states of their joints."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from nrp_world_mujoco.library import mujoco
 def motion_of(
     body: Body, ident: int, held: Pose, engine: Any, data: Any, refresh: Callable[[], None]
 ) -> MotionOf:
-    """Return what reads the motion of a frame that a body holds.
+    """Return the reader of the motion of a frame fixed to a body.
 
     Args:
         body: the body, which moves.
         ident: its id.
-        held: the frame in the body's frame.
+        held: pose of the frame in the body's frame.
         engine: the compiled model.
         data: MuJoCo's state.
-        refresh: brings the positions of bodies up to date.
+        refresh: updates the positions of bodies.
     """
     if not body.floats:
         return _Jointed(engine, data, ident, held, refresh)
@@ -47,7 +47,7 @@ class Floating:
         x, y, z, qw, qx, qy, qz = self._position.tolist()
         vx, vy, vz, wx, wy, wz = self._velocity.tolist()
         pose = Pose((x, y, z), (qx, qy, qz, qw))
-        return ModelMotion(pose, (vx, vy, vz), pose.rotate((wx, wy, wz)))  # MuJoCo's turn rate is the body's
+        return ModelMotion(pose, (vx, vy, vz), pose.rotate((wx, wy, wz)))  # MuJoCo's is in the body's frame
 
     def read(self, row: FloatArray) -> None:
         """Write the same as numbers, shape ``(13,)``, without a :class:`ModelMotion`."""
@@ -59,7 +59,7 @@ class Floating:
         row[10:] = rotated(qx, qy, qz, qw, (wx, wy, wz))
 
     def put(self, motion: ModelMotion) -> None:
-        """Put the base where a motion says and let it move so."""
+        """Set pose and velocity of the base."""
         self._position[:3] = motion.pose.position
         x, y, z, w = motion.pose.orientation
         self._position[3:] = w, x, y, z
@@ -67,11 +67,11 @@ class Floating:
         self._velocity[3:] = motion.pose.rotate_back(motion.angular)
 
     def change_velocity(self, by: Callable[[Vector, Vector], Vector]) -> None:
-        """Let the base move faster, from where it is.
+        """Change the velocity of the base at its present pose.
 
         Args:
-            by: is given its velocity along and its turn rate about its own axes, and returns how much faster
-                it is to be forward, to the left and in turning.
+            by: takes its velocity along and its angular velocity about its own axes, and returns the changes
+                of the forward, leftward and turning velocity.
         """
         _, _, _, qw, qx, qy, qz = self._position.tolist()
         vx, vy, vz, wx, wy, wz = self._velocity.tolist()
@@ -82,7 +82,7 @@ class Floating:
 
 
 class _Jointed:
-    """A frame held by a body that hangs on something by a joint."""
+    """A frame fixed to a body that is held by a joint."""
 
     def __init__(self, engine: Any, data: Any, ident: int, held: Pose, refresh: Callable[[], None]) -> None:
         self._engine, self._data, self._id = engine, data, ident
@@ -123,8 +123,8 @@ class JointReader:
 
     @property
     def places(self) -> tuple[IndexArray, IndexArray]:
-        """Where the joints' positions and velocities are in the state."""
-        rest = [np.arange(place + 1, place + 4) for _, place in self._balls]  # of their quaternions
+        """Indices of the joints' positions and velocities in the state."""
+        rest = [np.arange(place + 1, place + 4) for _, place in self._balls]  # indices of their quaternions
         return np.unique(np.concatenate([self._positions, *rest])), self._velocities
 
     def states(self) -> JointStates:

@@ -1,4 +1,4 @@
-"""Pictures made by casting one ray for each pixel, without any graphics library."""
+"""Images by casting one ray for each pixel, without a graphics library."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class RayCamera:
         model: a compiled MuJoCo model.
         data: its state, with positions up to date.
         camera: id of the camera.
-        optics: of the camera.
-        own_geoms: ids of the visuals of the camera's own model. Those that enclose the eye or reach
-            nearer than the near clip distance are not seen by it, as in the other renderers.
+        optics: optics of the camera.
+        own_geoms: ids of the visuals of the camera's own model. Those that enclose the eye or are nearer than
+            the near clip distance are invisible, as in the other renderers.
     """
 
     def __init__(
@@ -45,8 +45,8 @@ class RayCamera:
         self._hidden = np.empty(0, np.int64)
         self._hide(own_geoms)
 
-    def picture(self) -> ImageArray:
-        """Return what the camera sees, shape ``(height, width, 3)``, RGB; positions must be up to date."""
+    def image(self) -> ImageArray:
+        """Return the image, shape ``(height, width, 3)``, RGB; positions must be up to date."""
         self._cast()
         colors = np.concatenate([np.rint(self._model.geom_rgba[:, :3] * 255).astype(np.uint8), _SKY])
         return colors[self._geoms].reshape(self._optics.height, self._optics.width, 3)
@@ -55,7 +55,7 @@ class RayCamera:
         """Cast all rays, fill geoms and distances and return the directions, shape ``(n, 3)``."""
         directions: npt.NDArray[np.float64] = self._rays @ self._axes.T
         alpha = self._model.geom_rgba[self._hidden, 3]
-        self._model.geom_rgba[self._hidden, 3] = 0  # rays pass through what is transparent
+        self._model.geom_rgba[self._hidden, 3] = 0  # rays pass through transparent geoms
         mujoco.mj_multiRay(
             self._model, self._data, self._eye, directions.ravel(), self._groups, _STATIC_TOO, _NO_BODY,
             self._geoms, self._distances, normals, len(directions), self._optics.far,
@@ -64,7 +64,7 @@ class RayCamera:
         return directions
 
     def _hide(self, own_geoms: npt.NDArray[np.int64]) -> None:
-        """Hide, again and again, what a ray of this camera leaves rather than enters, or meets too near."""
+        """Repeatedly hide geoms that a ray of this camera hits from inside or too near."""
         normals = np.empty(3 * len(self._rays))
         while True:
             directions = self._cast(normals)

@@ -1,4 +1,4 @@
-"""Shapes in MuJoCo's terms."""
+"""Shapes as MuJoCo's geoms."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from nrp_core.world.scene.tessellation import triangles_of
 from nrp_world_mujoco.library import COLLISIONS, VISUALS, mujoco
 
 THICKNESS = 1.0
-"""Of the ground below the lowest point of a height map, m."""
+"""Thickness of the ground below the lowest point of a height map, m."""
 MIN_EXTENT = 1e-6
-"""Height of a height map that MuJoCo takes, m."""
+"""Minimum height of a height map in MuJoCo, m."""
 
 
 class Shapes:
@@ -38,19 +38,19 @@ class Shapes:
         self._meshes: dict[Mesh, str] = {}
 
     def add_visual(self, body: Any, visual: Visual, place: Pose) -> Any:
-        """Add what cameras see of a link at ``place`` in a body, and return it."""
+        """Add a visual of a link at ``place`` in a body, and return its geom."""
         geometry, pose = drawn(visual.geometry, place @ visual.pose)
         looks = {"group": VISUALS, "contype": 0, "conaffinity": 0, "rgba": flat(visual.rgba)}
         return body.add_geom(mass=0, **looks, **self._arguments(geometry, pose))
 
     def add_collision(self, body: Any, collision: Collision, place: Pose) -> Any:
-        """Add what a link at ``place`` in a body touches with, and return it."""
+        """Add a collision of a link at ``place`` in a body, and return its geom."""
         return body.add_geom(
             mass=0,
             group=COLLISIONS,
             condim=3 if collision.friction else 1,
             friction=[collision.friction, 0, 0],
-            # where two surfaces touch, that of higher priority decides: the more slippery one
+            # in a contact the geom with the higher priority decides: the more slippery one
             priority=-round(1000 * collision.friction),
             **self._arguments(collision.geometry, place @ collision.pose),
         )
@@ -75,7 +75,7 @@ class Shapes:
                 return {"type": kinds.mjGEOM_MESH, "meshname": self._mesh(geometry), **placed(pose)}
 
     def _ground(self, ground: Heightmap) -> tuple[str, Pose]:
-        """Load a height map; return its name, and where its lowest point is on its vertical axis."""
+        """Load a height map; return its name, and the height of its lowest point."""
         x, y, z = ground.scale
         heights = heights_of(ground) * z
         lowest, extent = float(heights.min()), max(float(np.ptp(heights)), MIN_EXTENT)
@@ -94,7 +94,7 @@ class Shapes:
             element = self._spec.add_mesh(
                 name=self._meshes[mesh], uservert=vertices.ravel(), userface=faces.ravel()
             )
-            element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # not used; open surfaces have it
+            element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # not used
         return self._meshes[mesh]
 
 

@@ -1,4 +1,4 @@
-"""``python -m nrp_world_mujoco.try_gl egl`` tries a library; in a process of its own, which some abort."""
+"""``python -m nrp_world_mujoco.try_gl egl`` tries a library, in a separate process because some abort it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from nrp_world_mujoco.library import VISUALS, mujoco
 
 
 def draws(library: str) -> bool:
-    """Draw a red sphere and tell whether it is red."""
+    """Draw a red sphere and return whether it is red."""
     optics = Optics(16, 12, vertical_fov=0.5, near=0.1, far=10.0)
     spec = mujoco.MjSpec()
     spec.worldbody.add_camera()
@@ -21,8 +21,8 @@ def draws(library: str) -> bool:
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    picture = GlRenderer(model, library).picture(data, 0, optics)
-    return bool((picture[6, 8] == (255, 0, 0)).all())
+    image = GlRenderer(model, library).image(data, 0, optics)
+    return bool((image[6, 8] == (255, 0, 0)).all())
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The entry point: the engine's own renderers, and how it is opened."""
+"""The entry point: the engine's renderers, and how it is opened."""
 
 from __future__ import annotations
 

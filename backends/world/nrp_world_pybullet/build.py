@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations, product
 from math import isfinite
 
+from nrp_core._support.quiet import quiet
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.planar import planar_drives
@@ -16,7 +17,8 @@ from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
-from nrp_world_pybullet.library import bullet, quiet
+from nrp_world_pybullet.library import bullet
+from nrp_world_pybullet.native import set_contacts
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
     Shapes,
@@ -29,16 +31,16 @@ from nrp_world_pybullet.shapes import (
 BASE = -1
 UNLIMITED_SPEED = 1e6
 UNLIMITED_FORCE = 1e6
-FIRM = 0.2  # the share of an error of position that a coupling takes away in a step
+FIRM = 0.2  # the share of a position error that a coupling corrects in a step
 FAR_AWAY = 1e9
 MASSLESS = Inertial(0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a body is in PyBullet: its multi-body and the link there, -1 for the base.
+    """The handle of a body in PyBullet: its multi-body and its link, -1 for the base.
 
-    ``axis`` is that of one of the three coordinates of a ball joint (0, 1, 2); None for anything else.
+    ``axis`` is one of the three coordinates of a ball joint (0, 1, 2), else None.
     """
 
     multibody: int
@@ -48,13 +50,13 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Built:
-    """A loaded scene and where its things are in the engine.
+    """A loaded scene and the handles of its parts in the engine.
 
     Args:
-        bodies: of each model, with their places.
-        joints: places of the coordinates of each model's joints, in the order of its file.
+        bodies: bodies of each model with their handles.
+        joints: handles of the coordinates of each model's joints, in the order of its file.
         drives: the servo of each drive, by model and drive.
-        visuals: place and number there of each visual, by its path.
+        visuals: handle of the body and index there of each visual, by its path.
         owners: model and body of each multi-body's links, the base being -1.
     """
 
@@ -71,14 +73,14 @@ def build(
     """Load a scene.
 
     Args:
-        scene: what to load.
+        scene: the scene.
         timestep_ns: the physics step.
         client: the physics client.
-        visuals: whether PyBullet shall know what things look like.
-        physical: whether wheels drive by their friction.
+        visuals: whether to load visuals.
+        physical: whether wheels move the robot by friction.
 
     Raises:
-        SceneError: PyBullet refuses it, or it contradicts itself.
+        SceneError: PyBullet refuses it, or it is inconsistent.
     """
     bullet.resetSimulation(physicsClientId=client)
     bullet.setGravity(*scene.gravity, physicsClientId=client)
@@ -98,10 +100,10 @@ class _Link:
 
     Args:
         parent: number of the parent among all links, the base being 0; None for the base.
-        pose: in the parent's frame; a base's in the world.
-        shapes: what it touches and looks like.
-        inertial: its mass; 0 for what does not move and for mere shapes of the parent's.
-        joint: None where it is held.
+        pose: pose in the parent's frame; for a base, in the world.
+        shapes: its collisions and visuals.
+        inertial: its mass; 0 for fixed links and for additional shapes of the parent.
+        joint: its joint; None if it is fixed.
     """
 
     parent: int | None
@@ -137,6 +139,9 @@ class _Builder:
         self._separate({place.multibody for place in places.values()})
         self._bodies[model.name] = [(body, places[index]) for index, body in enumerate(bodies)]
         self._feel(model, bodies, places)
+        where = {index: (place.multibody, place.link) for index, place in places.items()}
+        links = {link.name: where[index] for index, body in enumerate(bodies) for link in body.links}
+        set_contacts(model, links, self._client)
         joints = {body.joint.name: places[i] for i, body in enumerate(bodies) if body.joint}
         self._joints[model.name] = {
             name: place
@@ -151,7 +156,7 @@ class _Builder:
             )
 
     def _add_tree(self, model: str, root: int, bodies: Sequence[Body], places: dict[int, Place]) -> None:
-        """Add a root and all that hangs on it as one multi-body."""
+        """Add a root and its descendants as one multi-body."""
         links: list[_Link] = []
         numbers: dict[int, int] = {}
         owners: list[int] = []
@@ -218,7 +223,7 @@ class _Builder:
     def _set_joint(self, place: Place, joint: Joint) -> None:
         where, client = (place.multibody, place.link), self._client
         bullet.changeDynamics(*where, jointDamping=joint.damping, physicsClientId=client)
-        # a new joint has a motor that brakes it: as friction does
+        # a new joint has a motor that acts as friction
         friction = joint.friction
         if joint.kind == "ball":
             bullet.setJointMotorControlMultiDof(
@@ -241,7 +246,7 @@ class _Builder:
             )
 
     def _couple(self, model: Model) -> None:
-        """Let joints follow those that they mimic."""
+        """Couple joints to those that they mimic."""
         places, client = self._joints[model.name], self._client
         for joint in model.joints:
             if joint.mimic is not None and joint.name in places:
@@ -260,7 +265,7 @@ class _Builder:
                 )
 
     def _feel(self, model: Model, bodies: Sequence[Body], places: Mapping[int, Place]) -> None:
-        """Let PyBullet tell what the joints carry that have a sensor for it."""
+        """Enable the force sensors of joints with a force-torque sensor."""
         felt = {joint for link in model.links for s in link.sensors for joint in s.measured_joints}
         for index, body in enumerate(bodies):
             if body.joint is not None and body.joint.name in felt:
@@ -268,7 +273,7 @@ class _Builder:
                 bullet.enableJointForceTorqueSensor(*where, physicsClientId=self._client)
 
     def _separate(self, multibodies: set[int]) -> None:
-        """Let the parts of one model pass through each other."""
+        """Exclude contacts between the parts of one model."""
         for pair in combinations(sorted(multibodies), 2):
             links = [range(BASE, bullet.getNumJoints(each, physicsClientId=self._client)) for each in pair]
             for one, other in product(*links):
@@ -276,7 +281,7 @@ class _Builder:
 
 
 def _coordinates(joint: Joint, place: Place) -> Iterator[tuple[str, Place]]:
-    """Yield the coordinates of a joint with their places."""
+    """Yield the coordinates of a joint with their handles."""
     names = joint.coordinates
     for axis, name in enumerate(names):
         yield name, replace(place, axis=axis) if len(names) > 1 else place

@@ -1,4 +1,4 @@
-"""The cameras of a scene by PyBullet's own renderer."""
+"""The cameras of a scene, drawn by PyBullet's renderer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from nrp_world_pybullet.motion import PlaceOf, place_of
 
 
 def frame_reader(built: Built, client: int, paths: Sequence[BodyPath]) -> ReadFrames:
-    """Return what writes where bodies are."""
+    """Return a function that writes the poses of bodies."""
     places = [place_of(*built.bodies[model][index], Pose(), client) for model, index in paths]
 
     def read(frames: FloatArray) -> None:
@@ -40,7 +40,7 @@ class TinyCameras(Cameras):
         self._projections = {path: _projection(each) for path, each in optics.items()}
         self._eyes = {path: self._eye(built, path, client) for path in optics}
 
-    def picture(self, path: CameraPath) -> ImageArray:
+    def image(self, path: CameraPath) -> ImageArray:
         optics = self._optics[path]
         _, _, colors, _, shown = bullet.getCameraImage(
             optics.width,
@@ -54,9 +54,9 @@ class TinyCameras(Cameras):
             renderer=bullet.ER_TINY_RENDERER,
             physicsClientId=self._client,
         )
-        picture = np.ascontiguousarray(colors[:, :, :3])
-        picture[shown < 0] = bytes_of(SKY)
-        return picture
+        image = np.ascontiguousarray(colors[:, :, :3])
+        image[shown < 0] = bytes_of(SKY)
+        return image
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
         place, shape = self._visuals[visual]
@@ -65,7 +65,7 @@ class TinyCameras(Cameras):
 
     @staticmethod
     def _eye(built: Built, path: CameraPath, client: int) -> PlaceOf:
-        """Return what reads where a camera is and how it looks."""
+        """Return the reader of the pose of a camera."""
         bodies = built.bodies[path[0]]
         index, eye = eye_of([body for body, _ in bodies], path)
         return place_of(*bodies[index], eye, client)
@@ -75,14 +75,14 @@ def _projection(optics: Optics) -> list[float]:
     aspect = optics.width / optics.height
     fov = degrees(optics.vertical_fov)
     matrix = list(bullet.computeProjectionMatrixFOV(fov, aspect, optics.near, optics.far))
-    # TinyRenderer samples a pixel at its corner; half a pixel more, and it does so at the centre
+    # TinyRenderer samples a pixel at its corner; an offset of half a pixel moves this to the centre
     matrix[8] += 1 / optics.width
     matrix[9] += 1 / optics.height
     return matrix
 
 
 def _view(eye: Pose) -> list[float]:
-    """Return the matrix from the world to a camera, column by column as OpenGL has it."""
+    """Return the matrix from the world to a camera in OpenGL's column order."""
     matrix = np.vstack([matrix_of(eye.inverse()), (0.0, 0.0, 0.0, 1.0)])
     columns: list[float] = matrix.T.ravel().tolist()
     return columns

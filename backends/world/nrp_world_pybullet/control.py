@@ -1,4 +1,4 @@
-"""What acts on bodies and joints beside drives, and what is felt: servos, efforts, wrenches, contacts."""
+"""Forces on bodies and joints besides drives, and measurements: servos, efforts, wrenches, contacts."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from nrp_world_pybullet.motion import Moving
 JointPath = tuple[str, str]
 
 STRONG = 0.1
-"""The share of a joint's velocity that a damper takes away in a step, from which on it is strong."""
+"""The share of a joint's velocity removed in a step above which a damper is strong."""
 
 
 class Tree:
     """The joints of one multi-body, with servos and springs.
 
-    PyBullet takes the forces of dampers at the start of a step: where one takes away much of a joint's
-    velocity in a step, the joints shake to pieces. There the servos do what all dampers of the tree do.
+    PyBullet computes the forces of dampers at the start of a step, which is unstable if a damper removes much
+    of a joint's velocity in a step. In such a tree the servos replace all dampers.
 
     Args:
-        joints: all movable ones with their places, in PyBullet's order.
+        joints: all movable joints with their handles, in PyBullet's order.
         model: the name of their model.
-        inertia: theirs.
+        inertia: the inertia of the joints.
         client: the physics client.
         step_s: the physics step.
     """
@@ -67,11 +67,11 @@ class Tree:
 
     @property
     def idle(self) -> bool:
-        """Whether there is nothing to do."""
+        """Whether they have no effect."""
         return self.servos.idle and not self.sprung
 
     def push(self) -> tuple[Mapping[JointPath, float], Mapping[JointPath, float]]:
-        """Return the efforts of the next step: of the servos, and of dampers and springs."""
+        """Return the efforts of the servos, dampers and springs in the next step."""
         positions, velocities = np.array(list(self._states())).T
         springs = self._stiffness * (self._rest - positions)
         if self.servos.idle:
@@ -83,7 +83,7 @@ class Tree:
         return dict(zip(self.paths, efforts.tolist(), strict=True))
 
     def _states(self) -> Iterator[tuple[float, float]]:
-        """Yield position and velocity of each coordinate; where a ball joint stands asks no servo."""
+        """Yield position and velocity of each coordinate; the position of a ball joint is not needed."""
         if self._single:
             for state in bullet.getJointStates(self._multibody, self._links, self._client):
                 yield state[:2]
@@ -94,7 +94,7 @@ class Tree:
                 yield position[0] if len(velocities) == 1 else 0.0, velocity
 
     def _share(self, dampers: FloatArray) -> float:
-        """Return which share of a velocity the dampers take away in a second, with all joints at 0."""
+        """Return the rate at which dampers reduce a velocity, 1/s, with all joints at 0."""
         if not dampers.any():
             return 0.0
         inertia = self._inertia.now(np.zeros(len(dampers)))
@@ -120,12 +120,12 @@ class Control:
         self._applied: dict[JointPath, float] = {}
 
     def _trees_of(self, model: Model) -> Iterator[Tree]:
-        """Yield the trees of a model that have something to do."""
+        """Yield the trees of a model with servos, springs or strong dampers."""
         places, bodies = self._built.joints[model.name], self._built.bodies[model.name]
-        told = [(body.joint, place) for body, place in bodies if body.joint and body.joint.coordinates]
+        movable = [(body.joint, place) for body, place in bodies if body.joint and body.joint.coordinates]
         servoed = {places[name].multibody for name in servoed_joints(model) if name in places}
         for multibody in sorted({place.multibody for place in places.values()}):
-            joints = [(joint, place) for joint, place in told if place.multibody == multibody]
+            joints = [(joint, place) for joint, place in movable if place.multibody == multibody]
             joints.sort(key=lambda each: each[1].link)
             inertia = Inertia(bodies, multibody, self._client)
             tree = Tree(joints, model.name, inertia, self._client, self._step_s)
@@ -134,7 +134,7 @@ class Control:
 
     @property
     def active(self) -> bool:
-        """Whether anything is to be set before each step."""
+        """Whether forces must be set before each step."""
         return bool(self._efforts or self._wrenches or any(not tree.idle for tree in self._trees))
 
     @property
@@ -143,18 +143,18 @@ class Control:
         return self._applied
 
     def aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Let the servo of a joint aim at something."""
+        """Set the target of a joint's servo."""
         tree, number = self._numbers[model, joint]
         tree.servos.aim(number, aim)
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
-        """Put an effort on a joint."""
+        """Apply an effort to a joint."""
         self._efforts[model, joint] = effort
         if not effort:
             del self._efforts[model, joint]
 
     def set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
-        """Let a wrench act on a body."""
+        """Apply a wrench to a body."""
         self._wrenches[body] = wrench
         if wrench == Wrench():
             del self._wrenches[body]
@@ -206,27 +206,27 @@ class Control:
             yield Touch((one, other), position, normal, -distance, (fx, fy, fz))
 
     def save(self) -> object:
-        """Return what is kept between steps."""
+        """Return the state that is kept between steps."""
         return [tree.servos.save() for tree in self._trees], dict(self._applied)
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         servos, applied = saved
         self._applied = dict(applied)
         for tree, kept in zip(self._trees, servos, strict=True):
             tree.servos.restore(kept)
 
     def forget(self, model: str) -> None:
-        """Forget how the joints of a model moved, because they were put elsewhere."""
+        """Forget the last motion of a model's joints, because they were moved from outside."""
         for tree in self._trees:
             if tree.paths[0][0] == model:
                 tree.servos.forget()
 
     def joint_wrench(self, body: Body, place: Place) -> Wrench:
-        """Return what a body did to its parent in the last step, at the body's origin.
+        """Return the wrench of a body on its parent in the last step, at the body's origin.
 
-        PyBullet tells what the joint does to the body, at its centre of mass and along its inertial axes, but
-        for what its motor does, which is friction.
+        PyBullet reports the wrench of the joint on the body, at its centre of mass and along its inertial
+        axes, without the motor, which is friction.
         """
         assert body.inertial is not None
         assert body.joint is not None

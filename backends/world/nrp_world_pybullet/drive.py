@@ -20,12 +20,12 @@ class Drive:
 
     Args:
         client: the physics client.
-        servo: its layout.
+        servo: its planar servo.
         body: the body it drives, the base of a multi-body.
-        multibody: that.
-        wheels: places of the wheels, in the servo's order.
+        multibody: the multi-body.
+        wheels: handles of the wheels, in the servo's order.
         step_s: the physics step.
-        gravity: of the scene.
+        gravity: the gravity of the scene, m/s^2.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Drive:
     ) -> None:
         assert body.inertial is not None
         self._client, self._servo = client, servo
-        in_engine = body.inertial.pose.inverse()  # PyBullet's base frame is that of the inertia
+        in_engine = body.inertial.pose.inverse()  # PyBullet's base frame is the inertial frame
         self._base = Moving(Place(multibody, BASE), in_engine, client)
         self._multibody = multibody
         self._wheels = [wheel.link for wheel in wheels]
@@ -57,7 +57,7 @@ class Drive:
         self.aim(BodyVelocity())
 
     def aim(self, velocity: BodyVelocity) -> None:
-        """Aim at a velocity of the body from now on."""
+        """Set the target velocity of the body."""
         if self._limit and self._command not in (None, velocity):
             self._base.set_velocity(self._servo.changed(self._base(), self._command, velocity))
         self._command = velocity
@@ -75,13 +75,13 @@ class Drive:
         )
 
     def forget(self) -> None:
-        """Take the next command as one that was in force already."""
+        """Treat the next command as if it had been in force before."""
         self._command = None
 
     def push(self) -> None:
         """Set the forces of the next physics step, in the base's frame."""
         if not self._limit:
-            return  # the wheels do it all, or there is nothing to push against
+            return  # the wheels move the robot, or it has no traction
         body, client = self._multibody, self._client
         ahead, side, turn = self._velocities()
         left, right, front, rear = self._aims
@@ -90,7 +90,8 @@ class Drive:
         right = max(-limit, min(limit, gain * (right - ahead - swing)))
         front = max(-limit, min(limit, gain * (front - side - swing)))
         rear = max(-limit, min(limit, gain * (rear - side + swing)))
-        # two calls do: the left and right point take the forces and the moment of the front and rear one, too
+        # two calls suffice: the left and right point also get the forces and the moment of the front and rear
+        # one
         twist, across = (front - rear) / 2, (front + rear) / 2
         (ax, ay, az), (bx, by, bz) = self._ahead, self._aside
         bx, by, bz = across * bx, across * by, across * bz
@@ -99,7 +100,7 @@ class Drive:
             bullet.applyExternalForce(body, BASE, pull, point, bullet.LINK_FRAME, client)
 
     def _velocities(self) -> Vector:
-        """Return the centre's velocities ahead and to the left and the turn rate, after a step of fall."""
+        """Return the centre's forward and leftward velocity and the turn rate, after a step of free fall."""
         _, (x, y, z, w) = bullet.getBasePositionAndOrientation(self._multibody, self._client)
         (vx, vy, vz), (wx, wy, wz) = bullet.getBaseVelocity(self._multibody, self._client)
         fx, fy, fz = self._fall

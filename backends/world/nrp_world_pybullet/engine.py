@@ -50,7 +50,7 @@ class PybulletEngine(JointedEngine):
             raise
 
     def _do_load(self, scene: Scene) -> None:
-        """Build the engine anew; that alone leaves no trace of what was before."""
+        """Rebuild the engine; only this removes all traces of earlier steps."""
         client, options, step_s = self._client, self._options, seconds(self._options.timestep)
         self._built = build(
             scene,
@@ -68,7 +68,7 @@ class PybulletEngine(JointedEngine):
             for name, joints in self._built.joints.items()
         }
         self._control = Control(self._built, scene, client, step_s)
-        # of these not even the base moves, by which divergence would be noticed
+        # without a moving base, the check of base poses cannot detect divergence
         self._anchored = [self._joints[model.name] for model in scene.models if _is_anchored(model)]
         self._efforts: dict[str, FloatArray] = {}
         self._survey(scene)
@@ -102,7 +102,7 @@ class PybulletEngine(JointedEngine):
                 raise DivergedError("PyBullet diverged: a joint's position is not finite", t_ns=self.now_ns)
 
     def check_finite(self, t_ns: int) -> None:
-        if not all(base.finite() for base in self._bases):  # takes less time than to look at each motion
+        if not all(base.finite() for base in self._bases):  # faster than a check of each motion
             super().check_finite(t_ns)
 
     def _do_reset(self, seed: int) -> None:
@@ -155,7 +155,7 @@ class PybulletEngine(JointedEngine):
         self._moved(model)
 
     def _jointed(self, model: str) -> list[Place]:
-        """Return the places of the movable joints of a model."""
+        """Return the handles of the movable joints of a model."""
         return [place for place in self._built.joints[model].values() if not place.axis]
 
     def _moved(self, model: str) -> None:
@@ -178,7 +178,7 @@ class PybulletEngine(JointedEngine):
             file.write_bytes(state)
             bullet.restoreState(fileName=str(file), physicsClientId=self._client)
         self._control.restore(control)
-        self._efforts = efforts  # PyBullet keeps none with a state
+        self._efforts = efforts  # PyBullet does not save them with a state
         self._continue()
 
     def _do_close(self) -> None:

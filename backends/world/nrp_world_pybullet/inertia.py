@@ -1,7 +1,7 @@
-"""The inertia of the joints of one multi-body against each other.
+"""The joint-space inertia of one multi-body.
 
-PyBullet's own is wrong where there are ball joints: there it is put together here, from how fast each body's
-centre of mass moves and how fast it turns when one coordinate does.
+PyBullet's own is wrong for ball joints. With these it is computed here from the velocity of each body's
+centre of mass and its angular velocity for a unit velocity of one coordinate.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class Inertia:
     """The inertia of one multi-body.
 
     Args:
-        bodies: all bodies of a model, with their places.
-        multibody: which of them it is about.
+        bodies: all bodies of a model with their handles.
+        multibody: the multi-body among them.
         client: the physics client.
     """
 
@@ -40,31 +40,31 @@ class Inertia:
         self._moving = _Moving(bodies, own, client) if any(j.kind == "ball" for j in joints) else None
 
     def now(self, positions: FloatArray) -> FloatArray:
-        """Return the inertia of the joints against each other, the base following freely, shape ``(n, n)``.
+        """Return the joint-space inertia with a free base, shape ``(n, n)``.
 
         Args:
-            positions: of the joints; not looked at where there are ball joints.
+            positions: positions of the joints; not used with ball joints.
         """
         if self._moving is not None:
             mass = self._moving.mass()
         else:
-            told = bullet.calculateMassMatrix(
+            matrix = bullet.calculateMassMatrix(
                 self._multibody, positions.tolist(), physicsClientId=self._client
             )
-            mass = np.array(told)
+            mass = np.array(matrix)
         n = self._base
         inertia: FloatArray = mass[n:, n:]
-        if n:  # what the base yields
+        if n:  # the motion of the free base
             inertia = inertia - mass[n:, :n] @ np.linalg.solve(mass[:n, :n], mass[:n, n:])
         return inertia
 
 
 class _Moving:
-    """The mass matrix of a multi-body by its bodies' motions.
+    """The mass matrix of a multi-body from its bodies' motions.
 
     Args:
-        bodies: all bodies of a model, with their places.
-        own: number, body and place of those of the multi-body, in PyBullet's order.
+        bodies: all bodies of a model with their handles.
+        own: number, body and handle of the bodies of the multi-body, in PyBullet's order.
         client: the physics client.
     """
 
@@ -104,7 +104,7 @@ class _Moving:
 
 
 def _ways(body: Body) -> list[tuple[tuple[float, ...], bool]]:
-    """Return in which ways a body moves against its parent: along which axis of it, and whether it slides."""
+    """Return the degrees of freedom of a body relative to its parent: each axis, and whether it slides."""
     units = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
     if body.joint is None:
         return [(axis, slides) for slides in (True, False) for axis in units]
@@ -114,7 +114,7 @@ def _ways(body: Body) -> list[tuple[tuple[float, ...], bool]]:
 
 
 def _above(bodies: Sequence[tuple[Body, Place]], number: int) -> list[int]:
-    """Return a body and all that hold it, by their numbers."""
+    """Return the numbers of a body and of all its ancestors."""
     chain = [number]
     while (parent := bodies[chain[-1]][0].parent) is not None:
         chain.append(parent)

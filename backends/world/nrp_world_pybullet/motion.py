@@ -1,4 +1,4 @@
-"""Where models are, how they move, and how their joints stand."""
+"""Poses and velocities of models, and states of their joints."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ PlaceOf = Callable[[], tuple[Vector, Quaternion]]
 
 
 def moving(body: Body, place: Place, held: Pose, client: int) -> Moving:
-    """Return a frame that is held by a body that moves.
+    """Return a frame fixed to a moving body.
 
     Args:
         body: the body.
-        place: where that is in the engine.
-        held: the frame in the body's frame.
+        place: its handle in the engine.
+        held: pose of the frame in the body's frame.
         client: the physics client.
     """
-    assert body.inertial is not None  # what moves has mass
+    assert body.inertial is not None  # moving bodies have mass
     return Moving(place, body.inertial.pose.inverse() @ held, client)
 
 
 def place_of(body: Body, place: Place, held: Pose, client: int) -> PlaceOf:
-    """Return what reads where a frame is that is held by a body, moving or not; as :func:`moving`."""
+    """Return the reader of the pose of a frame fixed to a body, moving or not; as :func:`moving`."""
     if not body.fixed:
         return moving(body, place, held, client).place
     still = body.pose @ held
@@ -38,11 +38,11 @@ def place_of(body: Body, place: Place, held: Pose, client: int) -> PlaceOf:
 
 
 class Moving:
-    """A frame that is held at an offset to a body's inertial frame, which is what PyBullet knows.
+    """A frame at an offset from a body's inertial frame, which is the frame that PyBullet reports.
 
     Args:
-        place: of the body.
-        offset: the frame in the inertial frame.
+        place: handle of the body.
+        offset: pose of the frame in the inertial frame.
         client: the physics client.
     """
 
@@ -61,7 +61,7 @@ class Moving:
         return ModelMotion(Pose(position, orientation), linear, angular).at(self._offset)
 
     def place(self) -> tuple[Vector, Quaternion]:
-        """Return where the frame is; quicker than its motion."""
+        """Return the pose of the frame; faster than its motion."""
         offset = self._offset
         frame: tuple[Vector, Quaternion]
         frame = bullet.multiplyTransforms(
@@ -70,7 +70,7 @@ class Moving:
         return frame
 
     def finite(self) -> bool:
-        """Tell whether the frame is somewhere; quicker than its place."""
+        """Return whether the pose of the frame is finite; faster than the pose."""
         x, y, z = self._inertial()[0]
         return isfinite(x) and isfinite(y) and isfinite(z)
 
@@ -81,14 +81,14 @@ class Moving:
         return bullet.getLinkState(body, link, 0, 1, client)[:2]  # type: ignore[no-any-return]
 
     def put(self, motion: ModelMotion) -> None:
-        """Put a base where a motion of the frame says and let it move so."""
+        """Set pose and velocity of a base by those of the frame."""
         there = motion.at(self._back)
         where = there.pose.position, there.pose.orientation
         bullet.resetBasePositionAndOrientation(self._place.multibody, *where, self._client)
         bullet.resetBaseVelocity(self._place.multibody, there.linear, there.angular, self._client)
 
     def set_velocity(self, motion: ModelMotion) -> None:
-        """Let a base move as a motion of the frame says, from where it is."""
+        """Set the velocity of a base by that of the frame, at its present pose."""
         there = motion.at(self._back)
         bullet.resetBaseVelocity(self._place.multibody, there.linear, there.angular, self._client)
 
@@ -97,8 +97,8 @@ class JointReader:
     """Reads the movable joints of one model.
 
     Args:
-        joints: places of the coordinates by name, in the order of the file.
-        driven: those of them whose motors PyBullet drives; the motors of others are friction.
+        joints: handles of the coordinates by name, in the order of the file.
+        driven: the coordinates with commanded motors; the motors of others act as friction.
         client: the physics client.
     """
 
@@ -107,7 +107,7 @@ class JointReader:
         self._driven = np.array([float(name in driven) for name in joints])
 
     def finite(self) -> bool:
-        """Tell whether all positions are finite numbers."""
+        """Return whether all positions are finite numbers."""
         return all(isfinite(position) for position, _, _ in self._rows())
 
     def states(self) -> JointStates:

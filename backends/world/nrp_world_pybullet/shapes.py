@@ -1,4 +1,4 @@
-"""Shapes in PyBullet's terms."""
+"""Shapes as PyBullet's shapes."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Shapes:
     """Shapes that fit into one link, in its frame.
 
     Args:
-        collisions: all of one friction, which PyBullet keeps for each link.
-        visuals: with their paths ``model/link/visual``.
+        collisions: collisions with the same friction, which PyBullet sets for a whole link.
+        visuals: visuals with their paths ``model/link/visual``.
     """
 
     collisions: Sequence[Collision] = ()
@@ -46,7 +46,7 @@ class Shapes:
 
 
 def shapes_of(model: str, body: Body, with_visuals: bool) -> list[Shapes]:
-    """Return the shapes of a body, for as many links as PyBullet needs for them, one at least."""
+    """Return the shapes of a body, distributed to as many links as PyBullet needs, at least one."""
     visuals = [
         (f"{model}/{link.name}/{visual.name}", replace(visual, pose=link.pose @ visual.pose))
         for link in body.links
@@ -75,14 +75,14 @@ def add_collisions(collisions: Sequence[Collision], client: int) -> int:
 
 
 def _touched(geometry: Geometry, pose: Pose) -> tuple[Geometry, Pose]:
-    """Return what is collided; for a plane the top of a block, because boxes that slide on a plane rattle."""
+    """Return the collision geometry; for a plane a block, because boxes that slide on a plane rattle."""
     if not isinstance(geometry, Plane):
         return geometry, pose
     return Box((GROUND_M, GROUND_M, GROUND_DEPTH_M)), pose @ Pose((0.0, 0.0, -GROUND_DEPTH_M / 2))
 
 
 def add_visuals(visuals: Sequence[tuple[str, Visual]], client: int) -> int:
-    """Load visuals as one compound, in which they keep their order, and return its id."""
+    """Load visuals as one compound in the same order, and return its id."""
     if not visuals:
         return NO_SHAPE
     shapes = [drawn(visual.geometry, visual.pose) for _, visual in visuals]
@@ -92,7 +92,7 @@ def add_visuals(visuals: Sequence[tuple[str, Visual]], client: int) -> int:
 
 
 def add_nothing_to_see(client: int) -> int:
-    """Load a visual that is not drawn, and return its id.
+    """Load an invisible visual, and return its id.
 
     A link with collision shapes needs it if it has no visuals: PyBullet would draw the collision shapes.
     """
@@ -100,7 +100,7 @@ def add_nothing_to_see(client: int) -> int:
 
 
 def _arguments(shapes: Sequence[tuple[Geometry, Pose]], kind: str) -> dict[str, Any]:
-    """Return the arguments of PyBullet's array functions, which want every size of every shape."""
+    """Return the arguments of PyBullet's array functions, which take every size of every shape."""
     rows = [_row(geometry) for geometry, _ in shapes]
     return {
         **{name: [row[name] for row in rows] for name in rows[0]},
