@@ -1,0 +1,133 @@
+"""Transfer functions of a simulation: read, exchanged, added and deleted while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from nrp_legacy.code import Source
+
+from hbp_nrp_virtual_coach.codes import each_of, load, sources_of
+from hbp_nrp_virtual_coach.live import Live
+from hbp_nrp_virtual_coach.storage import Stored
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.run import Run
+
+
+class Functions(Live):
+    """The part of a simulation that deals with transfer functions."""
+
+    def __init__(self, stored: Stored, read: Callable[[], Experiment]) -> None:
+        super().__init__(stored, read)
+        self._sources = self._runner.call(lambda run: sources_of(run.experiment))
+        self._saved = dict(self._sources)
+
+    def print_transfer_functions(self) -> None:
+        """Print the names of the transfer functions."""
+        for name in self._names():
+            print(name)
+
+    def get_transfer_function(self, name: str) -> str:
+        """Return the source of a transfer function, imports included.
+
+        Raises:
+            ExperimentError: there is none of this name, or it is not written in Python.
+        """
+        self._require(name)
+        if name not in self._sources:
+            raise ExperimentError(f"transfer function '{name}' is not written in Python", subject=name)
+        return self._sources[name].text
+
+    def edit_transfer_function(self, name: str, source: str) -> None:
+        """Replace a transfer function between two steps; if the source is wrong, nothing changes.
+
+        Raises:
+            ExperimentError: there is none of this name, or the source is wrong.
+        """
+        self._require(name)
+        self._exchange(name, source)
+
+    def add_transfer_function(self, source: str) -> None:
+        """Add a transfer function between two steps.
+
+        Raises:
+            ExperimentError: the source is wrong, or there is a function of its name.
+        """
+        self._exchange(None, source)
+
+    def delete_transfer_function(self, name: str) -> None:
+        """Delete a transfer function between two steps.
+
+        Raises:
+            ExperimentError: there is none of this name.
+        """
+        self._require(name)
+        self._runner.call(lambda run: run.change(remove=[name]))
+        self._sources.pop(name, None)
+
+    def save_transfer_functions(self) -> None:
+        """Write changed transfer functions into the files of the experiment.
+
+        Raises:
+            ExperimentError: a function does not have a file of its own in an experiment of yours.
+        """
+        changed = {name: one for name, one in self._sources.items() if self._saved.get(name) != one}
+        for name, source in changed.items():
+            old = self._saved.get(name)
+            if (
+                old is None
+                or old.path == self._stored.file
+                or each_of(Source.of_file(old.path)).get(name) != old
+            ):
+                raise ExperimentError(
+                    f"'{name}' is not saved: it does not have a file of its own", subject=name
+                )
+            self._save(old.path, source.text)
+            self._saved[name] = self._sources[name] = Source(source.text, old.path)
+
+    def _exchange(self, name: str | None, source: str) -> None:
+        path = self._draft(f"{name or 'added'}.py", source)
+        drafts = each_of(Source.of_file(path))
+        if not drafts:
+            raise ExperimentError("the source does not declare a transfer function", path=path)
+        taken = set(drafts) & (set(self._names()) - {name})
+        if taken:
+            known = min(taken)
+            raise ExperimentError(f"there is a transfer function '{known}' already; edit it", subject=known)
+        self._runner.call(lambda run: self._apply(run, name, drafts))
+        if name is not None:
+            self._sources.pop(name, None)
+        self._sources.update(drafts)
+
+    def _apply(self, run: Run, name: str | None, drafts: dict[str, Source]) -> None:
+        """Load the functions of a draft and let them take the place of one."""
+        old = {one.name: one for one in run.loop.functions}
+        functions = [
+            one for path in {each.path for each in drafts.values()} for one in load(run.experiment, path)
+        ]
+        for function in functions:
+            function.priority = (
+                old[name].priority if name in old and not function.priority else function.priority
+            )
+        is_renamed = name in old and name not in {one.name for one in functions}
+        run.change(functions, [name] if name is not None and is_renamed else [])
+
+    def _reapply(self, run: Run) -> None:
+        """Give a new run the functions that the old one had."""
+        new = sources_of(run.experiment)
+        there = {one.name for one in run.loop.functions}
+        for name, source in self._sources.items():
+            if new.get(name) != source:
+                self._apply(run, name if name in there else None, {name: source})
+        run.change(remove=[name for name in there if name in new and name not in self._sources])
+
+    def _names(self) -> list[str]:
+        running = self._runner.call(lambda run: [one.name for one in run.loop.functions])
+        return list(dict.fromkeys([*running, *self._sources]))
+
+    def _require(self, name: str) -> None:
+        names = self._names()
+        if name not in names:
+            raise ExperimentError(
+                f"there is no transfer function '{name}'{did_you_mean(name, names)}", subject=name
+            )

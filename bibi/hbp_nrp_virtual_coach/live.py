@@ -1,0 +1,101 @@
+"""A simulation in the background, as the base of what scripts do with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory, mkdtemp
+from typing import Any
+
+from hbp_nrp_virtual_coach.once import log
+from hbp_nrp_virtual_coach.runner import Runner
+from hbp_nrp_virtual_coach.storage import Stored
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.run import Run
+
+
+class Live:
+    """An experiment that runs in the background.
+
+    Args:
+        stored: where it is stored.
+        read: reads the experiment anew.
+
+    Raises:
+        NrpError: it cannot be opened.
+    """
+
+    def __init__(self, stored: Stored, read: Callable[[], Experiment]) -> None:
+        self._stored, self._read = stored, read
+        self._callbacks: list[Callable[[dict[str, Any]], object]] = []
+        self._drafts = TemporaryDirectory(prefix="virtual_coach_")
+        self._runner = Runner(read(), self._tell, self._finish)
+        self._records = stored.new_run()
+
+    def start(self) -> None:
+        """Start or resume the simulation, and return at once.
+
+        Raises:
+            LifecycleError: it is stopped, or was halted by an error.
+        """
+        self._runner.start()
+
+    def pause(self) -> None:
+        """Pause the simulation after the current step.
+
+        Raises:
+            LifecycleError: it is stopped.
+        """
+        self._runner.pause()
+
+    def stop(self) -> None:
+        """End the simulation, write its CSV files, and release it."""
+        self._runner.stop()
+        self._drafts.cleanup()
+
+    def get_state(self) -> str:
+        """Return ``paused``, ``started``, ``stopped``, or ``halted`` after an error."""
+        return self._runner.poll()
+
+    def register_status_callback(self, callback: Callable[[dict[str, Any]], object]) -> None:
+        """Have a function called with the status, a dict.
+
+        It holds ``simulationTime`` and ``realTime`` (s), ``state``, and ``timeout``, the simulated time that
+        is left (s). The function is called at every whole second of simulated time, when the state changes,
+        and at least once a second. The simulation waits until it returns, so pausing there is exact.
+        """
+        self._callbacks.append(callback)
+
+    def _tell(self, status: dict[str, Any]) -> None:
+        for callback in list(self._callbacks):
+            try:
+                callback(status)
+            except Exception:  # noqa: BLE001 - the simulation outlives whatever users write
+                log.exception("a status callback failed")
+
+    def _finish(self, run: Run) -> None:
+        """Keep what the run has recorded, before it is closed."""
+        run.write_csv(self._records)
+
+    def _draft(self, name: str, source: str) -> Path:
+        """Write a source to a file, for the run to read."""
+        path = Path(mkdtemp(dir=self._drafts.name), name)
+        path.write_text(source, encoding="utf-8")
+        return path
+
+    def _is_draft(self, path: Path) -> bool:
+        return Path(self._drafts.name) in path.parents
+
+    def _save(self, path: Path, source: str) -> None:
+        """Write a source into the files of the experiment.
+
+        Raises:
+            ExperimentError: these are not the user's.
+        """
+        home = self._stored.file.parent.resolve()
+        if not self._stored.is_own or home not in path.resolve().parents:
+            raise ExperimentError(
+                "is not saved: the file does not belong to an experiment of yours", path=path
+            )
+        path.write_text(source, encoding="utf-8")

@@ -1,0 +1,28 @@
+"""How experiments are run, as the environment says: scripts were not written for these settings."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from nrp_core.cli.options import overrides_of
+
+REAL_TIME = "realtime"
+"""The default pace: scripts wait for times of the clock on the wall."""
+
+
+def overrides() -> list[str]:
+    """Return what the variables of ``nrp run`` set: models, backends, seed, pace and other values."""
+
+    def value(name: str) -> str | None:
+        return os.environ.get(name) or None
+
+    models = [Path(folder) for folder in (value("NRP_MODELS") or "").split(os.pathsep) if folder]
+    return overrides_of(
+        (value("NRP_SET") or "").split(),
+        brain=value("NRP_BRAIN"),
+        world=value("NRP_WORLD"),
+        models=models,
+        seed=value("NRP_SEED"),
+        pace=value("NRP_PACE") or REAL_TIME,
+    )
