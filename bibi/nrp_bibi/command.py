@@ -33,7 +33,7 @@ def generate(
     text = _text(file, reverse=reverse, imports=imports)
     wanted = {} if output is None else {output: text}
     if diagram is not None:
-        wanted[diagram] = _picture(file, reverse=reverse)
+        wanted[diagram] = _drawing(file, reverse=reverse)
     stale = [path for path in wanted if not path.is_file() or path.read_text("utf-8") != wanted[path]]
     if not check:
         for path in stale:
@@ -55,7 +55,7 @@ def _text(file: Path, *, reverse: bool, imports: bool) -> str:
     return bibi_text(model) if reverse else generated(model, file, with_imports=imports)
 
 
-def _picture(file: Path, *, reverse: bool) -> str:
+def _drawing(file: Path, *, reverse: bool) -> str:
     from nrp_bibi.diagram import diagram
 
     return diagram(_model(file, reverse=reverse), file)

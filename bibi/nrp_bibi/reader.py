@@ -51,18 +51,37 @@ def model_of(root: Element) -> Bibi:
         root = found[0]
     if _local(root.tag) not in _ROOTS:
         raise root.error(f"a BIBI document begins with <bibi>, not <{root.tag}>")
-    model: Bibi = _Reading(_with_properties(root), Bibi).node()
+    model: Bibi = _Reading(_in_present_form(root), Bibi).node()
     return model
 
 
-def _with_properties(element: Element) -> Element:
-    """Return an element in which references ``name="device.voltage"`` have a name and a property."""
+def _in_present_form(element: Element) -> Element:
+    """Return an element of any year as it would be written in the last version.
+
+    References ``name="device.voltage"`` get a name and a property, patterns of a ``MapSelector`` the
+    population of its source, and a ``<file>`` without a name is dropped.
+    """
     given = dict(element.attributes)
     name, dot, path = given.get("name", "").partition(".")
-    is_reference = any(_says_type(one) and _local(text) == "ArgumentReference" for one, text in given.items())
-    if dot and is_reference and "property" not in given:
+    if dot and _stated_type(element) == "ArgumentReference" and "property" not in given:
         given |= {"name": name, "property": path}
-    return replace(element, attributes=given, children=[_with_properties(one) for one in element.children])
+    inner = [_in_present_form(child) for child in element.children if not _is_empty_file(child)]
+    if _stated_type(element) == "MapSelector":
+        sources = [child for child in inner if _local(child.tag) == "source"]
+        population = {
+            key: one.attributes[key] for one in sources for key in ("population",) if key in one.attributes
+        }
+        inner = [
+            replace(child, attributes={**population, **child.attributes})
+            if _local(child.tag) == "pattern"
+            else child
+            for child in inner
+        ]
+    return replace(element, attributes=given, children=inner)
+
+
+def _is_empty_file(element: Element) -> bool:
+    return _local(element.tag) == "file" and not (element.text or element.attributes or element.children)
 
 
 class _Reading:

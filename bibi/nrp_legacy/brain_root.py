@@ -25,7 +25,7 @@ class BrainRoot:
         self._built = None if network is None else built_of(network)
 
     def __deepcopy__(self, memo: object) -> BrainRoot:
-        """Return the root itself: a variable that begins with it keeps the run's."""
+        """Return the root itself, so that variables are not copies."""
         return self
 
     def __getattr__(self, name: str) -> Any:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any, NoReturn
 
 import numpy as np
@@ -20,6 +20,7 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import CIRCUIT, Selection, with_views
 from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import ExperimentError, NetworkError
+from nrp_core.findings import Code, Finding
 from nrp_legacy.code import Source, as_of_old, compiled_file
 from nrp_legacy.convert.python import defined
 from nrp_legacy.elements import attribute, children, local, number
@@ -33,6 +34,7 @@ from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.nest.models import SPIKE_RECORDERS
 from nrp_legacy.nest.network import Conversion, network_of
 from nrp_legacy.nest.running import RunningKernel
+from nrp_legacy.notes import Notes, unnoted
 from nrp_legacy.pynn07 import add_spellings
 from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
@@ -57,7 +59,7 @@ class NotedNetwork(Network):
         built: the variables of its file.
     """
 
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     injections: tuple[Injection, ...] = ()
     built: Built = field(default_factory=Built)
 
@@ -68,6 +70,7 @@ def load_brain(
     seed: int,
     folders: Sequence[Path] = (),
     library: Library | None = None,
+    parameters: Mapping[str, object] = MappingProxyType({}),
 ) -> Network:
     """Return the network of a brain file, with the names that an experiment gives its neurons.
 
@@ -77,6 +80,7 @@ def load_brain(
         seed: the seed of every random number.
         folders: the folders whose modules a script can import.
         library: the search path for files that a script names.
+        parameters: values of the parameters that a script declares.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
@@ -84,7 +88,7 @@ def load_brain(
     if path.suffix in _HDF5:
         network = read_h5_brain(path)
     else:
-        network = load_script(path, seed, folders=folders, library=library)
+        network = load_script(path, seed, folders=folders, library=library, parameters=parameters)
     views = dict(network.views)
     for name, chosen in populations.items():
         with suppress(ExperimentError):  # reported as a name without neurons
@@ -100,6 +104,7 @@ def load_script(
     populations: Mapping[str, Selection] | None = None,
     folders: Sequence[Path] = (),
     library: Library | None = None,
+    parameters: Mapping[str, object] = MappingProxyType({}),
 ) -> Network:
     """Return the network of a script for PyNN or NEST.
 
@@ -109,6 +114,7 @@ def load_script(
         populations: the names of neurons of its ``circuit``.
         folders: the folders whose modules it can import.
         library: the search path for files that it names, by default its folder.
+        parameters: values of the parameters that it declares.
 
     Raises:
         NetworkError: the file cannot be turned into a network.
@@ -129,7 +135,7 @@ def load_script(
 
     def adapt(sim: ModuleType) -> None:
         nonlocal currents
-        add_spellings(sim)
+        add_spellings(sim, kernel)
         add_spinnaker(sim)
         modules.update(dict.fromkeys(EXTERNAL_DEVICES, sim.external_devices))
         vars(sim)["nest"] = built.nest
@@ -143,8 +149,8 @@ def load_script(
     modules = {**libraries, "nest": built.nest}
     with as_of_old():
         made = load_network(
-            path, seed=seed, simulators=_SIMULATORS, compiled=compiled_file, adapt=adapt,
-            modules=modules, other=by_nest, missing=StandIns(kernel.note),
+            path, seed=seed, parameters=parameters, simulators=_SIMULATORS, compiled=compiled_file,
+            adapt=adapt, modules=modules, other=by_nest, missing=StandIns(kernel.notes.add),
             folders=ImportPath(built.import_path, folders, files),
         )  # fmt: skip
     parts = made.populations, made.projections, made.views, made.timestep_ms
@@ -192,7 +198,7 @@ def with_unseen(network: Network, path: Path) -> Network:
     if path.suffix != ".py" or isinstance(network, NotedNetwork):
         return network
     built = Built()
-    names = defined(Source.of_file(path).tree(lambda _note: None))
+    names = defined(Source.of_file(path).tree(unnoted))
     built.variables = {name: Selector(partial(_unread, name), f"brain.{name}") for name in names}
     parts = network.populations, network.projections, network.views, network.timestep_ms
     return NotedNetwork(*parts, built=built)
@@ -202,17 +208,15 @@ def _unread(name: str, _root: object) -> NoReturn:
     raise UnreadableError(f"'{name}' is known only after the brain file has been executed")
 
 
-def remark(
-    path: Path, populations: Mapping[str, Element], network: Network, notes: Callable[[str], None]
-) -> None:
-    """Report what was converted in a brain file, and which names do not exist in its network."""
+def remark(path: Path, populations: Mapping[str, Element], network: Network, notes: Notes) -> None:
+    """Report the conversions in a brain file, and names that do not exist in its network."""
     if path.suffix == ".py":
         Source.of_file(path).compiled(notes)
     for note in getattr(network, "notes", ()):
-        notes(f"{path.name}: {note}")
+        notes(note.code, f"{path.name}: {note.message}", subject=note.subject)
     for name in populations:
         if name not in (*network.views, *network.populations):
-            notes(f"population '{name}' has no neurons in {path.name}")
+            notes(Code.NRP271, f"population '{name}' has no neurons in {path.name}", subject=name)
 
 
 def _chosen(element: Element, name: str, views: Mapping[str, IntArray]) -> IntArray | None:

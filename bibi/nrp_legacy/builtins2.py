@@ -75,7 +75,7 @@ def sorted(
 
 
 def sort(items: Any, *values: Any, cmp: Any = None, **options: Any) -> Any:
-    """Sort a list by a comparison, or anything else as it sorts itself."""
+    """Sort a list by a comparison function; other objects by their own method."""
     compare = values[0] if values and callable(values[0]) else cmp
     if compare is None:
         return items.sort(*values, **options)
@@ -97,7 +97,7 @@ def ord(character: Any) -> int:
 def round_of(number: Any, ndigits: int = 0) -> Any:
     """Return a number rounded as Python 2 did: halves go away from zero, and the result is a float."""
     if np.size(number) != 1:
-        return np.round(number, ndigits)  # its namesake, which code may have imported
+        return np.round(number, ndigits)  # the function of the same name, which code may have imported
     value = float(_only(number))
     if not isfinite(value):
         return value
@@ -106,12 +106,12 @@ def round_of(number: Any, ndigits: int = 0) -> Any:
 
 
 def float_of(value: Any = 0.0) -> float:
-    """Return a number as a float, that of an array of one too."""
+    """Return a number, or an array with one, as a float."""
     return float(_only(value))
 
 
 def int_of(value: Any = 0, *base: int) -> int:
-    """Return a number as an integer, that of an array of one too."""
+    """Return a number, or an array with one, as an integer."""
     return int(_only(value), *base)
 
 
@@ -125,7 +125,7 @@ def reload(module: Any) -> Any:
 
 
 def apply(function: Callable[..., Any], values: Iterable[Any] = (), options: Any = None) -> Any:
-    """Return what a function returns."""
+    """Return the result of a function."""
     return function(*values, **(options or {}))
 
 
@@ -140,7 +140,7 @@ def next_of(items: Any) -> Any:
 
 
 def text_of(value: Any, encoding: str = "ascii", *errors: str) -> Any:
-    """Return a text encoded or decoded: as it is, but for hexadecimal digits."""
+    """Return a text encoded or decoded: unchanged, except for hexadecimal digits."""
     if encoding in ("hex", "base64"):
         return codecs.encode(value.encode("latin-1"), encoding).decode("ascii").strip()
     return value.decode(encoding, *errors) if isinstance(value, bytes) else value
@@ -154,7 +154,7 @@ def compared(sign: str, left: Any, right: Any) -> Any:
 
 
 def message_of(error: BaseException) -> Any:
-    """Return what an error says: ``error.message``."""
+    """Return the message of an error: ``error.message``."""
     return getattr(error, "message", error.args[0] if error.args else "")
 
 
@@ -206,8 +206,31 @@ class Quotient(float):
         return Quotient(-float(self))
 
 
+def index_of(index: Any) -> Any:
+    """Return the integer index for a float, or an index with floats, as NumPy accepted until version 1.11.
+
+    It is still equal to the float, so that a dictionary finds it.
+    """
+    if isinstance(index, (float, np.floating)):
+        return index if isinstance(index, Quotient) or not isfinite(index) else Index(index)
+    if isinstance(index, tuple):
+        return tuple(map(index_of, index))
+    if isinstance(index, np.ndarray) and index.dtype.kind == "f":
+        return index.astype(np.intp)
+    if isinstance(index, list) and any(isinstance(each, (float, np.floating)) for each in index):
+        return [int(each) for each in index]
+    return index
+
+
+class Index(float):
+    """A float that is used as an index: it is truncated."""
+
+    def __index__(self) -> int:
+        return int(self)
+
+
 def _again(value: Any, other: Any) -> Any:
-    """Return a number that can still be an index, if it came of such numbers."""
+    """Return a number that can be an index, if it was computed from such numbers."""
     return Quotient(value) if value is not NotImplemented and isinstance(other, (int, Quotient)) else value
 
 
@@ -217,7 +240,7 @@ def divide(left: Any, right: Any) -> Any:
 
 
 def quotient(left: Any, right: Any) -> Any:
-    """Divide as Python 3, which code may yet use as Python 2 could: as an index."""
+    """Divide as Python 3; the quotient can be an index as in Python 2."""
     value = left / right
     whole = _is_whole(left) and _is_whole(right)
     return Quotient(value) if whole and not hasattr(value, "__len__") else value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +14,9 @@ from types import CodeType
 from nrp_bibi.model.values import dedented
 
 from nrp_core._support.xml import Element
+from nrp_core.findings import Code
+from nrp_legacy.notes import Notes, unnoted
 from nrp_legacy.python2 import Converted, converted, executable, refusal
-
-Notes = Callable[[str], None]
 
 
 @contextmanager
@@ -50,11 +50,13 @@ class Source:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = raw.decode("latin-1")
-        return cls(text.replace("\r\n", "\n").replace("\r", "\n"), path)
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+        # the platform removed common indentation
+        return cls(text if _can_be_read(text) else _least_deep(text), path)
 
     @classmethod
     def of_element(cls, element: Element) -> Source:
-        """Read code that stands in a document, deeper than it should and its first line maybe apart."""
+        """Read indented code in a document; its first line may have another indentation."""
         raw = element.raw_text.rstrip()
         code = raw.lstrip("\n \t") if "\n" not in raw.strip() else raw
         blank = len(raw) - len(raw.lstrip())
@@ -70,7 +72,9 @@ class Source:
         Raises:
             TransferFunctionError: it is neither Python 3 nor Python 2.
         """
-        return self._converted(notes).tree
+        tree = ast.fix_missing_locations(self._converted(notes).tree)
+        self._compiled(tree)  # finds errors that the parser accepts
+        return tree
 
     def _converted(self, notes: Notes) -> Converted:
         try:
@@ -79,7 +83,8 @@ class Source:
         except SyntaxError as error:
             raise refusal(error, self.path, self.first_line) from None
         if result.changes:
-            notes(f"{self.path.name}: leftovers of Python 2 were converted: {', '.join(result.changes)}")
+            message = f"{self.path.name}: leftovers of Python 2 were converted: {', '.join(result.changes)}"
+            notes(Code.NRP255, message, subject=self.path.name)
         ast.increment_lineno(result.tree, self.first_line - 1)
         return result
 
@@ -89,7 +94,9 @@ class Source:
         Raises:
             TransferFunctionError: as for :meth:`tree`.
         """
-        tree = executable(self._converted(notes))
+        return self._compiled(executable(self._converted(notes)))
+
+    def _compiled(self, tree: ast.Module) -> CodeType:
         try:
             with as_of_old():
                 return compile(tree, str(self.path), "exec", dont_inherit=True)
@@ -98,14 +105,14 @@ class Source:
 
 
 def compiled_file(path: Path) -> CodeType:
-    """Return what a file of whichever Python means, for files that others import."""
-    return Source.of_file(path).compiled(lambda _note: None)
+    """Return the compiled code of a file in Python 2 or 3, for imported files."""
+    return Source.of_file(path).compiled(unnoted)
 
 
 def _least_deep(code: str) -> str:
-    """Return code without the depth at which it stands, whichever of its lines have another one.
+    """Return code without its common indentation; some lines may have another one.
 
-    What can be read decides which was meant: the first line may stand apart, and comments anywhere.
+    The variant that can be parsed is used: the first line and comments may have another indentation.
     """
     meant = dedented(code)
     lines = meant.split("\n")

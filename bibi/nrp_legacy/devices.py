@@ -33,9 +33,9 @@ class _Forgiving(SettableAttribute):
     """An attribute with another name or unit; invalid values become the nearest valid value.
 
     Args:
-        name: of the port's attribute.
-        scale: from the unit of users to that of the port.
-        lowest: that a device takes.
+        name: name of the port's attribute.
+        scale: factor from the user's unit to that of the port.
+        lowest: the lowest valid value.
     """
 
     def __init__(self, name: str, scale: float = 1.0, lowest: float = -inf) -> None:
@@ -116,7 +116,7 @@ class NestNoise(NoiseCurrentGenerator):
 
 
 def device_kinds(*, nest_units: bool) -> dict[str, DeviceKind]:
-    """Return the kinds that take what ours refuse, by name."""
+    """Return the lenient kinds of devices, by name."""
     currents = (NestCurrent, NestSine, NestNoise) if nest_units else (Current, Sine, Noise)
     kinds = {"dc_source": currents[0], "ac_source": currents[1], "nc_source": currents[2],
              "poisson": Spikes, "fixed_frequency": Spikes}  # fmt: skip

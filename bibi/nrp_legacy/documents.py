@@ -106,7 +106,7 @@ class Bibi:
 
     @property
     def nest_units(self) -> bool:
-        """Whether devices are set in pA, nS and pF, as where NEST is used without PyNN."""
+        """Whether devices are set in pA, nS and pF, as with NEST without PyNN."""
         return any(word in self.mode.lower() for word in ("directnest", "nestclient"))
 
 
@@ -137,6 +137,13 @@ def read_experiment(path: Path) -> Experiment:
         tuple(machine for machine in machines if machine.name),
         _ignored(root),
     )
+
+
+def experiment_of(bibi: Bibi) -> Experiment:
+    """Return a document for a ``.bibi`` file that no ``.exc`` file names."""
+    path = bibi.element.path
+    named = FileNamed(path.name, bibi.element)
+    return Experiment(bibi.element, path.stem, "", None, None, None, {}, named, (), ())
 
 
 def read_bibi(path: Path) -> Bibi:

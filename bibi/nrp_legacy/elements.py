@@ -10,7 +10,7 @@ from nrp_core._support.xml import Element
 _DURATION = re.compile(
     r"P(?:(?P<days>\d+)D)?(?:T(?:(?P<hours>\d+)H)?(?:(?P<minutes>\d+)M)?(?:(?P<seconds>\d+(?:\.\d*)?)S)?)?"
 )
-_SHORTEST, _LONGEST = 1e-6, 1e9  # of the step, in ms, it is the nanosecond in which time is counted
+_SHORTEST, _LONGEST = 1e-6, 1e9  # of the step, in ms: the resolution of time is 1 ns
 _SECONDS = {"days": 86_400.0, "hours": 3600.0, "minutes": 60.0, "seconds": 1.0}
 
 
@@ -30,7 +30,7 @@ def child(element: Element, *names: str) -> Element | None:
 
 
 def text(element: Element, *names: str) -> str:
-    """Return what the first such child says, on one line; empty where there is none."""
+    """Return the text of the first such child, on one line; empty if there is none."""
     found = child(element, *names)
     return " ".join(found.text.split()) if found is not None else ""
 
@@ -42,7 +42,7 @@ def attribute(element: Element, *names: str) -> str | None:
 
 
 def number(element: Element, name: str) -> float | None:
-    """Return an attribute that is a number, None where it is not given.
+    """Return an attribute that is a number, None if it is missing.
 
     Raises:
         ExperimentError: it is not a number.

@@ -23,7 +23,7 @@ _SCHEMES = ("storage://", "model://", "file://")
 
 
 def models_of_installation() -> list[Path]:
-    """Return the folder of models that an installation of the platform names in its variables, if any."""
+    """Return the folder of models in the environment variables of a platform installation, if any."""
     said = (Path(os.environ.get("NRP_MODELS_DIRECTORY") or "/"), Path(os.environ.get("HBP") or "/", "Models"))
     return [folder for folder in said if folder != Path("/") and folder.is_dir()][:1]
 
@@ -43,10 +43,14 @@ class Library:
     def roots(self) -> list[Path]:
         """Return the folders in which rooms and robots find the models that they refer to."""
         shelves = (library / shelf for library in self._models for shelf in _SHELVES)
-        return [self.folder, *dict.fromkeys(folder for folder in shelves if folder.is_dir())]
+        textures = self.folder / "resources" / "textures"
+        return [
+            self.folder,
+            *dict.fromkeys(folder for folder in (*shelves, textures) if folder.is_dir()),
+        ]
 
     def environment(self) -> dict[str, str]:
-        """Return the variables in which the platform told where its folders are."""
+        """Return the environment variables with the folders of the platform."""
         models = self._models[0] if self._models else self.folder
         return {
             "HBP": str(models.parent),
@@ -90,7 +94,7 @@ class Library:
     def _main(
         self, names: Sequence[str], model: str | None, main: Callable[[Path, str], Path | None]
     ) -> Path | None:
-        """Return the first file that there is; of an archive or a folder the main file in it."""
+        """Return the first file that exists; for an archive or a folder, its main file."""
         path = self._first(names, model)
         if path is not None:
             return path if path.suffix.lower() != ".zip" else main(unpacked(path), path.stem)
@@ -99,7 +103,7 @@ class Library:
         return next((file for folder in folders if (file := main(folder, folder.name))), None)
 
     def _first(self, names: Iterable[str], model: str | None) -> Path | None:
-        """Return the first file that there is.
+        """Return the first file that exists.
 
         Args:
             names: relative to the experiment, or to a folder of models; ``storage://experiment/file`` is a
@@ -142,7 +146,7 @@ class Library:
 
     @cached_property
     def _files(self) -> Mapping[str, list[Path]]:
-        """All files of the experiment and the libraries by their names, in small letters."""
+        """All files of the experiment and the libraries by their lower-case names."""
         found = defaultdict[str, list[Path]](list)
         for place in (self.folder, *self._models):
             for folder, folders, names in os.walk(place, followlinks=True):
@@ -153,7 +157,7 @@ class Library:
 
     @cached_property
     def _tops(self) -> set[Path]:
-        """The folders that are no models themselves."""
+        """The folders that are not models themselves."""
         return {
             self.folder.resolve(),
             self.folder.parent.resolve(),
@@ -162,7 +166,7 @@ class Library:
 
 
 def _main_script(folder: Path, name: str) -> Path | None:
-    """Return the main file of a brain: one named as its folder, else the least deep one.
+    """Return the main file of a brain: one named like its folder, else the least deep one.
 
     Args:
         folder: that it is in.
@@ -174,7 +178,7 @@ def _main_script(folder: Path, name: str) -> Path | None:
 
 
 def _leave_out_circles(folder: str, folders: list[str]) -> None:
-    """Let a walk not go into links that lead back to where they are."""
+    """Exclude cyclic links from a walk."""
     here = os.path.realpath(folder) + os.sep
     folders[:] = sorted(
         name for name in folders

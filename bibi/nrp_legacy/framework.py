@@ -17,8 +17,10 @@ from nrp_core.dsl.devices.kinds import DeviceKind
 from nrp_core.dsl.functions.variables import Variable
 from nrp_core.dsl.parameters.binding import Binding
 from nrp_core.dsl.selection.selectors import evaluate
+from nrp_core.findings import Code
 from nrp_legacy.brain_root import Brain
 from nrp_legacy.devices import device_kinds, in_our_units
+from nrp_legacy.notes import Notes
 from nrp_legacy.shims.graph import absolute, log
 from nrp_legacy.shims.modules import module
 from nrp_legacy.shims.tuples import as_in_ros1
@@ -81,7 +83,7 @@ class HeardTopic(dsl.Topic):
 
 
 def _with_numbers(tell: Callable[[str], None], message: Any) -> Any:
-    """Return a message, or its only field, with finite numbers where it holds arrays of one, nan or inf."""
+    """Return a message, or its only field, with arrays of one number, nan and inf replaced by numbers."""
     if isinstance(message, (np.generic, np.ndarray)) and message.size == 1:
         message = message.item()
     if isinstance(message, float) and not isfinite(message):
@@ -107,13 +109,13 @@ def topic(name: str, topic_type: Any = None) -> dsl.Topic:
 
 
 def resolve(brain: Any, function: Callable[..., Any]) -> Any:
-    """Return what a function of nothing, of the brain, or of the brain and its adapter gives."""
+    """Call a function without arguments, with the brain, or with the brain and its adapter."""
     count = len(inspect.signature(function).parameters)
     return dsl.resolve(lambda _root: function(*(brain, None)[:count]))
 
 
 class SameVariable(Variable):
-    """A variable that begins with the very object of the user, where copying would part it from callbacks."""
+    """A variable with the user's object itself, because a copy would not be the one in callbacks."""
 
     __slots__ = ()
 
@@ -134,13 +136,11 @@ def _is_of_users(value: Any) -> bool:
     return type(value).__module__.partition(".")[0] not in ("builtins", "numpy", "collections", "nrp_core")
 
 
-def framework(
-    notes: Callable[[str], None], *, nest_units: bool = False, brain_root: Any = dsl.brain
-) -> ModuleType:
+def framework(notes: Notes, *, nest_units: bool = False, brain_root: Any = dsl.brain) -> ModuleType:
     """Return the module for one experiment.
 
     Args:
-        notes: told what is left out of a mapping.
+        notes: receives a note about each argument left out of a mapping.
         nest_units: whether settings and attributes of devices are in pA, nS and pF.
         brain_root: the module of the brain file.
     """
@@ -191,8 +191,8 @@ def framework(
     )  # fmt: skip
 
 
-def _settings(device_type: Any, given: Mapping[str, Any], notes: Callable[[str], None]) -> dict[str, Any]:
-    """Return the settings of a device under its names here; settings that it does not have are left out."""
+def _settings(device_type: Any, given: Mapping[str, Any], notes: Notes) -> dict[str, Any]:
+    """Return the settings of a device by their names here, without unknown ones."""
     if not isinstance(device_type, DeviceKind):
         return dict(given)
     connector = given.get("connector")
@@ -209,5 +209,5 @@ def _settings(device_type: Any, given: Mapping[str, Any], notes: Callable[[str],
     }
     for name in sorted(named.keys() - taken.keys() - {"connector"}):
         if named[name] is not None:
-            notes(f"{device_type} does not have the setting '{name}': left out")
+            notes(Code.NRP287, f"{device_type} does not have the setting '{name}': left out", subject=name)
     return taken

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 from nrp_bibi.generate.part import Part
@@ -20,8 +20,7 @@ from nrp_legacy.documents import is_active, priority_of
 from nrp_legacy.elements import attribute, children, local, text
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
-
-Notes = Callable[[str], None]
+from nrp_legacy.notes import Notes
 
 _OF_BLOCKS = ("local", "device", "deviceGroup", "topic", "returnValue")
 _PYTHON = ("PythonTransferFunction", "transferFunctionImport", "transferFunctionInline")

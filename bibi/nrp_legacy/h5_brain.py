@@ -1,8 +1,8 @@
 """Brains of 2014 in HDF5 files: adaptive exponential cells with depressing and facilitating synapses.
 
-One dataset for each parameter holds a value a cell, in NEST's units; ``syn_<n>`` holds the synapses from cell
-n (from 1 on), one a column: target, delay (ms), weight (nS), U, tau_rec, tau_facil (ms). Cells whose
-``excitatory`` is above 100 excite.
+One dataset for each parameter holds a value per cell, in NEST's units; ``syn_<n>`` holds the synapses from
+cell n (from 1 on), one per column: target, delay (ms), weight (nS), U, tau_rec, tau_facil (ms). Cells with
+``excitatory`` above 100 are excitatory.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.files.hdf5 import array, reading
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
-from nrp_legacy.nest.models import CELLS
+from nrp_legacy.nest.models import CELLS, recovering
 
 CELL = "aeif_cond_alpha"
 LABEL = "circuit"
@@ -30,7 +30,7 @@ def read_h5_brain(path: Path) -> Network:
     """Return the network of a file.
 
     Raises:
-        NetworkError: it is no such file.
+        NetworkError: it is not such a file.
     """
     with reading(path) as file:
         size = len(array(file, "x"))
@@ -78,5 +78,5 @@ def _projection(file: Any, receptor: str, sources: np.ndarray[Any, Any]) -> Proj
     return Projection(
         receptor, LABEL, LABEL, receptor, pre.astype(np.int32), target.astype(np.int32) - 1,
         np.abs(weight) * 1e-3, delay, TSODYKS_MARKRAM,
-        {"U": u, "tau_rec": recovery, "tau_facil": facilitation},
+        {"U": u, "tau_rec": recovering(recovery), "tau_facil": facilitation},
     )  # fmt: skip

@@ -15,23 +15,24 @@ from nrp_core.dsl.loading import listing
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.experiment.making.maker import build_here
-from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.model.section import Section
 from nrp_core.experiment.reading.platforms import Platform
-from nrp_core.findings import Code, Level
+from nrp_core.findings import Code
 from nrp_core.paths import ExistingFile
 from nrp_legacy.brains import load_script
 from nrp_legacy.code import Source
 from nrp_legacy.files import Library
 from nrp_legacy.maker import ShimmedMaker
+from nrp_legacy.reader import read_described
 
 RESOURCES = "resources"
 """The folder, beside transfer functions, whose modules they can import."""
 
 
 class Options(Section):
-    """What the files of an experiment need of the platform besides its names and modules."""
+    """The platform options of an experiment, besides names and modules."""
 
     nest_units: bool = False
     """Whether transfer functions set devices in pA, nS and pF, as where NEST is used without PyNN."""
@@ -44,7 +45,7 @@ class ImportedMaker(ShimmedMaker):
 
     Args:
         experiment: the experiment.
-        options: what it needs of the platform.
+        options: its platform options.
     """
 
     def __init__(self, experiment: Experiment, options: Options) -> None:
@@ -63,8 +64,9 @@ class ImportedMaker(ShimmedMaker):
         if brain.model.suffix != ".py":
             return super().network(experiment, build)
         script = partial(
-            load_script, brain.model, experiment.seed, brain.populations, self._folders, self.library
-        )
+            load_script, brain.model, experiment.seed, brain.populations, self._folders, self.library,
+            brain.parameters,
+        )  # fmt: skip
         return self._known(build(script), brain.model)
 
     def _codes(self, experiment: Experiment) -> Iterator[str]:
@@ -74,7 +76,8 @@ class ImportedMaker(ShimmedMaker):
         self.names = self._begun(experiment)
         loaded: list[TransferFunction] = []
         for i, path in enumerate(experiment.transfer_functions):
-            with collector.during(Code.NRP210, "transfer_functions", i, level=Level.WARNING):
+            omission = Omission(Code.NRP272, "file", path.name)
+            with collector.during(Code.NRP210, "transfer_functions", i, omission=omission):
                 loaded += self._load(path)
         yield from self._ready(loaded, collector)
 
@@ -82,15 +85,16 @@ class ImportedMaker(ShimmedMaker):
         self.names = self._begun(experiment)
         sources: list[listing.PythonSource] = []
         for i, path in enumerate(experiment.transfer_functions):
-            with collector.during(Code.NRP210, "transfer_functions", i, level=Level.WARNING):
+            omission = Omission(Code.NRP272, "file", path.name)
+            with collector.during(Code.NRP210, "transfer_functions", i, omission=omission):
                 tree = Source.of_file(path).tree(self._note)
                 sources.append(listing.PythonSource(path, tree))
         yield self._listing(sources, collector)
 
     def _load(self, path: Path) -> list[TransferFunction]:
-        """Return the functions of a file; one that has none gives its names to the others."""
+        """Return the functions of a file; the names of a file without functions are shared with others."""
         code = Source.of_file(path).compiled(self._note)
         return load_transfer_functions(path, module=self.names.module, code=code, scope=self.names.scope)
 
 
-PLATFORM = Platform(Options, ImportedMaker)
+PLATFORM = Platform(Options, ImportedMaker, read_described)

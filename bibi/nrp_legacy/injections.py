@@ -27,7 +27,7 @@ class Injection:
 
 
 def kept_injections(sim: ModuleType) -> list[Injection]:
-    """Let a simulator take currents that change; return the list to which it adds them."""
+    """Add time-dependent currents to a simulator; return the list that collects them."""
     kept: list[Injection] = []
     state, constant = sim.state, sim.state.inject
 

@@ -1,8 +1,8 @@
-"""Joints that functions command by topics of the platform, though no plugin that is known here serves them.
+"""Joints commanded by topics of the platform for which there is no known plugin.
 
-Robots of the platform had plugins of their own for it, or the controllers of ``ros_control``. Whatever they
-were, ``/robot/joint/cmd_pos``, ``/icub/joint/vel`` and ``/arm/joint_position_controller/command`` say which
-joint is meant and how.
+Robots of the platform had their own plugins for it, or the controllers of ``ros_control``. In either case
+``/robot/joint/cmd_pos``, ``/icub/joint/vel`` and ``/arm/joint_position_controller/command`` name the joint
+and the quantity.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import Literal
 
+from nrp_core.findings import Code, Finding
 from nrp_core.world.scene.acting import JointController, TrajectoryController
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.plugins import unknown_plugin
 
 Kind = Literal["position", "velocity", "effort"]
 
@@ -29,20 +29,18 @@ _CONTROLLER = re.compile(
 )
 _TRAJECTORY = re.compile(r"""["']/?(?P<topic>[\w/-]+)["']\s*,\s*(?:\w+\s*=\s*)?(?:\w+\.)*JointTrajectory\b""")
 """A topic with its type, as publishers are made."""
-_SERVED = unknown_plugin("gazebo_ros_control")
-"""The warning about a robot with that plugin; it is dropped if the joints get controllers."""
 _KINDS: dict[str, Kind] = {"vel": "velocity", "eff": "effort", "tor": "effort"}
 
 
 def with_commanded_joints(model: Model, sources: Iterable[str], others: Collection[str] = ()) -> Model:
     """Return a robot with a controller for each of its joints that some code commands by its name.
 
-    Topics of trajectories lead all of its joints.
+    Topics of trajectories command all of its joints.
 
     Args:
         model: the robot.
         sources: the code of the transfer functions and state machines.
-        others: the names of other robots; what begins with one is not meant for this one.
+        others: the names of other robots; topics that begin with one are not for this robot.
     """
     free = {joint.name for joint in model.joints if joint.takes_commands}
     driven = {(controller.joint, controller.kind) for controller in model.controllers}
@@ -56,25 +54,32 @@ def with_commanded_joints(model: Model, sources: Iterable[str], others: Collecti
         if (joint, kind) not in driven and topic not in served and topic.split("/")[1] not in others
     ]
     controllers = (*model.controllers, *added)
-    warnings = tuple(text for text in model.warnings if not ((controllers or followers) and _SERVED in text))
+    warnings = tuple(
+        warning for warning in model.warnings if not ((controllers or followers) and _is_served(warning))
+    )
     return replace(model, controllers=controllers, trajectory_controllers=followers, warnings=warnings)
+
+
+def _is_served(warning: Finding) -> bool:
+    """Return whether a warning is about the plugin that these controllers replace."""
+    return warning.code is Code.NRP261 and warning.subject == "gazebo_ros_control"
 
 
 def _followers(
     model: Model, sources: Iterable[str], joints: Collection[str], others: Collection[str]
 ) -> Iterator[TrajectoryController]:
-    """Yield a controller for each topic of trajectories that some code names, but those of the file."""
-    told = {follower.command_topic for follower in model.trajectory_controllers}
+    """Yield a controller for each topic of trajectories in some code that the file does not have."""
+    taken = {follower.command_topic for follower in model.trajectory_controllers}
     found = dict.fromkeys(each["topic"] for source in sources for each in _TRAJECTORY.finditer(source))
     for topic in found if joints else ():
-        if f"/{topic}" not in told and topic.split("/")[0] not in others:
+        if f"/{topic}" not in taken and topic.split("/")[0] not in others:
             yield TrajectoryController(topic, f"/{topic}", tuple(joints))
 
 
 def _commands(model: str, sources: Iterable[str], joints: Collection[str]) -> Iterator[tuple[str, str, Kind]]:
-    """Yield the topics in some code, with the joints that they name; all joints where code puts names in.
+    """Yield the topics in some code, with the joints that they name; all joints if the name is computed.
 
-    Joints that trajectories move get topics of their own, so that they hold where they are put.
+    Joints that trajectories move get their own topics, so that they hold their positions.
     """
     for source in sources:
         if "JointTrajectory" in source:

@@ -1,7 +1,8 @@
-"""State machines beside the loop: each goes on, until it waits, after every step."""
+"""State machines beside the loop: after every step each runs until it waits."""
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,12 +10,21 @@ from typing import Any
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code
 from nrp_legacy.code import Source
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.steps import Task
 
+_BEGINNING = 4096  # bytes to search for the first element
+
 MACHINE = "sm"
 """The variable in which a file has its machine."""
+
+
+def is_scxml(path: Path) -> bool:
+    """Return whether a file holds a state machine in SCXML, whatever its name ends in."""
+    with path.open("rb") as file:
+        return re.search(rb"<(\w+:)?scxml\b", file.read(_BEGINNING)) is not None
 
 
 class StateMachines:
@@ -35,9 +45,23 @@ class StateMachines:
 
     def _begin(self) -> None:
         for path in self._paths:
-            self._tasks[path] = Task(partial(self._play, path), lambda: self._run.loop.now_ns)
-            self._tasks[path].advance()
-            self._report(path)
+            self._start(path)
+
+    def _start(self, path: Path) -> None:
+        self._tasks[path] = Task(partial(self._play, path), lambda: self._run.loop.now_ns)
+        self._tasks[path].advance()
+        self._report(path)
+
+    def exchange(self, old: Path | None, new: Path | None) -> None:
+        """End a machine, start another one, or both, between two steps."""
+        if old is not None:
+            self._paths.remove(old)
+            task = self._tasks.pop(old, None)
+            if task is not None:
+                task.stop()
+        if new is not None:
+            self._paths.append(new)
+            self._start(new)
 
     def _play(self, path: Path) -> None:
         """Run a file, and its machine unless the file has done that."""
@@ -46,15 +70,21 @@ class StateMachines:
             machine.execute(getattr(machine, "userdata", None))
 
     def _machine(self, path: Path) -> Any:
-        """Run a file for the machine that it makes; None where it makes none."""
+        """Run a file and return its machine; None if it has none."""
         scope, module = self._names.scope, self._names.fresh()
+        if is_scxml(path):
+            message = f"state machine left out: {path.name} is in SCXML; only Python (SMACH) is run"
+            self._names.graph.warn(Code.NRP273, message, subject=path.name)
+            return None
         try:
             scope.run(path, module, Source.of_file(path).compiled(self._names.graph.warn))
         except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything
-            self._names.graph.warn(f"state machine left out: {scope.located(error, ExperimentError, path)}")
+            self._names.graph.warn(
+                Code.NRP273, f"state machine left out: {scope.located(error, ExperimentError, path)}"
+            )
             return None
         if not hasattr(module, MACHINE):
-            self._names.graph.warn(f"state machine left out: {path} has no variable '{MACHINE}'")
+            self._names.graph.warn(Code.NRP273, f"state machine left out: {path} has no variable '{MACHINE}'")
         return getattr(module, MACHINE, None)
 
     def _advance(self, loop: ClosedLoop) -> None:
@@ -67,7 +97,9 @@ class StateMachines:
         if self._tasks[path].is_over:
             del self._tasks[path]
         if error is not None:
-            self._names.graph.warn(f"state machine {path.name} stopped by {type(error).__name__}: {error}")
+            self._names.graph.warn(
+                Code.NRP273, f"state machine {path.name} stopped by {type(error).__name__}: {error}"
+            )
 
     def _restart(self, loop: ClosedLoop) -> None:
         self.close()

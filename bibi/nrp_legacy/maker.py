@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from nrp_core.brain.network.data import Network
 from nrp_core.dsl.functions.function import Flow, TransferFunction
@@ -15,18 +17,19 @@ from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.errors import NrpError
 from nrp_core.experiment.making.maker import Maker, build_here
-from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.run import Participant, Run
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_scene
 from nrp_core.world.world import World
 from nrp_legacy import code
 from nrp_legacy.aliases import find_alias
+from nrp_legacy.bases import with_sliding_base
 from nrp_legacy.brains import load_brain, remark, with_unseen
 from nrp_legacy.documents import Bibi
-from nrp_legacy.eavesdrop import let_all_talk, plain_name
 from nrp_legacy.files import EMPTY_ROOM, Library
 from nrp_legacy.functions import code_of, load, sources_of
 from nrp_legacy.injections import let_flow
@@ -34,7 +37,9 @@ from nrp_legacy.joint_topics import with_commanded_joints
 from nrp_legacy.live.built import built_of
 from nrp_legacy.machines import StateMachines
 from nrp_legacy.namespace import Namespace
+from nrp_legacy.notes import unnoted
 from nrp_legacy.shared_topics import SharedTopics
+from nrp_legacy.two_way_topics import let_all_talk, plain_name
 
 
 class ShimmedMaker(Maker, Participant, ABC):
@@ -51,7 +56,11 @@ class ShimmedMaker(Maker, Participant, ABC):
     Attributes:
         names: the initial names and imports of code.
         shared_topics: the topics of the scene that was read last.
+        machines: the files of the state machines.
+        playing: the state machines of the run that began last.
     """
+
+    playing: StateMachines
 
     def __init__(
         self,
@@ -80,8 +89,9 @@ class ShimmedMaker(Maker, Participant, ABC):
 
     def robot(self, experiment: Experiment, name: str) -> Model:
         others = experiment.world.robots.keys() - {name}
-        model = with_commanded_joints(super().robot(experiment, name), self.codes(experiment), others)
-        return self.shared_topics.in_model(model)
+        sources = list(self.codes(experiment))
+        model = with_commanded_joints(super().robot(experiment, name), sources, others)
+        return self.shared_topics.in_model(with_sliding_base(model, sources, others))
 
     def codes(self, experiment: Experiment) -> Iterator[str]:
         """Yield the code of all functions and machines, as it stands there."""
@@ -93,10 +103,10 @@ class ShimmedMaker(Maker, Participant, ABC):
     def _codes(self, experiment: Experiment) -> Iterator[str]:
         """Yield the code of all transfer functions."""
 
-    def _namespace(self, seed: int = 0) -> Namespace:
+    def _namespace(self, seed: int = 0, parameters: Mapping[str, object] = MappingProxyType({})) -> Namespace:
         return Namespace(
             self._note, self.library, self._folders, nest_units=self._nest_units, seed=seed,
-            network=self._network,
+            network=self._network, parameters=parameters,
         )  # fmt: skip
 
     def _known(self, network: Network, path: Path) -> Network:
@@ -105,8 +115,17 @@ class ShimmedMaker(Maker, Participant, ABC):
         return self._network
 
     def _begun(self, experiment: Experiment) -> Namespace:
-        """Return fresh names, which know the brain."""
-        return self._namespace(experiment.seed)
+        """Return a new namespace with the brain."""
+        return self._namespace(experiment.seed, experiment.function_parameters)
+
+    def brain_parameters(self, experiment: Experiment) -> Declared:
+        return read_parameters(experiment.brain.model, BRAIN, _tree)
+
+    def function_parameters(self, experiment: Experiment) -> Declared:
+        declared = Declared()
+        for path in experiment.transfer_functions:
+            read_parameters(path, FUNCTIONS, _tree, declared)
+        return declared
 
     def _ready(self, loaded: Iterable[TransferFunction], collector: Collector) -> list[TransferFunction]:
         """Return functions in the order of the platform, once all notes are taken."""
@@ -143,7 +162,7 @@ class ShimmedMaker(Maker, Participant, ABC):
         }
 
     def aliases(self, world: World, functions: Sequence[TransferFunction]) -> dict[str, str]:
-        """Return the topics of a world that are meant by other names."""
+        """Return the topics of a world for other names."""
         topics = [topic for function in functions for topic in (*function.published, *function.subscribed)]
         wanted = {**self.names.graph.wanted, **{plain_name(topic): topic.topic_type for topic in topics}}
         return {name: served for name, kind in wanted.items() if (served := find_alias(name, kind, world))}
@@ -152,11 +171,16 @@ class ShimmedMaker(Maker, Participant, ABC):
         self.names.graph.begin(run)
         built_of(run.brain.network).begin(run)
         let_flow(getattr(run.brain.network, "injections", ()), run.brain)
-        machines = StateMachines(self.machines, self.names, run)
-        run.on_close.append(machines.close)
+        self.playing = StateMachines(self.machines, self.names, run)
+        run.on_close.append(self.playing.close)
 
-    def _note(self, message: str) -> None:
-        self._notes.append(Finding(Code.NRP255, message, Level.WARNING, self._document))
+    def _note(self, code: Code, message: str, *, subject: str | None = None) -> None:
+        self._notes.append(Finding(code, message, Level.WARNING, self._document, subject=subject))
+
+
+def _tree(path: Path) -> ast.Module:
+    """Return a file as Python 3; the notes on its conversion are taken when it is executed."""
+    return code.Source.of_file(path).tree(unnoted)
 
 
 class LegacyMaker(ShimmedMaker):
@@ -180,7 +204,7 @@ class LegacyMaker(ShimmedMaker):
         try:
             return super().room(experiment)
         except NrpError as error:
-            self._note(f"the room is left out and replaced by a plain floor: {error}")
+            self._note(Code.NRP257, f"the room is left out and replaced by a plain floor: {error}")
             return read_scene(EMPTY_ROOM)
 
     def _codes(self, experiment: Experiment) -> Iterator[str]:
@@ -191,19 +215,23 @@ class LegacyMaker(ShimmedMaker):
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         path, populations = experiment.brain.model, self.bibi.populations
         try:
-            make = partial(load_brain, path, populations, experiment.seed, self._folders, self.library)
+            make = partial(
+                load_brain, path, populations, experiment.seed, self._folders, self.library,
+                experiment.brain.parameters,
+            )  # fmt: skip
             network = build(make)
             remark(path, populations, network, self._note)
             return self._known(network, path)
         except NrpError as error:
-            self._note(f"the brain is left out: {error}")
+            self._note(Code.NRP269, f"the brain is left out: {error}")
             return Network({})
 
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         self.names = self._begun(experiment)
         loaded: list[TransferFunction] = []
         for element in self.bibi.functions:
-            with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
+            omission = Omission(Code.NRP272, "transfer function")
+            with collector.during(Code.NRP210, "transfer_functions", omission=omission):
                 loaded += load(element, self.bibi.element, self.library, self.names, self._note)
         yield from self._ready(loaded, collector)
 
@@ -211,6 +239,7 @@ class LegacyMaker(ShimmedMaker):
         self.names = self._begun(experiment)
         sources: list[PythonSource] = []
         for element in self.bibi.functions:
-            with collector.during(Code.NRP210, "transfer_functions", level=Level.WARNING):
+            omission = Omission(Code.NRP272, "transfer function")
+            with collector.during(Code.NRP210, "transfer_functions", omission=omission):
                 sources += sources_of(element, self.bibi.element, self.library, self._note)
         yield self._listing(sources, collector)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any
 
 from nrp_core.brain.network.data import Network
 from nrp_core.dsl.loading.imports import file_scope
 from nrp_core.dsl.loading.loader import file_names
+from nrp_core.findings import Code
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
 from nrp_core.world.messages.std_msgs import Float32, Int32, String
 from nrp_legacy import python2
@@ -22,6 +23,7 @@ from nrp_legacy.framework import framework, topic
 from nrp_legacy.live.built import Built
 from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.kernel import Kernel
+from nrp_legacy.notes import Notes
 from nrp_legacy.shims.actions import action_modules
 from nrp_legacy.shims.containers import smach_module
 from nrp_legacy.shims.cv_bridge import CvBridge, cv_bridge_module
@@ -45,36 +47,39 @@ class Namespace:
     """One module that all transfer functions of an experiment share.
 
     Args:
-        notes: told what is left out.
-        library: where files are that code names.
-        folders: whose modules can be imported.
+        notes: receives a note about each part left out.
+        library: the search path for files that code names.
+        folders: the folders whose modules can be imported.
         nest_units: whether devices are set in the units of NEST.
-        seed: of what code draws at random.
+        seed: the seed of random numbers in code.
         network: the brain, None if it is not known yet.
+        parameters: the values that ``nrp.parameter`` returns.
 
     Attributes:
-        graph: what the shims know of the run.
+        graph: the state of the run for the shims.
         brain_root: the module of the brain file.
         module: the names.
-        scope: what can be imported.
+        scope: the modules that can be imported.
         import_path: the folders whose modules can be imported.
     """
 
     def __init__(
         self,
-        notes: Callable[[str], None],
+        notes: Notes,
         library: Library,
         folders: Iterable[Path] = (),
         *,
         nest_units: bool = False,
         seed: int = 0,
         network: Network | None = None,
+        parameters: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
         self.graph = Graph()
         services = Services(self.graph)
         self.brain_root = BrainRoot(network)
         nrp = framework(notes, nest_units=nest_units, brain_root=self.brain_root)
-        vars(nrp)["tf_lib"] = file_names()["nrp"].tf_lib
+        own = file_names(parameters)["nrp"]
+        vars(nrp).update(tf_lib=own.tf_lib, parameter=own.parameter)
         logger, messages = ClientLogger(self.graph), message_modules()
         vars(nrp).update(clientLogger=logger)
         built: Built = getattr(network, "built", None) or Built()
@@ -105,16 +110,20 @@ class Namespace:
             if parent in substitutes:
                 vars(substitutes[parent]).setdefault(last, child)
         self.import_path = ImportPath(built.import_path, folders, library)
-        stand_ins = StandIns(self._tell(notes))
+        stand_ins = StandIns(self._noting(notes))
         self.scope = file_scope(nrp, substitutes, self.import_path, stand_ins, compiled_file)
         self.module = module("transfer_functions", **self._names(nrp, logger, messages))
 
-    def _tell(self, notes: Callable[[str], None]) -> Callable[[str], None]:
-        """Return what tells of something before the run or in it."""
-        return lambda text: self.graph.warn(text) if self.graph.has_begun else notes(text)
+    def _noting(self, notes: Notes) -> Notes:
+        """Return a function that takes notes before the run and in it."""
+
+        def note(code: Code, message: str, *, subject: str | None = None) -> None:
+            (self.graph.warn if self.graph.has_begun else notes)(code, message, subject=subject)
+
+        return note
 
     def fresh(self) -> ModuleType:
-        """Return a module with the names that every file begins with, for a file that shares none."""
+        """Return a module with the initial names, for a file with a separate namespace."""
         return module("state_machine", **self._first_names)
 
     def _names(
@@ -138,7 +147,7 @@ class Namespace:
 
 
 def _cle(nrp: ModuleType, logger: ClientLogger, states: ModuleType) -> dict[str, ModuleType]:
-    """Return the packages of the platform itself, under the names of all its times."""
+    """Return the packages of the platform itself, by the names in all of its versions."""
     interface = module("RobotInterface", Topic=topic, PreprocessedTopic=nrp.PreprocessedTopic)
     found: dict[str, ModuleType] = {}
     for root in ("hbp_nrp_cle", "python_cle"):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import ast
 
 ROUND = "_round_of_python_2"
+INDEX = "_index_of_numpy_1"
 HELPERS = {
     "_next_of_python_2": "next_of", "_sort_of_python_2": "sort", "_text_of_python_2": "text_of",
     "_message_of_python_2": "message_of", "_bytes_of_numpy_1": "bytes_of", "_ptp_of_numpy_1": "ptp_of",
     "_itemset_of_numpy_1": "itemset_of", "_rgb_of_matplotlib_1": "rgb_of",
-    ROUND: "round_of",
+    ROUND: "round_of", INDEX: "index_of",
 }  # fmt: skip
 """The names under which converted code finds functions of :mod:`nrp_legacy.builtins2`."""
 _NAMES = {function: name for name, function in HELPERS.items()}
@@ -32,10 +33,10 @@ _IMAGE_FIRST = 3  # results of cv2.findContours in OpenCV 3
 
 
 class Outdated(ast.NodeTransformer):
-    """Replaces methods and results that are no more.
+    """Replaces removed methods and results.
 
     Args:
-        changes: told of each that is of Python 2.
+        changes: receives each change for Python 2.
         is_old: whether the code is of Python 2 for certain: texts are bytes there, too.
     """
 
@@ -66,7 +67,7 @@ class Outdated(ast.NodeTransformer):
         return call("list", node, node) if _is_view(node) else node
 
     def _function_for(self, method: str, node: ast.Call) -> str | None:
-        """Return the function that stands for a method that is called so, if one does."""
+        """Return the function that replaces a method call, if there is one."""
         if method == "sort" and (node.args or any(one.arg == "cmp" for one in node.keywords)):
             return "sort"
         if self._is_old and method in ("encode", "decode"):
@@ -111,7 +112,7 @@ class Outdated(ast.NodeTransformer):
 
 
 class _Messages(ast.NodeTransformer):
-    """Lets the error of a handler have a message.
+    """Adds ``message`` to the error of a handler.
 
     Args:
         error: its name.
@@ -129,7 +130,7 @@ class _Messages(ast.NodeTransformer):
 def call(
     function: str, place: ast.AST, *values: ast.expr, keywords: list[ast.keyword] | None = None
 ) -> ast.Call:
-    """Return the call of a function by its name, where something else stands."""
+    """Return the call of a function with the place of another node."""
     return ast.copy_location(ast.Call(ast.Name(function, ast.Load()), [*values], keywords or []), place)
 
 

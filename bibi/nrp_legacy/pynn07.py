@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from nrp_legacy.nest.kernel import Kernel
+from nrp_legacy.nest.models import recovering
 from nrp_legacy.nest.native import native_cell, native_synapse
+from nrp_legacy.nest.projections import synapse_model_of
 from nrp_legacy.pynn07_methods import add_methods_to_cells, let_label_follow, with_methods_for_weights
 
 _CONNECTORS = (
@@ -21,8 +24,6 @@ _CONNECTORS = (
     "FixedProbabilityConnector",
     "OneToOneConnector",
 )
-_AT_ONCE_MS = 1e-3
-"""What a time constant of 0 means: synapses that recover at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +40,19 @@ class TsodyksMarkramMechanism:
 
 @dataclass(frozen=True, slots=True)
 class SynapseDynamics:
-    """What makes a synapse change; where both are given, the slow one counts."""
+    """The dynamics of a synapse; if both are given, the slow one is used."""
 
     fast: TsodyksMarkramMechanism | None = None
     slow: Any = None
 
 
-def add_spellings(sim: ModuleType) -> None:
-    """Let a simulator take connectors with weights and delays, ``target`` and ``synapse_dynamics`` too."""
+def add_spellings(sim: ModuleType, kernel: Kernel) -> None:
+    """Extend a simulator by connectors with weights and delays, ``target`` and ``synapse_dynamics``.
+
+    Args:
+        sim: the simulator.
+        kernel: the models that a script copies in NEST beside it.
+    """
     names = vars(sim)
     for kind in ("Population", "PopulationView", "Assembly"):
         add_methods_to_cells(names[kind])
@@ -56,21 +62,41 @@ def add_spellings(sim: ModuleType) -> None:
         TsodyksMarkramMechanism=TsodyksMarkramMechanism,
         Projection=_projection(sim, with_methods_for_weights(names["Projection"])),
         TsodyksMarkramSynapse=_recovering(names["TsodyksMarkramSynapse"]),
-        native_cell_type=lambda name: native_cell(sim, name),
-        native_synapse_type=lambda name: native_synapse(sim, name),
+        native_cell_type=lambda name: native_cell(sim, name, kernel),
+        native_synapse_type=lambda name: native_synapse(sim, name, kernel),
         STDPMechanism=_mechanism(names["STDPMechanism"]),
         AdditiveWeightDependence=_dependence(names["AdditiveWeightDependence"]),
         MultiplicativeWeightDependence=_dependence(names["MultiplicativeWeightDependence"]),
+        RandomDistribution=_distribution(names["RandomDistribution"]),
         initialize=lambda cells, *old, **values: cells.initialize(*old, **values),
         **{name: _connector(names[name]) for name in _CONNECTORS},
     )
+    vars(names["random"])["RandomDistribution"] = names["RandomDistribution"]
+
+
+def _distribution(today: type) -> type:
+    """Return distributions whose limits may come in any order, as NumPy takes them."""
+
+    class RandomDistribution(today):  # type: ignore[misc]
+        def __init__(self, distribution: str, parameters_pos: Any = None, rng: Any = None, **named: Any):
+            if distribution == "uniform":
+                if parameters_pos is not None and len(parameters_pos) == len(_LIMITS):
+                    parameters_pos = sorted(parameters_pos)
+                if named.keys() >= set(_LIMITS):
+                    named |= zip(_LIMITS, sorted(named[limit] for limit in _LIMITS), strict=True)
+            super().__init__(distribution, parameters_pos, rng, **named)
+
+    return RandomDistribution
+
+
+_LIMITS = ("low", "high")
 
 
 def _recovering(today: type) -> type:
     class TsodyksMarkramSynapse(today):  # type: ignore[misc]
         def __init__(self, *values: Any, tau_rec: Any = 100.0, **more: Any) -> None:
-            at_once = isinstance(tau_rec, (int, float)) and tau_rec <= 0
-            super().__init__(*values, tau_rec=_AT_ONCE_MS if at_once else tau_rec, **more)
+            numbers = isinstance(tau_rec, (int, float, list, np.ndarray))
+            super().__init__(*values, tau_rec=recovering(tau_rec) if numbers else tau_rec, **more)
 
     return TsodyksMarkramSynapse
 
@@ -92,7 +118,7 @@ def _mechanism(today: type) -> type:
 
 
 def _dependence(today: type) -> type:
-    """Return a dependence that takes the amplitudes, which belonged to it, for the timing."""
+    """Return a weight dependence with the amplitudes, which now belong to the timing."""
 
     class Dependence(today):  # type: ignore[misc]
         def __init__(self, *values: Any, A_plus: Any = None, A_minus: Any = None, **more: Any) -> None:  # noqa: N803
@@ -116,7 +142,7 @@ def _connector(today: type) -> type:
 
 
 def _of_distance(value: Any) -> Any:
-    """Return a weight or delay; an expression of the distance ``d`` as a function, in NumPy's names."""
+    """Return a weight or delay; an expression of the distance ``d`` becomes a function with NumPy's names."""
     return eval(f"lambda d: {value}", dict(vars(np))) if isinstance(value, str) else value
 
 
@@ -138,6 +164,7 @@ def _projection(sim: ModuleType, today: type) -> type:
             connector = method if connector is None else connector
             if rng is not None and hasattr(connector, "rng"):
                 connector.rng = rng
+            _complete(connector)
             given = getattr(connector, "of_synapses", {})
             if synapse_type is None and (given or synapse_dynamics is not None):
                 synapse_type = _synapse(sim, given, synapse_dynamics)
@@ -147,8 +174,19 @@ def _projection(sim: ModuleType, today: type) -> type:
                 presynaptic_population, postsynaptic_population, connector, synapse_type, *values, **more
             )
 
+        @property
+        def nest_synapse_model(self) -> str:
+            return synapse_model_of(self, sim)
+
     Projection.__name__ = Projection.__qualname__ = today.__name__
     return Projection
+
+
+def _complete(connector: Any) -> None:
+    """Give a connector of a user, which may not call the constructor of its base, the attributes of it."""
+    for name, value in (("safe", True), ("callback", None), ("parameter_names", ())):
+        if connector is not None and not hasattr(connector, name):
+            setattr(connector, name, value)
 
 
 def _synapse(sim: Any, given: dict[str, Any], dynamics: SynapseDynamics | None) -> Any:

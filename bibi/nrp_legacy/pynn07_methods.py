@@ -9,7 +9,7 @@ import numpy as np
 
 _RECORDED = {"record_v": "v", "record_gsyn": ["gsyn_exc", "gsyn_inh"]}
 _NOTHING_YET = {"getSpikes": 2, "get_v": 3, "get_gsyn": 4}
-"""Methods that return what was recorded, with the columns of it: nothing has run."""
+"""Methods that return recorded data, which are empty here, with the number of columns."""
 _WRITTEN = ("printSpikes", "print_v", "print_gsyn")
 _OF_WEIGHTS = {
     "setWeights": "weight", "randomizeWeights": "weight", "setDelays": "delay", "randomizeDelays": "delay",
@@ -17,7 +17,7 @@ _OF_WEIGHTS = {
 
 
 def add_methods_to_cells(cells: type) -> None:
-    """Let a class of cells take ``set("tau_m", 10.0)``, ``rset``, ``record_v`` and their like, too."""
+    """Add ``set("tau_m", 10.0)``, ``rset``, ``record_v`` and similar methods to a class of cells."""
     methods: dict[str, Any] = {
         "set": _by_name(cells.set),  # type: ignore[attr-defined]
         "initialize": _by_name(cells.initialize),  # type: ignore[attr-defined]
@@ -35,7 +35,7 @@ def add_methods_to_cells(cells: type) -> None:
 
 
 def let_label_follow(population: type) -> None:
-    """Let a class of populations take its label where the structure stands, as it once could."""
+    """Make a class of populations accept its label in place of the structure, as in PyNN 0.7."""
     today = population.__init__  # type: ignore[misc]
 
     def begin(
@@ -50,7 +50,7 @@ def let_label_follow(population: type) -> None:
 
 
 def with_methods_for_weights(projection: type) -> type:
-    """Return a class of projections that takes ``setWeights``, ``getWeights`` and their like, too."""
+    """Return a class of projections with ``setWeights``, ``getWeights`` and similar methods."""
     methods: dict[str, Any] = {
         **{name: _setting(attribute) for name, attribute in _OF_WEIGHTS.items()},
         "getWeights": _getting("weight"), "getDelays": _getting("delay"),
@@ -62,7 +62,7 @@ def with_methods_for_weights(projection: type) -> type:
 
 
 def _by_name(today: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method that takes a name and a value, or a dictionary, beside keywords."""
+    """Return a method that takes a name and a value, or a dictionary, besides keywords."""
 
     def method(self: Any, *old: Any, **values: Any) -> Any:
         if old and isinstance(old[0], str):
@@ -98,4 +98,4 @@ def _getting(name: str) -> Callable[..., Any]:
 
 
 def _nothing(_self: Any, *_values: Any, **_more: Any) -> None:
-    """Do nothing: it is not needed here."""
+    """Do nothing, because it is not needed here."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from nrp_core.errors import TransferFunctionError
 from nrp_legacy import builtins2
+from nrp_legacy.indices import Indices
 from nrp_legacy.outdated import HELPERS, Outdated, call
 from nrp_legacy.python2_text import rewritten as _rewritten
 
@@ -26,19 +27,19 @@ _ALIASES = {
 
 
 def names() -> dict[str, object]:
-    """Return what Python 2 had built in and Python 3 has not, or has otherwise."""
+    """Return the built-in functions of Python 2 that Python 3 lacks or has changed."""
     aliases = {name: name for name in builtins2.__all__} | _ALIASES
     return {name: getattr(builtins2, meant) for name, meant in aliases.items()}
 
 
 @dataclass(frozen=True, slots=True)
 class Converted:
-    """Code that Python 3 takes.
+    """Code for Python 3.
 
     Args:
-        tree: what it means; line numbers are those of the original.
-        changes: what was changed, in a few words.
-        divides_truly: whether ``/`` means what it means in Python 3, for certain.
+        tree: its syntax tree, with the line numbers of the original.
+        changes: short descriptions of the changes.
+        divides_truly: whether ``/`` certainly has the meaning of Python 3.
     """
 
     tree: ast.Module
@@ -47,7 +48,7 @@ class Converted:
 
 
 def converted(code: str) -> Converted:
-    """Return what code means that may be of Python 2.
+    """Return the syntax tree of code that may be Python 2.
 
     Raises:
         SyntaxError: it is neither Python 3 nor Python 2 that can be converted.
@@ -69,9 +70,10 @@ def converted(code: str) -> Converted:
 
 
 def executable(code: Converted) -> ast.Module:
-    """Return code that brings along what it needs of Python 2, and whose quotients can be indices."""
+    """Return code that imports the functions of Python 2 it needs, and whose quotients can be indices."""
     tree = code.tree
-    for transformer in (*(() if code.divides_truly else (_Division(_QUOTIENT, []),)), _Numbers(), _Order()):
+    divisions = () if code.divides_truly else (_Division(_QUOTIENT, []),)
+    for transformer in (*divisions, _Numbers(), _Order(), Indices()):
         tree = transformer.visit(tree)
     loaded = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     bound = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and _is_bound(node)}
@@ -84,7 +86,7 @@ def executable(code: Converted) -> ast.Module:
 
 
 def rewritten(code: str) -> str:
-    """Return code as text that Python 3 takes; divisions and methods stay as they are."""
+    """Return code as text for Python 3; divisions and methods stay unchanged."""
     return _rewritten(code)[0]
 
 
@@ -93,7 +95,7 @@ def _is_bound(node: ast.Name) -> bool:
 
 
 def _first_place(tree: ast.Module) -> int:
-    """Return where a first statement may stand: behind the docstring and ``from __future__``."""
+    """Return the place for a first statement: after the docstring and ``from __future__``."""
     place = int(ast.get_docstring(tree) is not None)
     while place < len(tree.body) and getattr(tree.body[place], "module", "") == "__future__":
         place += 1
@@ -108,7 +110,7 @@ def _parsed(code: str) -> tuple[ast.Module | None, SyntaxError | None]:
 
 
 def _is_print_statement(node: ast.AST) -> bool:
-    """Whether a statement is one of ``print`` that Python 3 takes for something without use."""
+    """Return whether a statement is a ``print`` that is a useless expression in Python 3."""
     if not isinstance(node, ast.Expr) or isinstance(node.value, ast.Call):
         return False
     first: ast.AST = node.value
@@ -131,11 +133,11 @@ def _divides_truly(tree: ast.Module) -> bool:
 
 
 class _Division(ast.NodeTransformer):
-    """Lets a function divide what may be whole numbers.
+    """Replaces divisions of possible whole numbers by calls of a function.
 
     Args:
         function: its name.
-        changes: told of it.
+        changes: receives the change.
     """
 
     def __init__(self, function: str, changes: list[str]) -> None:
@@ -159,7 +161,7 @@ class _Division(ast.NodeTransformer):
 
 
 class _Numbers(ast.NodeTransformer):
-    """Lets ``float()`` and ``int()`` take arrays of one number, as NumPy once did."""
+    """Makes ``float()`` and ``int()`` accept arrays of one number, as with old NumPy."""
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
@@ -169,7 +171,7 @@ class _Numbers(ast.NodeTransformer):
 
 
 class _Order(ast.NodeTransformer):
-    """Lets None be less than anything, as in Python 2: what has no value yet is compared, too."""
+    """Makes None less than anything, as in Python 2, because unset values are compared, too."""
 
     def visit_Compare(self, node: ast.Compare) -> ast.AST:
         self.generic_visit(node)
@@ -183,7 +185,7 @@ _SIGNS: dict[type[ast.cmpop], str] = {ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt",
 
 
 def may_be_whole(node: ast.BinOp) -> bool:
-    """Whether an operation is a division of what may be whole numbers."""
+    """Return whether an operation is a division of possible whole numbers."""
     return isinstance(node.op, ast.Div) and not _is_real(node.left) and not _is_real(node.right)
 
 

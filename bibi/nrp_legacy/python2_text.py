@@ -1,4 +1,4 @@
-"""The text of Python 2 as text that Python 3 takes, by its lines and tokens; lines keep their numbers."""
+"""Convert the text of Python 2 to Python 3 by lines and tokens; line numbers do not change."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ Token = tokenize.TokenInfo
 
 
 def rewritten(code: str) -> tuple[str, list[str]]:
-    """Return code as text that Python 3 takes, and what was changed; divisions and methods stay.
+    """Return code as text for Python 3, and the changes; divisions and methods stay.
 
     Raises:
-        SyntaxError: it is not even tokens.
+        SyntaxError: it cannot be tokenised.
     """
     changes: list[str] = []
     text = "\n".join(_without_tabs(line, changes) for line in code.split("\n"))
@@ -45,7 +45,7 @@ def _tokens(code: str) -> list[Token]:
 
 
 def _statements(tokens: list[Token]) -> Iterator[list[Token]]:
-    """Yield the tokens of each simple statement; what introduces a block ends at its colon."""
+    """Yield the tokens of each simple statement; the head of a block ends at its colon."""
     statement: list[Token] = []
     depth = 0
     for token in tokens:
@@ -67,7 +67,7 @@ def _nesting(token: Token) -> int:
 
 
 def _outermost(tokens: list[Token], text: str) -> list[Token]:
-    """Return the tokens of a text that stand in no parentheses."""
+    """Return the tokens of a text outside parentheses."""
     depth, found = 0, []
     for token in tokens:
         depth += _nesting(token)
@@ -110,7 +110,7 @@ def _operators(tokens: list[Token]) -> Iterator[Edit]:
 
 
 def _lambdas(tokens: list[Token]) -> Iterator[Edit]:
-    """Let ``lambda (a, b): a`` take a pair: ``lambda _pair: (lambda a, b: a)(*_pair)``."""
+    """Convert ``lambda (a, b): a``, which takes a pair: ``lambda _pair: (lambda a, b: a)(*_pair)``."""
     said = [token for token in tokens if token.type not in (tokenize.COMMENT, tokenize.NL)]
     for i, (word, opening) in enumerate(pairwise(said)):
         if (word.string, opening.string) != ("lambda", "("):
@@ -138,11 +138,11 @@ def _end_of_lambda(tokens: list[Token], first: int) -> int:
     return len(tokens)
 
 
-# -- lists that comprehensions go through
+# -- lists in comprehensions
 
 
 def _comprehensions(tokens: list[Token]) -> Iterator[Edit]:
-    """Let ``[x for x in 1, 2]`` go through a tuple."""
+    """Convert ``[x for x in 1, 2]``, which iterates over a tuple."""
     said = [token for token in tokens if token.type not in (tokenize.COMMENT, tokenize.NL)]
     for i, token in enumerate(said):
         if token.string == "in" and _is_in_list(said[:i]):
@@ -153,7 +153,7 @@ def _comprehensions(tokens: list[Token]) -> Iterator[Edit]:
 
 
 def _is_in_list(before: list[Token]) -> bool:
-    """Whether what begins behind some tokens are the items of a comprehension within ``[]``."""
+    """Return whether the items of a comprehension in ``[]`` begin after some tokens."""
     depth, is_loop = 0, False
     for token in reversed(before):
         depth -= _nesting(token)
@@ -167,7 +167,7 @@ def _is_in_list(before: list[Token]) -> bool:
 
 
 def _end_of_items(tokens: list[Token], first: int) -> int:
-    """Return the index behind the items that a comprehension goes through."""
+    """Return the index after the items of a comprehension."""
     depth = 0
     for k in range(first, len(tokens)):
         depth += _nesting(tokens[k])
@@ -214,7 +214,7 @@ def _print_statements(tokens: list[Token]) -> Iterator[Edit]:
 
 
 def _is_call(rest: list[Token]) -> bool:
-    """Return whether what follows ``print`` is one pair of parentheses, or an assignment and the like."""
+    """Return whether ``print`` is followed by one pair of parentheses, an assignment or similar."""
     if not rest:
         return False
     if rest[0].string != "(":

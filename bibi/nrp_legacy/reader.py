@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial, reduce
 from math import ceil
 from pathlib import Path
@@ -44,9 +45,36 @@ def read_exc(path: Path, overrides: Sequence[str] = ()) -> Experiment:
     Raises:
         InvalidExperimentError: the files are not XML, or nothing says how brain and body connect.
     """
+    return _read(lambda: _Reading(path.resolve(), overrides).experiment())
+
+
+def read_described(path: Path, overrides: Sequence[str] = ()) -> Experiment | None:
+    """Return the experiment of a ``.bibi`` file: that of the one ``.exc`` file that names it, else it alone.
+
+    Args:
+        path: the file; only a ``.bibi`` file that names a brain or a body describes an experiment.
+        overrides: as for :func:`read_exc`.
+
+    Raises:
+        InvalidExperimentError: it is not XML.
+    """
     path = path.resolve()
+    if path.suffix != ".bibi":
+        return None
+    bibi = _read(lambda: documents.read_bibi(path))
+    if bibi.brain is None and not bibi.bodies:
+        return None
+    for exc in sorted(path.parent.glob("*.exc")):
+        with suppress(ExperimentError, MissingFileError):
+            reading = _Reading(exc, overrides)
+            if reading.bibi_path == path:
+                return _read(reading.experiment)
+    return _read(_Reading(path, overrides, documents.experiment_of(bibi)).experiment)
+
+
+def _read(read: Callable[[], Read]) -> Read:
     try:
-        return _Reading(path, overrides).experiment()
+        return read()
     except InvalidExperimentError:
         raise
     except ExperimentError as error:
@@ -56,20 +84,21 @@ def read_exc(path: Path, overrides: Sequence[str] = ()) -> Experiment:
 
 
 class _Reading:
-    def __init__(self, path: Path, overrides: Sequence[str]) -> None:
+    def __init__(self, path: Path, overrides: Sequence[str], exc: documents.Experiment | None = None) -> None:
         self._path, self._overrides = path, overrides
-        self._exc = documents.read_experiment(path)
+        self._exc = exc or documents.read_experiment(path)
         self._chosen = [one for one in overrides if one.partition("=")[0].strip().startswith("models")]
         models = reduce(overridden, self._chosen, Tree({})).plain().get("models", [])
         folders = [existing_folder(folder) for folder in models]
         self._library = Library(path.parent, folders or models_of_installation())
         self._notes: list[Finding] = []
-        self._bibi = documents.read_bibi(self._bibi_file())
+        self.bibi_path = self._bibi_file().resolve()
+        self._bibi = documents.read_bibi(self.bibi_path)
 
     def experiment(self) -> Experiment:
         exc, bibi = self._exc, self._bibi
         for element in (*exc.ignored, *bibi.ignored):
-            self._note(element, f"<{local(element.tag)}> is not supported: ignored")
+            self._note(element, Code.NRP287, f"<{local(element.tag)}> is not supported: ignored")
         timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS) * NS_PER_MS)
         duration_ns = ceil(self._time(exc.timeout, DURATION_S) * NS_PER_S / timestep_ns) * timestep_ns
         tree = self._tree({
@@ -81,7 +110,7 @@ class _Reading:
             "csv_folder": str(self._path.parent / "csv"),
         })  # fmt: skip
         experiment = experiment_of(tree, [one for one in self._overrides if one not in self._chosen])
-        machines = [file for one in exc.machines if (file := self._required(one, "state machine"))]
+        machines = [file for one in exc.machines if (file := self._machine(one))]
         maker = LegacyMaker(bibi, self._library, machines, self._notes)
         return experiment.with_maker(maker).with_overrides(self._overrides)
 
@@ -99,14 +128,18 @@ class _Reading:
         beside = sorted(self._path.parent.glob("*.bibi"))
         if len(beside) != 1:
             raise element.error(f"the experiment {said}")
-        self._note(element, f"the experiment {said}: {beside[0].name} in its folder is used")
+        self._note(element, Code.NRP286, f"the experiment {said}: {beside[0].name} in its folder is used")
         return beside[0]
 
     def _brain(self) -> Tree:
         brain = self._bibi.brain
         found = None if brain is None else self._read(partial(self._library.find_brain, brain))
         if brain is not None and found is None:
-            self._note(brain.element, f"brain '{brain.name}' not found: the experiment runs without neurons")
+            self._note(
+                brain.element,
+                Code.NRP269,
+                f"brain '{brain.name}' not found: the experiment runs without neurons",
+            )
         backend = "spinnaker" if "spinnaker" in self._bibi.mode.lower() else "event"
         model = found or NO_BRAIN
         return self._tree({"backend": backend, "model": str(model)}, brain.element if brain else None)
@@ -121,7 +154,9 @@ class _Reading:
                 else f"room '{environment.name}' not found"
             )
             self._note(
-                environment.element if environment else self._exc.element, f"{said}: a plain floor is used"
+                environment.element if environment else self._exc.element,
+                Code.NRP257,
+                f"{said}: a plain floor is used",
             )
         bodies = self._bibi.bodies.items()
         robots = {_identifier(name): robot for name, body in bodies if (robot := self._robot(name, body))}
@@ -132,7 +167,7 @@ class _Reading:
     def _robot(self, name: str, body: documents.FileNamed) -> Tree | None:
         model = self._read(partial(self._library.find_sdf, body))
         if model is None:
-            self._note(body.element, f"robot '{body.name}' not found: left out")
+            self._note(body.element, Code.NRP256, f"robot '{body.name}' not found: left out", subject=name)
             return None
         poses = self._exc.poses
         only = next(iter(poses.values())) if len(poses) == len(self._bibi.bodies) == 1 else None
@@ -142,29 +177,31 @@ class _Reading:
         return self._tree({"model": str(model), **place}, body.element)
 
     def _time(self, element: Element | None, default: float) -> float:
-        """Return the time that an element says, the default where it says none."""
+        """Return the time in an element, or the default."""
         said = None if element is None else self._read(partial(seconds_of, element))
         return said or default
 
     def _read(self, read: Callable[[], Read]) -> Read | None:
-        """Return what can be read, None where that fails."""
+        """Return the result of a reader, None if it fails."""
         try:
             return read()
         except ExperimentError as error:
             note = f"{error.message}: not used"
-            self._notes.append(Finding(Code.NRP204, note, Level.WARNING, error.path, error.line))
+            self._notes.append(Finding(Code.NRP287, note, Level.WARNING, error.path, error.line))
             return None
 
-    # -- what is said of them
+    # -- notes and options
 
-    def _required(self, named: documents.FileNamed, what: str) -> Path | None:
+    def _machine(self, named: documents.FileNamed) -> Path | None:
         path = self._library.find(named)
         if path is None:
-            self._note(named.element, f"{what} '{named.name}' not found: left out")
+            message = f"state machine '{named.name}' not found: left out"
+            self._note(named.element, Code.NRP273, message, subject=named.name)
         return path
 
-    def _note(self, element: Element, message: str) -> None:
-        self._notes.append(Finding(Code.NRP204, message, Level.WARNING, element.path, element.line))
+    def _note(self, element: Element, code: Code, message: str, *, subject: str | None = None) -> None:
+        where = element.path, element.line
+        self._notes.append(Finding(code, message, Level.WARNING, *where, subject=subject))
 
     def _tree(self, value: Any, element: Element | None = None) -> Tree:
         """Return a value, and the values of a mapping, with the place of an element."""
@@ -176,7 +213,7 @@ class _Reading:
 
 
 def _physics(timestep_ns: int) -> dict[str, Any]:
-    """Return the options of a world whose own step does not divide that of the loop."""
+    """Return the options of a world if its default step does not divide that of the loop."""
     parts = ceil(timestep_ns / WORLD_STEP_NS)
     while timestep_ns % parts:
         parts += 1

@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields, replace
 from typing import Any, TypeVar
 
-from nrp_core.world.scene.acting import JointController
+from nrp_core.findings import Code, Findings
+from nrp_core.world.scene.acting import JointController, PairController
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.topics import Stamped
 from nrp_core.world.world import World
@@ -22,7 +23,7 @@ class SharedTopics:
     """The topics of one scene, as its models come.
 
     Attributes:
-        names: the topics that several parts would serve.
+        names: the topics that several parts would publish.
     """
 
     def __init__(self) -> None:
@@ -31,44 +32,45 @@ class SharedTopics:
         self._further: dict[str, list[str]] = {}
 
     def in_room(self, room: Scene) -> Scene:
-        """Return a room in which each topic has one server."""
+        """Return a room in which each topic belongs to one part."""
         models = tuple(map(self.in_model, room.models))
-        told = (text for model in models for text in model.warnings)
-        return replace(room, models=models, warnings=tuple(dict.fromkeys((*room.warnings, *told))))
+        findings = (warning for model in models for warning in model.warnings)
+        return replace(room, models=models, warnings=tuple(dict.fromkeys((*room.warnings, *findings))))
 
     def in_model(self, model: Model) -> Model:
-        """Return a model whose parts serve no topic that is served already; it tells what is renamed."""
-        told: list[str] = []
+        """Return a model without topics of earlier models; renamed ones are reported."""
+        findings = Findings()
         links = tuple(
-            replace(link, sensors=tuple(self._alone(model, link.sensors, told))) for link in model.links
+            replace(link, sensors=tuple(self._alone(model, link.sensors, findings))) for link in model.links
         )
-        drives = tuple(self._alone(model, model.drives, told))
-        controllers = tuple(self._alone(model, _each_once(model.controllers), told))
-        followers = tuple(self._alone(model, model.trajectory_controllers, told))
+        drives = tuple(self._alone(model, model.drives, findings))
+        controllers = tuple(self._alone(model, _each_once(model.controllers), findings))
+        followers = tuple(self._alone(model, model.trajectory_controllers, findings))
+        pairs = tuple(self._alone(model, model.pair_controllers, findings))
         states = model.joint_states_topic
         if states is not None:
-            states = self._own(model, states, told)
-        warnings = (*model.warnings, *dict.fromkeys(told))
+            states = self._own(model, states, findings)
+        warnings = (*model.warnings, *findings)
         return replace(
             model, links=links, drives=drives, controllers=controllers, trajectory_controllers=followers,
-            joint_states_topic=states, warnings=warnings,
+            pair_controllers=pairs, joint_states_topic=states, warnings=warnings,
         )  # fmt: skip
 
-    def _alone(self, model: Model, parts: Iterable[Part], told: list[str]) -> Iterator[Part]:
+    def _alone(self, model: Model, parts: Iterable[Part], findings: Findings) -> Iterator[Part]:
         for part in parts:
             names = [field.name for field in fields(part) if field.name.endswith("topic")]  # type: ignore[arg-type]
             topics = {name: getattr(part, name) for name in names if getattr(part, name) is not None}
             changes = {}
             for name, topic in topics.items():
-                is_command = name == "command_topic" or isinstance(part, JointController)
-                own = self._own(model, topic, [] if is_command else told)
+                is_command = name == "command_topic" or isinstance(part, JointController | PairController)
+                own = self._own(model, topic, Findings() if is_command else findings)
                 if own != topic:
                     changes[name] = own
                     if is_command:
                         self._further.setdefault(topic, []).append(own)
             yield replace(part, **changes) if changes else part  # type: ignore[type-var]
 
-    def _own(self, model: Model, topic: str, told: list[str]) -> str:
+    def _own(self, model: Model, topic: str, findings: Findings) -> str:
         """Return a topic, under another name if it is taken."""
         own, number = topic, 1
         while own in self._taken:
@@ -77,11 +79,12 @@ class SharedTopics:
         self._taken.add(own)
         if own != topic:
             self.names.append(topic)
-            told.append(f"'{topic}' is already in use: '{model.name}' publishes on '{own}'")
+            message = f"'{topic}' is already in use: '{model.name}' publishes on '{own}'"
+            findings.add(Code.NRP266, message, subject=topic)
         return own
 
     def hand_on(self, world: World) -> None:
-        """Let commands reach all parts that they are meant for."""
+        """Forward commands to all parts with the topic."""
         publications = {
             topic: [world.advertise(one) for one in ones] for topic, ones in self._further.items()
         }

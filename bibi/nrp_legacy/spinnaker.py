@@ -1,4 +1,4 @@
-"""What simulators for SpiNNaker have beyond PyNN, in brain files: settings of the machine, live devices."""
+"""Extensions of PyNN for SpiNNaker in brain files: settings of the machine, live devices."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SETTINGS = ("set_number_of_neurons_per_core", "add_machine_constraint", "set_al
 
 
 def external_devices(sim: ModuleType) -> ModuleType:
-    """Return the devices that send spikes to the machine and hear them; here the experiment does both."""
+    """Return the live devices for spikes to and from the machine, which the experiment replaces."""
 
     class LiveSpikesConnection:
         def __init__(self, *_values: Any, **_options: Any) -> None:
@@ -38,9 +38,9 @@ def external_devices(sim: ModuleType) -> ModuleType:
 
 
 def add_spinnaker(sim: ModuleType) -> None:
-    """Let a simulator take what is said to one for SpiNNaker."""
+    """Add the functions of simulators for SpiNNaker to a simulator."""
     vars(sim).update(dict.fromkeys(_SETTINGS, _set_nothing), external_devices=external_devices(sim))
 
 
 def _set_nothing(*_values: Any, **_options: Any) -> None:
-    """Do nothing: no machine is at hand."""
+    """Do nothing, because there is no machine."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from nrp_bibi.diagram.blocks import row_of_blocks
 from nrp_bibi.diagram.python import rows_of_python
 from nrp_bibi.diagram.rows import Device, Row, Topic
-from nrp_bibi.diagram.shapes import GAP, Arrow, Card, Picture, height_of, stacked
+from nrp_bibi.diagram.shapes import GAP, Arrow, Card, Drawing, height_of, stacked
 from nrp_bibi.generate.transformation import transformed
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction, PythonTransferFunction
 from nrp_bibi.templates import environment
@@ -32,13 +32,13 @@ def diagram(model: Bibi, path: Path) -> str:
     Raises:
         TransferFunctionError: the model is not valid, or names a file that does not exist.
     """
-    picture = Picture()
+    drawing = Drawing()
     y: float = _TOP
     for row in _rows(model, path):
-        y += _draw(row, y, picture) + _BETWEEN
+        y += _draw(row, y, drawing) + _BETWEEN
     template = environment().get_template("diagram.svg.j2")
     columns = {"brain": _POPULATIONS[0], "function": _FUNCTIONS[0], "robot": _TOPICS[0]}
-    return template.render(picture=picture, width=_WIDTH, height=y, columns=columns, escaped=escaped)
+    return template.render(drawing=drawing, width=_WIDTH, height=y, columns=columns, escaped=escaped)
 
 
 def _rows(model: Bibi, path: Path) -> list[Row]:
@@ -53,7 +53,7 @@ def _rows(model: Bibi, path: Path) -> list[Row]:
     ]
 
 
-def _draw(row: Row, top: float, picture: Picture) -> float:
+def _draw(row: Row, top: float, drawing: Drawing) -> float:
     """Add a transfer function with its devices and topics; return the height of the row."""
     devices = sorted(row.devices, key=lambda device: device.population)  # devices of one population together
     left = [_device_card(device) for device in devices]
@@ -62,19 +62,19 @@ def _draw(row: Row, top: float, picture: Picture) -> float:
     height = max(map(height_of, (left, middle, right)))
     left, middle, right = (stacked(cards, top, height) for cards in (left, middle, right))
     own = middle[0]
-    picture.cards += [*left, *middle, *right]
-    picture.arrows += [
+    drawing.cards += [*left, *middle, *right]
+    drawing.arrows += [
         _between(card, own, reverse=device.is_written) for card, device in zip(left, devices, strict=True)
     ]
-    picture.arrows += [
+    drawing.arrows += [
         _between(own, card, reverse=not topic.is_written)
         for card, topic in zip(right, row.topics, strict=True)
     ]
-    _draw_populations(devices, left, picture)
+    _draw_populations(devices, left, drawing)
     return height
 
 
-def _draw_populations(devices: Sequence[Device], cards: Sequence[Card], picture: Picture) -> None:
+def _draw_populations(devices: Sequence[Device], cards: Sequence[Card], drawing: Drawing) -> None:
     for name, run in groupby(zip(devices, cards, strict=True), lambda pair: pair[0].population):
         if not name:  # known only at run time
             continue
@@ -82,9 +82,9 @@ def _draw_populations(devices: Sequence[Device], cards: Sequence[Card], picture:
         first, last = reached[0], reached[-1]
         own = Card("population", name, (), *_POPULATIONS)
         (own,) = stacked([own], first.y, last.y + last.height - first.y)
-        picture.cards.append(own)
+        drawing.cards.append(own)
         edge = own.x + own.width
-        picture.arrows += [
+        drawing.arrows += [
             Arrow((edge, own.middle), (card.x, card.middle), is_plain=True) for card in reached
         ]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nrp_bibi.diagram.rows import Device, Row, Topic
+from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
 from nrp_bibi.generate.expressions import as_python
 from nrp_bibi.generate.selectors import selection
 from nrp_bibi.generate.walk import channels, parts
@@ -14,8 +14,6 @@ from nrp_bibi.model.selectors import NeuronSelector, NeuronSelectorTemplate
 from nrp_bibi.python.layout import laid_out
 from nrp_bibi.python.printer import flat
 
-_CODE_WIDTH = 76  # characters
-
 
 def row_of_blocks(function: BIBITransferFunction) -> Row:
     """Return the row of a transfer function."""
@@ -23,7 +21,7 @@ def row_of_blocks(function: BIBITransferFunction) -> Row:
     every = [*channels(function), *([returned] if isinstance(returned, TopicChannel) else [])]
     return Row(
         f"{function.name}  ({type(function).__name__})",
-        [line for text in _statements(function) for line in laid_out(text, _CODE_WIDTH).split("\n")],
+        [line for text in _statements(function) for line in laid_out(text, CODE_WIDTH).split("\n")],
         [_device(channel) for channel in every if isinstance(channel, AnyDevice)],
         [_topic(channel) for channel in every if isinstance(channel, TopicChannel)],
     )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 import re
+import textwrap
 from collections.abc import Iterator, Sequence
 
-from nrp_bibi.diagram.rows import Device, Row, Topic
+from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
 from nrp_bibi.generate.part import Part
 from nrp_bibi.model.functions import PythonTransferFunction
 from nrp_core.analysis.declarations import Declarations
@@ -33,7 +34,7 @@ def rows_of_python(found: Sequence[tuple[PythonTransferFunction, Part]]) -> Iter
         own = [one for one in declared if one.source is source]
         yield Row(
             f"Python: {function.src}" if function.src else "Python",
-            [_signature(one) for one in own] if function.src else _cut(function.code),
+            [line for one in own for line in _signature(one)] if function.src else _cut(function.code),
             [device for one in own for device in _devices(one)],
             [topic for one in own for topic in _topics(one)],
         )
@@ -46,8 +47,9 @@ def _source(part: Part) -> PythonSource | None:
         return None
 
 
-def _signature(declared: Declared) -> str:
-    return f"{declared.function.name}({', '.join(('t', *declared.function.parameters))})"
+def _signature(declared: Declared) -> list[str]:
+    text = f"{declared.function.name}({', '.join(('t', *declared.function.parameters))})"
+    return textwrap.wrap(text, CODE_WIDTH, subsequent_indent="    ")
 
 
 def _cut(code: str) -> list[str]:

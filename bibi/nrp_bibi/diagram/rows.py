@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+CODE_WIDTH = 76
+"""The number of characters of code that fit into a line."""
+
 
 @dataclass(frozen=True, slots=True)
 class Device:

@@ -7,6 +7,10 @@ from dataclasses import dataclass, field, replace
 
 TITLE, LINE, PADDING, GAP = 22, 16, 9, 14
 """The heights of a title and of a line of text, the margin around text, and the gap between cards."""
+INDENT = 12
+"""From the left edge of a card to its text."""
+_MONOSPACED, _PROPORTIONAL, _BOLD = 7.23, 6.7, 7.7
+"""The widths of characters: of DejaVu Sans Mono at 12 px, the widest such font, and on average of others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,16 +46,17 @@ class Card:
     def texts(self) -> Iterator[tuple[float, str]]:
         """The lines, each with the y coordinate of its baseline."""
         top = self.y + PADDING + TITLE
-        return ((top + LINE * i + 8, self._fitted(text, 6.7)) for i, text in enumerate(self.lines))
+        character = _MONOSPACED if self.style == "function" else _PROPORTIONAL
+        return ((top + LINE * i + 8, self._fitted(text, character)) for i, text in enumerate(self.lines))
 
     @property
     def heading(self) -> str:
         """The title, as much of it as fits."""
-        return self._fitted(self.title, 7.7)
+        return self._fitted(self.title, _BOLD)
 
     def _fitted(self, text: str, character: float) -> str:
         """Return a text, shortened to fit; ``character`` is the width of one character."""
-        most = int((self.width - 2 * PADDING) / character)
+        most = int((self.width - 2 * INDENT) / character)
         return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
@@ -77,7 +82,7 @@ class Arrow:
 
 
 @dataclass(slots=True)
-class Picture:
+class Drawing:
     """Cards and arrows."""
 
     cards: list[Card] = field(default_factory=list)

@@ -128,7 +128,7 @@ def _with_our_simulator(text: str) -> str:
 
 
 def _populations(network: Network, names: list[str]) -> dict[str, str | list[int]]:
-    """Return which cells of the circuit have the names of an experiment."""
+    """Return the cells of the circuit for the names in an experiment."""
     circuit = network.views.get(CIRCUIT)
     if circuit is None:
         return {}

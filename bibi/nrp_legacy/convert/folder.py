@@ -26,9 +26,9 @@ from nrp_legacy.convert.machines import events_of
 from nrp_legacy.convert.models import Models, add_controllers
 from nrp_legacy.convert.neighbours import copy_neighbours
 from nrp_legacy.convert.python import modern
-from nrp_legacy.eavesdrop import plain_name
 from nrp_legacy.imported import RESOURCES
 from nrp_legacy.maker import LegacyMaker
+from nrp_legacy.two_way_topics import plain_name
 
 FILE, FUNCTIONS, MACHINES, REPORT = "experiment.yaml", "transfer_functions", "state_machines", "import.md"
 PLATFORM = "hbp_nrp"
@@ -173,7 +173,13 @@ class _Import:
         robot = Maker().robot(self._experiment, name)
         of_file = {(one.joint, one.kind) for one in robot.controllers}
         topics = {one.command_topic for one in robot.trajectory_controllers}
-        added = [one for one in model.controllers if (one.joint, one.kind) not in of_file]
+        commanded = [one for one in model.controllers if one.initial is None]
+        added = [one for one in commanded if (one.joint, one.kind) not in of_file]
+        if model.drives != robot.drives:
+            topic = model.drives[0].command_topic
+            self._report.kept.append(
+                f"{path.name}: the body slides on {topic}; the file needs a drive for it"
+            )
         followers = [one for one in model.trajectory_controllers if one.command_topic not in topics]
         names = [*(one.joint for one in added), *(joint for one in followers for joint in one.joints)]
         if not names:
@@ -274,9 +280,12 @@ class _Import:
         """Return every function that is missing from the written experiment, with the reason."""
         again = Examination(read_yaml(self._folder / FILE), no_progress)
         written = {function.name for function in again.functions}
-        findings = [str(one) for one in again.collector.findings]
+        reasons: dict[str, list[str]] = {}
+        for found in again.collector.findings:
+            for name in {found.subject or "", found.path.stem if found.path else ""}:
+                reasons.setdefault(name, []).append(str(found))
         return {
-            one.name: "; ".join(text for text in findings if one.name in text) or "cannot be bound"
+            one.name: "; ".join(reasons.get(one.name, ["cannot be bound"]))
             for one in self._examined.functions
             if one.name not in written
         }

@@ -84,7 +84,7 @@ class Functions:
         order = sorted(pieces, key=lambda stem: min(place[name] for name in self._names(pieces[stem])))
         return {stem: pieces[stem].text + self._priorities(pieces[stem], pieces) for stem in order}
 
-    # -- how they are made
+    # -- creation
 
     def _read(self) -> dict[str, Piece]:
         found: dict[str, Piece] = {}
@@ -128,7 +128,7 @@ class Functions:
         return [one.name for one in self._functions if one.name in piece.defines]
 
     def _priorities(self, piece: Piece, pieces: Mapping[str, Piece]) -> str:
-        """Return priorities, where the order of the files alone would not give the order of the functions."""
+        """Return priorities, if the order of the files does not give the order of the functions."""
         if not any(len(self._flows(one.defines)) > 1 for one in pieces.values()):
             return ""
         lines = [
@@ -142,14 +142,14 @@ class Functions:
 
 
 def _settings(names: Sequence[str], element: Element) -> str:
-    """Return what the document says of functions, as code."""
+    """Return the document's settings of functions, as code."""
     lines = [f"{name}.priority = {priority_of(element)}" for name in names if priority_of(element)]
     lines += [f"{name}.active = False" for name in names if not is_active(element)]
     return "".join(f"\n{line}" for line in lines) + ("\n" if lines else "")
 
 
 def write_texts(texts: Mapping[str, str], folder: Path) -> None:
-    """Write files into a folder, which is made."""
+    """Write files into a new folder."""
     folder.mkdir(exist_ok=True)
     for stem, text in texts.items():
         (folder / f"{stem}.py").write_text(text, encoding="utf-8")

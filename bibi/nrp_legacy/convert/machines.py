@@ -11,6 +11,7 @@ from nrp_core.errors import ExperimentError
 from nrp_legacy.code import Source
 from nrp_legacy.machines import MACHINE
 from nrp_legacy.namespace import Namespace
+from nrp_legacy.notes import unnoted
 from nrp_legacy.shims.smach import StateMachine
 from nrp_legacy.shims.states import (
     ClientLogState,
@@ -30,7 +31,7 @@ def events_of(path: Path, names: Namespace) -> dict[str, Any] | None:
     """
     module = names.fresh()
     try:
-        names.scope.run(path, module, Source.of_file(path).compiled(lambda _note: None))
+        names.scope.run(path, module, Source.of_file(path).compiled(unnoted))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything
         raise names.scope.located(error, ExperimentError, path) from None
     machine = getattr(module, MACHINE, None)
@@ -65,7 +66,7 @@ def _events(machine: StateMachine, stem: str) -> dict[str, Any] | None:
 
 
 def _only_look(machine: StateMachine, label: str) -> bool:
-    """Whether nothing that can follow a state changes anything."""
+    """Return whether all states that can follow a state have no effect."""
     waiting, seen = [label], set[str]()
     while waiting:
         one = waiting.pop()

@@ -56,7 +56,7 @@ class Models:
 def add_controllers(
     path: Path, controllers: list[JointController], followers: list[TrajectoryController]
 ) -> bool:
-    """Write controllers of joints into the file of a robot; return whether that can be done."""
+    """Write controllers of joints into the file of a robot; return whether this succeeded."""
     text = path.read_text("utf-8")
     before, end, after = text.rpartition("</model>")
     if not end:

@@ -14,6 +14,7 @@ from nrp_legacy.code import Source, as_of_old
 from nrp_legacy.convert.edits import Edits
 from nrp_legacy.convert.reliance import reliance
 from nrp_legacy.framework import SPELLINGS
+from nrp_legacy.notes import unnoted
 from nrp_legacy.outdated import ROUND
 from nrp_legacy.python2 import DIVIDE, converted, rewritten
 from nrp_legacy.shims.graph import absolute
@@ -101,12 +102,12 @@ def piece_of(source: Source, *, obstacle: str = "") -> Piece:
 
 
 def modern(source: Source) -> tuple[str, tuple[str, ...]]:
-    """Return code as Python 3, and what was changed for that.
+    """Return code as Python 3, and the changes.
 
     Raises:
         TransferFunctionError: it is not Python.
     """
-    source.tree(lambda _note: None)  # reported by its own error
+    source.tree(unnoted)  # reported by its own error
     with as_of_old():
         result = converted(source.text)
     text = source.text.rstrip() + "\n"
@@ -217,7 +218,7 @@ def _is_framework(name: str) -> bool:
 
 
 def _lacking(tree: ast.Module) -> set[str]:
-    """Return the names that code uses and neither defines nor is given."""
+    """Return the undefined names that code uses."""
     nodes = list(ast.walk(tree))
     elsewhere = {name for node in nodes if isinstance(node, ast.Global) for name in node.names}
     elsewhere -= {*defined(tree)}
@@ -227,7 +228,7 @@ def _lacking(tree: ast.Module) -> set[str]:
 
 
 def defined(tree: ast.Module) -> Iterator[str]:
-    """Yield the names that code gives to others: at its top level, or by ``global``."""
+    """Yield the names that code defines for others: at its top level, or by ``global``."""
     for node in tree.body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
             yield node.name

@@ -63,7 +63,7 @@ def _old_libraries(tree: ast.Module) -> Iterator[str]:
 
 
 def _imports(tree: ast.Module) -> Iterator[tuple[str, str, str | None]]:
-    """Yield what is imported: the module, what of it (nothing: itself), and what it is called then."""
+    """Yield imports: the module, the imported name (empty: the module itself), and the local name."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from ((alias.name, "", alias.asname) for alias in node.names)
@@ -86,7 +86,7 @@ def _mentions(value: ast.expr, names: set[str]) -> bool:
 
 
 def _chain(node: ast.AST) -> tuple[str, list[str]]:
-    """Return the name at which attributes of attributes begin, and these."""
+    """Return the name at the start of a chain of attributes, and the attributes."""
     parts: list[str] = []
     while isinstance(node, ast.Attribute):
         parts.insert(0, node.attr)
@@ -95,7 +95,7 @@ def _chain(node: ast.AST) -> tuple[str, list[str]]:
 
 
 def _differing(old: dict[str, ModuleType], name: str, parts: list[str]) -> Iterator[str]:
-    """Yield the dotted name of what is something else here than on the platform, if it is."""
+    """Yield the dotted name of a function that differs from the platform's."""
     there: Any = old.get(name)
     if there is None:
         return
@@ -123,7 +123,7 @@ def _module_here(name: str) -> ModuleType | None:
 
 
 def _whole_quotients(tree: ast.Module) -> Iterator[str]:
-    """Yield divisions whose result has to be a whole number, as it was in Python 2."""
+    """Yield divisions whose result must be a whole number, as in Python 2."""
     names = {
         target.id
         for node in ast.walk(tree)
@@ -143,7 +143,7 @@ def _whole_quotients(tree: ast.Module) -> Iterator[str]:
 
 
 def _divides(place: ast.expr, names: frozenset[str]) -> bool:
-    """Whether an expression has a quotient in it that may be whole, outside of ``int()`` and its like."""
+    """Return whether an expression contains a quotient that may be whole, outside ``int()`` and the like."""
     if isinstance(place, ast.Call) and _called(place) in ("int", "round", "float", "len"):
         return False
     if isinstance(place, ast.BinOp) and may_be_whole(place):
@@ -161,7 +161,7 @@ def _called(node: ast.Call) -> str:
 
 
 def _tuples(tree: ast.Module) -> Iterator[str]:
-    """Yield uses of what are tuples on the platform as tuples."""
+    """Yield uses of message fields as the tuples that they are on the platform."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and node.attr in _OF_TUPLES and _is_array(node.value):
             yield f"{ast.unparse(node)}, of a tuple"

@@ -1,1 +1,1 @@
-"""What a brain file has built, as it is while the experiment runs."""
+"""The objects built by a brain file while the experiment runs."""

@@ -1,4 +1,4 @@
-"""What a brain file left behind, and the run that it takes part in once there is one."""
+"""The objects of a brain file, and the run that uses them."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from nrp_core.experiment.running.run import Run
 
 
 class Built:
-    """The variables of a brain file, and the running counterpart of what they hold.
+    """The variables of a brain file, and the running counterparts of their contents.
 
     Attributes:
-        network: what the file has built.
-        variables: of the file, cells and synapses in them being running ones.
-        show: returns what transfer functions see of a variable, by its value and name.
+        network: the network that the file has built.
+        variables: variables of the file, with running cells and synapses.
+        show: returns the value of a variable for transfer functions, by its value and name.
         recorded: neurons whose spikes the file records.
-        node_of: returns the number of the node that a neuron is to NEST.
+        node_of: returns the number of a neuron's node in NEST.
         nest: the module ``nest`` for this network.
-        import_path: what is ``sys.path`` to the code of the experiment.
-        on_begin: called with the run once there is one.
+        import_path: ``sys.path`` for the code of the experiment.
+        on_begin: called with the run when it begins.
     """
 
     def __init__(self) -> None:
@@ -47,15 +47,15 @@ class Built:
         self._recorders: list[SpikeRecorderPort] = []
 
     def __reduce__(self) -> tuple[type[Built], tuple[()]]:
-        """Return what a network in another process has of it: nothing, as that holds no code."""
+        """Return the pickled form, which is empty because other processes have no code of it."""
         return Built, ()
 
     def __deepcopy__(self, memo: object) -> Built:
-        """Return the same: there is one run."""
+        """Return the same object, because there is only one run."""
         return self
 
     def begin(self, run: Run) -> None:
-        """Take part in a run."""
+        """Connect to a run."""
         self.network, self._run = run.brain.network, run
         self._recorders.clear()
         for cells in self.recorded:
@@ -88,7 +88,7 @@ class Built:
     # -- parameters
 
     def parameter(self, name: str) -> FloatArray:
-        """Return a parameter of all neurons; NaN for those that have none of this name."""
+        """Return a parameter of all neurons; NaN for those without it."""
         if name not in self._parameters:
             values = np.full(self.network.size, np.nan)
             for label, population in self.network.populations.items():
@@ -97,7 +97,7 @@ class Built:
         return self._parameters[name]
 
     def set_parameters(self, ids: IntArray, values: Mapping[str, Any]) -> None:
-        """Let neurons have other parameters from now on; ``spike_times`` is one train or one each."""
+        """Change parameters of neurons; ``spike_times`` is one train or one for each."""
         others = dict(values)
         trains = others.pop("spike_times", None)
         if trains is not None:
@@ -123,7 +123,7 @@ class Built:
     # -- spikes
 
     def record(self, ids: IntArray) -> None:
-        """Keep the spikes of neurons from now on."""
+        """Record the spikes of neurons from now on."""
         if any(np.isin(ids, port.neurons).all() for port in self._recorders):
             return
         name = f"brain/recorded/{len(self._recorders)}"
@@ -132,7 +132,7 @@ class Built:
         self._recorders.append(port)
 
     def spikes(self, ids: IntArray) -> Spikes:
-        """Return all spikes of neurons that are kept, in their order; who asks first begins to keep them."""
+        """Return all recorded spikes of neurons, in order; the first call starts the recording."""
         self.record(ids)
         port = next(port for port in self._recorders if np.isin(ids, port.neurons).all())
         spikes = port.spikes()
@@ -141,7 +141,7 @@ class Built:
 
 
 def built_of(network: Network) -> Built:
-    """Return what a brain file has built, of a network of which only that is known too."""
+    """Return the objects of a brain file for a network; without any if there is only the network."""
     built = getattr(network, "built", None) or Built()
     built.network = network
     return built

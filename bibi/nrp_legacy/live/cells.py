@@ -1,4 +1,4 @@
-"""Neurons of a brain file, as transfer functions meet them."""
+"""Neurons of a brain file, for transfer functions."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _OWN = frozenset({"_find", "_text", "_built", "_ids"})
 
 
 class Cells(Selector):
-    """Neurons: a selector that knows how many they are, and what PyNN's populations know.
+    """Neurons: a selector with a size and the methods of PyNN's populations.
 
     Args:
-        built: what they are part of.
-        text: how they are shown.
+        built: the objects of the brain file.
+        text: their text representation.
         ids: global ids.
     """
 
@@ -41,14 +41,14 @@ class Cells(Selector):
         return len(self._ids)
 
     def __int__(self) -> int:
-        """Return the number of the node that one cell is to NEST."""
+        """Return the number of one cell's node in NEST."""
         (node,) = self.nodes()
         return node
 
     item = __int__
 
     def nodes(self) -> list[int]:
-        """Return the numbers of the nodes that they are to NEST."""
+        """Return the numbers of their nodes in NEST."""
         return [self._built.node_of(cell) for cell in self._ids.tolist()]
 
     def __getitem__(self, index: Any) -> Selector:
@@ -89,12 +89,12 @@ class Cells(Selector):
 
     @property
     def size(self) -> int:
-        """How many they are."""
+        """The number of neurons."""
         return len(self._ids)
 
     @property
     def label(self) -> str:
-        """How they are called."""
+        """Their name."""
         return self._text
 
     @property
@@ -107,7 +107,7 @@ class Cells(Selector):
     # -- parameters
 
     def get(self, names: Any, *_how: Any, **_options: Any) -> Any:
-        """Return a parameter: one number where all are equal, as in PyNN; of several names a list.
+        """Return a parameter: one number if all are equal, as in PyNN; for several names a list.
 
         Raises:
             NetworkError: none of the cells has a parameter of this name.
@@ -121,34 +121,34 @@ class Cells(Selector):
         return float(values[0]) if values.size and (values == values[0]).all() else values.copy()
 
     def set(self, *old: Any, **parameters: Any) -> None:
-        """Let them have other parameters from now on."""
+        """Change their parameters."""
         if old:
             given = {old[0]: old[1]} if isinstance(old[0], str) else dict(old[0])
             parameters = {**given, **parameters}
         self._built.set_parameters(self._ids, parameters)
 
     def rset(self, name: str, values: Any) -> None:
-        """Let each have its own value of a parameter from now on."""
+        """Set an individual value of a parameter for each."""
         self.set(**{name: values})
 
     tset = rset
 
-    # -- what they do
+    # -- spikes
 
     def record(self, variables: Any = "spikes", *_where: Any, **_how: Any) -> None:
-        """Keep their spikes from now on."""
+        """Record their spikes from now on."""
         if "spikes" in variables:
             self._built.record(self._ids)
 
     def getSpikes(self, *_how: Any, **_options: Any) -> FloatArray:  # noqa: N802 - PyNN 0.7
-        """Return the spikes so far, shape ``(n, 2)``: which cell, when (ms)."""
+        """Return the spikes so far, shape ``(n, 2)``: index of the cell, time (ms)."""
         spikes = self._built.spikes(self._ids)
         order = np.argsort(self._ids, kind="stable")
         places = order[np.searchsorted(self._ids, spikes.neurons, sorter=order)]
         return np.column_stack([places.astype(float), spikes.times_ms])
 
     def get_data(self, variables: Any = "all", *_how: Any, **_options: Any) -> Any:
-        """Return the spikes so far as a block of Neo, one train a cell."""
+        """Return the spikes so far as a Neo block, one train per cell."""
         import neo
 
         rows, now_ms = self.getSpikes(), self._built.now_ms
@@ -163,12 +163,12 @@ class Cells(Selector):
         return block
 
     def get_spike_counts(self, *_how: Any, **_options: Any) -> dict[int, int]:
-        """Return how many spikes each has fired, by its id."""
+        """Return the number of spikes of each, by id."""
         neurons = self._built.spikes(self._ids).neurons
         return {cell: int((neurons == cell).sum()) for cell in self._ids.tolist()}
 
     def mean_spike_count(self, *_how: Any, **_options: Any) -> float:
-        """Return how many spikes they have fired on average."""
+        """Return their mean number of spikes."""
         return float(len(self._built.spikes(self._ids)) / max(len(self._ids), 1))
 
     meanSpikeCount = mean_spike_count

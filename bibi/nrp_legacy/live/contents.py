@@ -1,4 +1,4 @@
-"""Replace what a brain file has built by its running counterpart, wherever its variables hold it."""
+"""Replace the objects of a brain file by their running counterparts, anywhere in its variables."""
 
 from __future__ import annotations
 
@@ -21,18 +21,19 @@ _OF_FILES = "@"
 """In the names of modules that are files of users, see :mod:`nrp_core._support.scoped_import`."""
 
 IdsOf = Callable[[Any], IntArray | None]
-"""Returns the global ids of what is a collection of nodes of NEST, None for what is none."""
+"""Returns the global ids of a collection of nodes of NEST, None for other values."""
 
 
 class Contents:
     """The variables of one file, cells and synapses in them replaced.
 
-    Lists, dictionaries, objects and modules of the file are changed themselves: its functions see the
-    running brain. Nodes of NEST, which its functions hand to NEST, stay; who asks from outside gets cells.
+    Lists, dictionaries, objects and modules of the file are changed in place, so that its functions see the
+    running brain. Nodes of NEST stay, because its functions pass them to NEST; from outside they are seen as
+    cells.
 
     Args:
-        built: what they are part of.
-        nodes: says which nodes of NEST a value holds.
+        built: the objects of the brain file.
+        nodes: returns the nodes of NEST in a value.
     """
 
     def __init__(self, built: Built, nodes: IdsOf) -> None:
@@ -40,15 +41,15 @@ class Contents:
         self._seen: dict[int, Any] = {}
 
     def replace(self, variables: dict[str, Any]) -> None:
-        """Replace what variables hold."""
+        """Replace the contents of variables."""
         for name, value in list(variables.items()):
             if name[:2] != "__":
                 variables[name] = self._replaced(value, name)
 
     def shown(self, value: Any, name: str) -> Any:
-        """Return what transfer functions get for a value; nodes of NEST, also in collections, as cells.
+        """Return a value for transfer functions, with cells for nodes of NEST, also in collections.
 
-        A collection without nodes is the file's own: what functions add to it stays there.
+        A collection without nodes is returned itself, so that functions can change it.
         """
         ids = self._nodes(value)
         if ids is not None:
@@ -75,7 +76,7 @@ class Contents:
         return self._within(value, name)
 
     def _within(self, value: Any, name: str) -> Any:
-        """Replace what a collection or object holds."""
+        """Replace the contents of a collection or object."""
         if isinstance(value, tuple):
             return _with(value, [self._replaced(one, f"{name}[{i}]") for i, one in enumerate(value)])
         self._seen[id(value)] = value
@@ -99,8 +100,8 @@ class Seen:
 
     Args:
         of: the object.
-        name: how it is called.
-        show: returns what is seen of an attribute.
+        name: its name.
+        show: returns the visible value of an attribute.
     """
 
     def __init__(self, of: Any, name: str, show: Callable[[Any, str], Any]) -> None:
@@ -114,7 +115,7 @@ class Seen:
 
 
 def _with(value: Any, parts: list[Any]) -> Any:
-    """Return a list, tuple or named tuple with other parts; itself where they are the same."""
+    """Return a list, tuple or named tuple with other items; itself if they are the same."""
     return value if all(map(is_, parts, value)) else getattr(type(value), "_make", type(value))(parts)
 
 

@@ -1,4 +1,4 @@
-"""Synapses of a brain file, as transfer functions meet them."""
+"""Synapses of a brain file, for transfer functions."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Synapses:
     """A projection.
 
     Args:
-        built: what it is part of.
-        label: of the projection.
+        built: the objects of the brain file.
+        label: the label of the projection.
     """
 
     def __init__(self, built: Built, label: str) -> None:
@@ -27,16 +27,15 @@ class Synapses:
         return int(self._built.projection(self.label).size)
 
     def size(self) -> int:
-        """Return how many they are."""
+        """Return the number of synapses."""
         return len(self)
 
     def get(self, name: Any, format: str = "list", with_address: bool = True, **_options: Any) -> Any:  # noqa: A002
         """Return weights (PyNN's units) or delays (ms).
 
         Args:
-            name: ``weight`` or ``delay``; of several, a list of them.
-            format: ``array`` for a matrix of the cells that have synapses, NaN where there is none, else
-                ``list``.
+            name: ``weight`` or ``delay``; several names give a list.
+            format: ``array`` for a matrix over the cells with synapses, NaN for no synapse, else ``list``.
             with_address: whether entries of a list begin with source and target.
         """
         if not isinstance(name, str):
@@ -52,10 +51,10 @@ class Synapses:
         return list(rows) if with_address else values.tolist()
 
     def set(self, **values: Any) -> None:
-        """Let them have another ``weight`` from now on: one number, a list, or a matrix as of :meth:`get`.
+        """Set ``weight``: one number, a list, or a matrix as from :meth:`get`.
 
         Raises:
-            CapabilityError: something else is to change, which no brain here can.
+            CapabilityError: another parameter is to change, which brains here do not support.
         """
         if values.keys() - {"weight"}:
             raise CapabilityError(
@@ -75,12 +74,12 @@ class Synapses:
         return self.get("delay", format, with_address=False)
 
     def setWeights(self, weights: Any) -> None:  # noqa: N802 - PyNN 0.7
-        """Let them have other weights from now on."""
+        """Set weights."""
         self.set(weight=weights)
 
 
 def _places(projection: Projection) -> tuple[IntArray, IntArray]:
-    """Return which of the cells that have synapses each one comes from and goes to."""
+    """Return the indices of the source and target of each synapse among the cells with synapses."""
     ends = (projection.pre_index, projection.post_index)
     pre, post = (np.unique(cells, return_inverse=True)[1] for cells in ends)
     return pre, post

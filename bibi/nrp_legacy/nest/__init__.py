@@ -1,1 +1,1 @@
-"""``nest`` as brain files call it: what they make becomes a network; pA, nS, pF become nA, uS, nF."""
+"""``nest`` for brain files: their nodes become a network; pA, nS, pF become nA, uS, nF."""

@@ -14,16 +14,18 @@ import numpy as np
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.findings import Code
 from nrp_legacy.live.cells import Cells
 from nrp_legacy.nest import distributions as of
 from nrp_legacy.nest.kernel import Block, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, GENERATORS, RECORDERS, SYNAPSES
+from nrp_legacy.nest.projections import ProjectionModel
 from nrp_legacy.nest.rules import pairs
 from nrp_legacy.shims.modules import module
 
 
 class Synapse(NamedTuple):
-    """A synapse as ``GetConnections`` shows it, with the array in which it stands."""
+    """A synapse as ``GetConnections`` returns it, with the array that contains it."""
 
     source: int
     target: int
@@ -59,7 +61,7 @@ class Synapses(tuple[Synapse, ...]):
 
 
 def nest_module(made: Kernel) -> ModuleType:
-    """Return the module; what it is asked to make goes to a kernel."""
+    """Return the module; its calls create nodes and synapses in a kernel."""
     api = _Interface(made)
     functions = {
         name: _once_ready(made, getattr(api, name)) for name in vars(_Interface) if not name.startswith("_")
@@ -89,7 +91,7 @@ class _Interface:
         self._made = made
 
     def Create(self, model: str, n: int = 1, params: Any = None, positions: Any = None) -> Nodes:
-        """Make nodes."""
+        """Create nodes."""
         if isinstance(n, Mapping):
             n, params = 1, n
         return self._made.create(str(model), int(n), params)
@@ -119,7 +121,10 @@ class _Interface:
         self, pre: Any, post: Any, conn_spec: Any = None, syn_spec: Any = None, *more: Any,
         model: Any = None, params: Any = None, delay: Any = None, **_options: Any,
     ) -> None:  # fmt: skip
-        """Connect nodes; also as it was once written: ``Connect(pre, post, weight, delay, model)``."""
+        """Connect nodes; also in the old form ``Connect(pre, post, weight, delay, model)``."""
+        if isinstance(syn_spec, ProjectionModel):
+            syn_spec.connect(_several(pre), _several(post), conn_spec)
+            return
         sources, targets = _several(pre), _several(post)
         if isinstance(conn_spec, (int, float, np.number)) or _is_plain_list(conn_spec):
             rule, given = "one_to_one", {"weight": conn_spec, "delay": syn_spec if delay is None else delay}
@@ -187,7 +192,7 @@ class _Interface:
         return values if keys is None else [values.get(key) for key in keys]
 
     def CopyModel(self, existing: str, new: str, params: Any = None) -> None:
-        """Make a model of another one."""
+        """Create a model from another one."""
         self._made.copy(existing, new, params or {})
 
     def Models(self, *_values: Any, **_fields: Any) -> list[str]:
@@ -195,18 +200,18 @@ class _Interface:
         return sorted({*CELLS, *GENERATORS, *RECORDERS, *SYNAPSES})
 
     def ResetKernel(self) -> None:
-        """Forget everything."""
+        """Remove everything."""
         self._made.clear()
 
     def ResetNetwork(self) -> None:
-        """Do nothing: nothing has run."""
+        """Do nothing, because nothing has run."""
 
     def SetKernelStatus(self, params: Mapping[str, Any]) -> None:
-        """Take settings of the simulator; the resolution is that of the network."""
+        """Set properties of the simulator; the resolution is that of the network."""
         self._made.status.update(params)
 
     def GetKernelStatus(self, keys: Any = None) -> Any:
-        """Return settings of the simulator."""
+        """Return properties of the simulator."""
         values = {
             **self._made.status,
             **self._made.now(),
@@ -221,8 +226,9 @@ class _Interface:
         return 1
 
     def Simulate(self, t: float) -> None:
-        """Do nothing: the experiment runs the network."""
-        self._made.note("the brain file calls Simulate: ignored, because the experiment runs the network")
+        """Do nothing, because the experiment runs the network."""
+        message = "the brain file calls Simulate: ignored, because the experiment runs the network"
+        self._made.notes.add(Code.NRP270, message, subject="Simulate")
 
     Run = Simulate
 
@@ -248,7 +254,7 @@ def _unknown(names: tuple[str, ...]) -> Callable[[str], NoReturn]:
 
 
 def _several(nodes: Any) -> Any:
-    """Return nodes or synapses, of which there may be one, as a sequence."""
+    """Return nodes or synapses, possibly a single one, as a sequence."""
     if isinstance(nodes, (int, np.integer)):
         return [Node(nodes)]
     if isinstance(nodes, Synapse):

@@ -1,4 +1,4 @@
-"""Random numbers as brain files ask NEST for them."""
+"""Random numbers as in brain files for NEST."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from nrp_core.errors import NetworkError, did_you_mean
 
 
 def is_random(value: Any) -> bool:
-    """Return whether a value stands for random numbers."""
+    """Return whether a value describes random numbers."""
     return isinstance(value, Random) or (isinstance(value, Mapping) and "distribution" in value)
 
 
 @dataclass(frozen=True)
 class Random:
-    """Numbers from a distribution, as ``nest.random.uniform`` asks for them; changed by arithmetic."""
+    """Numbers from a distribution, such as ``nest.random.uniform``; arithmetic is possible."""
 
     draw: Callable[[np.random.RandomState, int], FloatArray]
 
@@ -59,10 +59,10 @@ def exponential(beta: float = 1.0) -> Random:
 
 
 def drawn(value: Any, n: int, random: np.random.RandomState) -> FloatArray:
-    """Return numbers of a distribution, also as NEST 2 writes it.
+    """Return numbers from a distribution, also in the notation of NEST 2.
 
     Raises:
-        NetworkError: it is not known.
+        NetworkError: it is unknown.
     """
     if isinstance(value, Mapping):
         kind = str(value["distribution"])

@@ -1,4 +1,4 @@
-"""The nodes, with parameters, and the synapses that calls of NEST have made."""
+"""The nodes with parameters, and the synapses, created by calls of NEST."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.findings import Code, Findings
 from nrp_core.seeds import Seeds
 from nrp_legacy.nest.distributions import drawn, is_random
 from nrp_legacy.nest.models import (
@@ -28,17 +29,17 @@ _UNKNOWN = "is not supported: its nodes do nothing"
 
 
 class Node(int):
-    """A node, by its number."""
+    """A node, by number."""
 
 
 class Nodes(tuple[Node, ...]):  # noqa: SLOT001 - they know their kernel
-    """Nodes, in an order; also with the methods of NEST 3."""
+    """An ordered collection of nodes, with the methods of NEST 3."""
 
     _kernel: Kernel
 
     @classmethod
     def of(cls, kernel: Kernel, numbers: Iterable[int]) -> Nodes:
-        """Return the nodes of these numbers."""
+        """Return the nodes with these numbers."""
         made = cls(Node(number) for number in numbers)
         made._kernel = kernel
         return made
@@ -72,7 +73,7 @@ class Nodes(tuple[Node, ...]):  # noqa: SLOT001 - they know their kernel
         self._kernel.set_nodes(self, {**(params or {}), **fields})
 
     def get(self, *names: Any) -> Any:
-        """Return parameters: of one node the value, of several a tuple."""
+        """Return parameters: the value for one node, a tuple for several."""
         found = [self._kernel.node_values(node) for node in self]
         if names and isinstance(names[0], str):
             values = tuple(one.get(names[0]) for one in found)
@@ -85,12 +86,12 @@ class Group:
     """The nodes of one call of ``Create``.
 
     Args:
-        model: as it was called.
-        base: the model of NEST that this is.
-        first: number of the first.
-        size: how many.
-        values: parameters that were set, one for each node.
-        defaults: the others.
+        model: the name in the call.
+        base: the underlying model of NEST.
+        first: number of the first node.
+        size: number of nodes.
+        values: parameters that were set, one value for each node.
+        defaults: the default values of the other parameters.
     """
 
     model: str
@@ -115,7 +116,7 @@ class Group:
 
 @dataclass
 class Block:
-    """The synapses of one call of ``Connect``; every array has one value a synapse."""
+    """The synapses of one call of ``Connect``; every array has one value per synapse."""
 
     model: str
     base: SynapseModel
@@ -126,7 +127,7 @@ class Block:
 
 
 class Kernel:
-    """Everything that one brain file makes.
+    """Everything that one brain file creates.
 
     Args:
         seed: the seed of every random number.
@@ -137,12 +138,12 @@ class Kernel:
 
     def __init__(self, seed: int) -> None:
         self.random = np.random.RandomState(Seeds(seed).child("network").stream("nest").bit_generator)
-        self.notes: list[str] = []
+        self.notes = Findings()
         self.status: dict[str, Any] = {}
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove everything."""
         self.status = {
             "resolution": 0.1, "time": 0.0, "local_num_threads": 1, "total_num_virtual_procs": 1,
             "min_delay": 0.1, "max_delay": 20.0, "rng_seeds": (1,), "grng_seed": 1,
@@ -150,48 +151,46 @@ class Kernel:
         self.groups: list[Group] = []
         self.blocks: list[Block] = []
         self._models: dict[str, tuple[str, dict[str, Any]]] = {}
+        self.copies: dict[str, tuple[str, dict[str, Any]]] = {}
         self._synapses: dict[str, SynapseModel] = dict(SYNAPSES)
 
-    def note(self, message: str) -> None:
-        """Keep what users should know, once."""
-        if message not in self.notes:
-            self.notes.append(message)
-
-    # -- once there is a brain that runs, see :mod:`nrp_legacy.nest.running`
+    # -- with a running brain, see :mod:`nrp_legacy.nest.running`
 
     def ready(self) -> None:
         """Prepare for a call."""
 
     def changing(self) -> AbstractContextManager[None]:
-        """Return what surrounds changes of nodes and synapses."""
+        """Return the context of changes of nodes and synapses."""
         return nullcontext()
 
     def now(self) -> dict[str, float]:
-        """Return what the kernel knows of the time."""
+        """Return the properties of the kernel about time."""
         return {}
 
     def read_weights(self) -> None:
-        """Take in the weights of synapses that learn."""
+        """Update the weights of plastic synapses."""
 
     def heard_by(self, node: int) -> IntArray:
-        """Return the nodes whose spikes a recorder hears."""
+        """Return the nodes whose spikes a recorder records."""
         sources = [block.pre[block.post == node] for block in self.blocks]
         return np.unique(np.concatenate([np.empty(0, np.int64), *sources]))
 
     # -- models
 
     def model(self, name: str) -> tuple[str, dict[str, Any]]:
-        """Return the model of NEST that a name stands for, and its defaults."""
+        """Return the model of NEST with a name, and its defaults."""
         if name not in self._models:
             if name not in (*CELLS, *GENERATORS, *RECORDERS):
-                self.note(f"NEST's model '{name}' {_UNKNOWN}{did_you_mean(name, CELLS)}")
+                message = f"NEST's model '{name}' {_UNKNOWN}{did_you_mean(name, CELLS)}"
+                self.notes.add(Code.NRP270, message, subject=name)
             self._models[name] = name, defaults_of(name)
         return self._models[name]
 
     def synapse_model(self, name: str) -> SynapseModel:
         """Return a model of synapses."""
         if name not in self._synapses:
-            self.note(f"NEST's synapse model '{name}' is not supported: replaced by static_synapse")
+            message = f"NEST's synapse model '{name}' is not supported: replaced by static_synapse"
+            self.notes.add(Code.NRP270, message, subject=name)
             self._synapses[name] = SYNAPSES["static_synapse"]
         return self._synapses[name]
 
@@ -204,17 +203,17 @@ class Kernel:
         self.copy(name, name, values)
 
     def copy(self, name: str, new: str, values: Mapping[str, Any]) -> None:
-        """Make a model of another one."""
+        """Create a model from another one."""
         if name in self._synapses or name.rpartition("_")[2] == "synapse":
             self._synapses[new] = self.synapse_model(name).changed(values)
         else:
             base, defaults = self.model(name)
-            self._models[new] = base, {**defaults, **values}
+            self._models[new] = self.copies[new] = base, {**defaults, **values}
 
     # -- nodes
 
     def create(self, name: str, size: int, values: Any) -> Nodes:
-        """Make nodes."""
+        """Create nodes."""
         base, defaults = self.model(name)
         first = self.groups[-1].first + self.groups[-1].size if self.groups else 1
         self.groups.append(Group(name, base, first, size, dict(defaults)))
@@ -259,14 +258,14 @@ class Kernel:
     def connect(
         self, pre: IntArray, post: IntArray, name: str, given: Mapping[str, Any], weave: Callable[[Any], Any]
     ) -> None:
-        """Make synapses.
+        """Create synapses.
 
         Args:
             pre: a node for each synapse.
-            post: likewise.
-            name: of their model.
+            post: a node for each synapse.
+            name: name of their model.
             given: weight, delay and parameters: numbers, arrays, or distributions.
-            weave: returns the values, one a synapse, of an array that goes by pairs of nodes.
+            weave: returns the values, one per synapse, of an array over pairs of nodes.
         """
         base = self.synapse_model(name)
         values = {

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
+
 from nrp_core.brain.files.sonata.models import LEAK_NS, NEST_CELLS, CellModel, Parameter
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.network.synapses.stdp import STDP
@@ -69,8 +71,8 @@ class SynapseModel:
     """A model of synapses.
 
     Args:
-        kind: what it is in a network.
-        defaults: of its parameters, weight and delay among them, NEST's names and units.
+        kind: the synapse type in a network.
+        defaults: defaults of its parameters, including weight and delay, in NEST's names and units.
     """
 
     kind: str
@@ -79,6 +81,15 @@ class SynapseModel:
     def changed(self, values: Mapping[str, Any]) -> SynapseModel:
         """Return the model with other defaults."""
         return SynapseModel(self.kind, {**self.defaults, **values})
+
+
+AT_ONCE_MS = 1e-3
+"""The time constant of recovery that one of 0 means: synapses that recover at once."""
+
+
+def recovering(tau_rec_ms: Any) -> Any:
+    """Return time constants of recovery (ms, a number or an array) that synapses can have."""
+    return np.where(np.less_equal(tau_rec_ms, 0), AT_ONCE_MS, tau_rec_ms)[()]
 
 
 _INITIAL_MV = {"izhikevich": -65.0, "hh_cond_exp_traub": -60.0}
@@ -107,9 +118,9 @@ def defaults_of(name: str) -> dict[str, Any]:
 
 
 def initial_mv(model: str) -> float:
-    """Return the voltage that cells begin with, mV: the resting potential of the model, whatever theirs is.
+    """Return the initial voltage of cells, mV: the default resting potential of the model.
 
-    As NEST 3.10 does, when it is asked: ``E_L`` leaves the ``V_m`` of a cell as it was made.
+    As in NEST 3.10, ``E_L`` does not change the initial ``V_m`` of a cell.
     """
     rest = CELLS[model].parameters.get("v_rest")
     return _INITIAL_MV[model] if rest is None else rest.default

@@ -18,21 +18,21 @@ from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.brain.pynn.export import unique
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
-from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv
+from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, recovering
 
 
 def network_of(kernel: Kernel, variables: Mapping[str, Any]) -> Network:
-    """Return what was made.
+    """Return the network.
 
-    A Poisson generator sends every target a train of its own, as in NEST: each of its synapses gets a source.
-    A parrot, which repeats what comes to all, is a cell.
+    A Poisson generator sends each target a separate train, as in NEST: each of its synapses gets a source. A
+    parrot neuron, which sends the same spikes to all targets, is a cell.
 
     Args:
-        kernel: has it.
-        variables: of the file; those that hold nodes become views.
+        kernel: the kernel with the nodes and synapses.
+        variables: variables of the file; those with nodes become views.
 
     Raises:
-        NetworkError: it contradicts itself.
+        NetworkError: it is inconsistent.
     """
     made = Conversion(kernel)
     return replace(made.network, views=made.views(variables))
@@ -53,15 +53,15 @@ class Link:
 
 
 class Conversion:
-    """What a kernel has made, as a network.
+    """The contents of a kernel as a network.
 
     Args:
-        kernel: has it.
+        kernel: the kernel with the nodes and synapses.
 
     Attributes:
-        ids: the neurons that nodes are, by their numbers.
-        places: of each projection the block and the places in it that its synapses have, and how many of
-            the network's units a unit of NEST is.
+        ids: the neurons of nodes, by their numbers.
+        places: for each projection, the block and the indices of its synapses there, and the factor from
+            NEST's unit to the network's.
         network: the network.
     """
 
@@ -149,7 +149,7 @@ class Conversion:
         )  # fmt: skip
 
     def views(self, variables: Mapping[str, Any]) -> dict[str, IntArray]:
-        """Return the neurons that variables of a file hold."""
+        """Return the neurons in variables of a file."""
         named = {name: value for name, value in variables.items() if not name.startswith("_")}
         circuit = named.get(CIRCUIT)
         if isinstance(circuit, Mapping):
@@ -160,7 +160,7 @@ class Conversion:
         return {name: ids for name, ids in found.items() if ids is not None}
 
     def cells_of(self, value: Any) -> IntArray | None:
-        """Return the neurons that a value holds, None for one that is no collection of nodes with neurons."""
+        """Return the neurons in a value, None if it is not a collection of nodes with neurons."""
         nodes = [value] if isinstance(value, Node) else value
         if not (isinstance(nodes, (list, tuple)) and nodes and all(isinstance(one, Node) for one in nodes)):
             return None
@@ -209,7 +209,7 @@ def _poisson(label: str, rate: FloatArray, start: FloatArray, duration: FloatArr
 def _changing(
     kind: str, values: Mapping[str, FloatArray], scale: float
 ) -> tuple[str, dict[str, FloatArray], dict[str, str]]:
-    """Return how synapses change: kind, parameters, and the names of the rules."""
+    """Return the plasticity of synapses: kind, parameters, and the names of the rules."""
     if kind == TSODYKS_MARKRAM:
         return kind, dict(_tsodyks(values)), {}
     if kind == STDP and (values["weight"] >= 0).all() and (values["Wmax"] > 0).all():
@@ -228,4 +228,4 @@ def _changing(
 
 def _tsodyks(values: Mapping[str, FloatArray]) -> Iterator[tuple[str, FloatArray]]:
     for name, spelling in (("U", "U"), ("tau_rec", "tau_rec"), ("tau_facil", "tau_fac")):
-        yield name, values[spelling].copy()
+        yield name, recovering(values[spelling]) if name == "tau_rec" else values[spelling].copy()

@@ -1,4 +1,4 @@
-"""Which pairs of nodes a rule of NEST connects."""
+"""The pairs of nodes that a connection rule of NEST connects."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ RULES = (
 def pairs(
     rule: Mapping[str, Any], n_pre: int, n_post: int, random: np.random.RandomState, *, same: bool
 ) -> tuple[IntArray, IntArray]:
-    """Return indices of sources and targets, one pair a synapse.
+    """Return indices of sources and targets, one pair per synapse.
 
     Args:
         rule: its name and settings, as ``conn_spec``.
         n_pre: number of sources.
         n_post: number of targets.
-        random: draws.
+        random: the random generator.
         same: whether sources are the targets, for rules without autapses.
 
     Raises:
-        NetworkError: there is no such rule, or the numbers do not fit.
+        NetworkError: the rule is unknown, or the numbers do not fit.
     """
     name = str(rule.get("rule", "all_to_all"))
     if name not in RULES:

@@ -1,4 +1,4 @@
-"""Let calls of NEST reach a brain that runs: they change it, and what they ask is read there."""
+"""Calls of NEST on a running brain: they change it and read its state."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ _TSODYKS = {"tau_facil": "tau_fac"}
 class RunningKernel(Kernel):
     """A kernel whose nodes and synapses become those of a running brain.
 
-    Where the brain was not made by calls of NEST, its neurons are nodes in their order, as under PyNN's NEST.
+    If the brain was not created by calls of NEST, its neurons are nodes in order, as with pyNN.nest.
 
     Args:
         seed: the seed of every random number.
-        built: what the brain file has built.
+        built: the objects of the brain file.
     """
 
     def __init__(self, seed: int, built: Built) -> None:
@@ -44,7 +44,7 @@ class RunningKernel(Kernel):
         self._labels: list[str] | None = None
 
     def begin(self, run: Run) -> None:
-        """Take part in a run; its resets undo all changes."""
+        """Connect to a run; its resets undo all changes."""
         first = deepcopy(([one.values for one in self.groups], [one.values for one in self.blocks]))
 
         def reset(_loop: object) -> None:
@@ -89,7 +89,7 @@ class RunningKernel(Kernel):
         self._apply(before, self._converted().network)
 
     def _apply(self, before: Network, after: Network) -> None:
-        """Change in the brain what differs between two descriptions of it."""
+        """Apply the differences between two descriptions of the brain to it."""
         old, new = ([(one.receptor, one.size) for one in two.projections] for two in (before, after))
         if old != new:
             raise NetworkError("nest: the sign of a weight cannot change while the brain runs")
@@ -134,7 +134,7 @@ class RunningKernel(Kernel):
         return values
 
     def _heard(self, node: int) -> dict[str, Any]:
-        """Return the spikes that a recorder has heard so far."""
+        """Return the spikes of a recorder so far."""
         ids = self._converted().ids
         heard = np.array([ids[one] for one in self.heard_by(node).tolist() if one in ids], dtype=np.int64)
         if not heard.size:
@@ -146,7 +146,7 @@ class RunningKernel(Kernel):
 
 
 def _describe(built: Built, kernel: Kernel) -> list[str]:
-    """Let nodes and synapses be those of a brain; return the labels of projections that they stand for."""
+    """Replace nodes and synapses by those of a brain; return the labels of the corresponding projections."""
     groups: dict[str, Group] = {}
     network = built.network
     for label, population in network.populations.items():

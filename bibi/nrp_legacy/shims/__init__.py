@@ -1,1 +1,1 @@
-"""Modules that experiments import: the part of each that they use, on topics and simulated time of ours."""
+"""Modules that experiments import: the parts that they use, based on our topics and simulated time."""

@@ -7,6 +7,7 @@ from math import inf
 from types import ModuleType
 from typing import Any
 
+from nrp_core.findings import Code
 from nrp_legacy.shims.graph import Graph, absolute
 from nrp_legacy.shims.modules import OpenMessage, bound, module
 from nrp_legacy.shims.smach import State
@@ -25,11 +26,11 @@ _OUTCOMES = {
 
 
 class SimpleActionClient:
-    """Has joints follow the trajectories that are sent; no server takes other goals, which are lost.
+    """Moves joints along trajectories; other goals do not have a server and are lost.
 
     Args:
-        graph: of the run.
-        name: of the action.
+        graph: the graph of the run.
+        name: the name of the action.
         kind: its type.
     """
 
@@ -39,16 +40,18 @@ class SimpleActionClient:
         self._movement: Movement | None = None
         self._is_cancelled = False
         if not self._is_served:
-            graph.warn(f"the action '{self._name}' does not have a server: its goals are ignored")
+            graph.warn(
+                Code.NRP267, f"the action '{self._name}' does not have a server: its goals are ignored"
+            )
 
     def wait_for_server(self, *_values: Any, **_options: Any) -> bool:
-        """Return whether the world takes goals."""
+        """Return whether the world accepts goals."""
         return self._is_served and self._graph.has_begun
 
     def send_goal(
         self, goal: Any, done_cb: Any = None, active_cb: Any = None, *_values: Any, **_options: Any
     ) -> None:
-        """Begin with a goal, instead of the one before."""
+        """Start a goal, which replaces the previous one."""
         if self._movement is not None:
             self._movement.drop()
         self._movement, self._is_cancelled = None, False
@@ -60,7 +63,7 @@ class SimpleActionClient:
             active_cb()
 
     def send_goal_and_wait(self, goal: Any, *values: Any, **options: Any) -> int:
-        """Send a goal and return what became of it."""
+        """Send a goal and return its final state."""
         self.send_goal(goal)
         if not self.wait_for_result(*values[:1], **options) and Task.here() is not None:
             self.cancel_goal()
@@ -76,7 +79,7 @@ class SimpleActionClient:
         return self._movement is not None and self._movement.is_over
 
     def get_state(self) -> int:
-        """Return what became of the goal, or is becoming."""
+        """Return the state of the goal."""
         if self._moves:
             return _STATES["ACTIVE"]
         if self._movement is None:
@@ -92,7 +95,7 @@ class SimpleActionClient:
         return OpenMessage(error_code=0 if self._movement.has_succeeded else -1, error_string="")
 
     def cancel_goal(self, *_values: Any) -> None:
-        """End a goal where it is."""
+        """Cancel a goal."""
         if self._movement is not None and self._moves:
             self._is_cancelled = True
             self._movement.stop()
@@ -100,11 +103,11 @@ class SimpleActionClient:
     cancel_all_goals = cancel_goal
 
     def stop_tracking_goal(self) -> None:
-        """Let a goal go on and know no more of it."""
+        """Stop tracking a goal, which continues."""
         self._movement = None
 
     def get_goal_status_text(self) -> str:
-        """Return what became of the goal."""
+        """Return the status of the goal."""
         return "there is no server" if self._movement is None else ""
 
     @property
@@ -113,19 +116,19 @@ class SimpleActionClient:
 
 
 class SimpleActionServer:
-    """Serves nobody."""
+    """A server without clients."""
 
     def __init__(self, *_values: Any, **_options: Any) -> None:
-        """Serve nobody."""
+        """Do nothing."""
 
     def start(self, *_values: Any) -> None:
-        """Serve nobody."""
+        """Do nothing."""
 
     set_succeeded = set_aborted = set_preempted = publish_feedback = accept_new_goal = start
     register_goal_callback = register_preempt_callback = start
 
     def is_preempt_requested(self) -> bool:
-        """Return that nobody asks."""
+        """Return False, because there are no goals."""
         return False
 
     is_active = is_new_goal_available = is_preempt_requested
@@ -135,11 +138,11 @@ class SimpleActionState(State):
     """A state that sends a goal and waits for its end.
 
     Args:
-        graph: of the run.
-        name: of the action.
+        graph: the graph of the run.
+        name: the name of the action.
         kind: its type.
-        goal: what is sent; or ``goal_cb`` makes it from the user data and an empty goal, or ``goal_key`` is
-            where the user data have it.
+        goal: the goal; or ``goal_cb`` makes it from the user data and an empty goal, or ``goal_key`` is its
+            key in the user data.
         result_cb: called with the user data, the status and the result; it may return an outcome.
         outcomes: those of ``result_cb``.
     """
@@ -176,18 +179,18 @@ class SimpleActionState(State):
 
 
 class SettingsClient:
-    """Keeps settings that nobody reads."""
+    """Stores settings, which have no effect."""
 
     def __init__(self, *_values: Any, **_options: Any) -> None:
         self._settings: dict[str, Any] = {}
 
     def update_configuration(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Take settings."""
+        """Store settings."""
         self._settings |= changes
         return self._settings
 
     def get_configuration(self, *_values: Any, **_options: Any) -> dict[str, Any]:
-        """Return the settings that were taken."""
+        """Return the stored settings."""
         return self._settings
 
 

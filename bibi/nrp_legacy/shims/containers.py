@@ -27,7 +27,7 @@ class Iterator(Container):
     """Executes a state for each of some items.
 
     Args:
-        outcomes: of the whole.
+        outcomes: outcomes of the container.
         input_keys, output_keys: taken; all data is shared.
         it: the items, or a function that returns them.
         it_label: the name under which the state finds an item in its data.
@@ -61,9 +61,9 @@ class Iterator(Container):
 
         Args:
             state: the state.
-            loop_outcomes: after which it goes on with the next item; by default any that ends nothing.
-            break_outcomes: which end it.
-            final_outcome_map: what its last outcome means; None: that no item was left.
+            loop_outcomes: outcomes after which it continues with the next item; by default all others.
+            break_outcomes: outcomes that end it.
+            final_outcome_map: the container's outcome for the last outcome; None: no item was left.
         """
         iterator = Container._open[-1]
         iterator._state, iterator._on, iterator._off = state, set(loop_outcomes), set(break_outcomes)
@@ -83,15 +83,15 @@ class Iterator(Container):
 
 
 class Concurrence(Container):
-    """States side by side: where one waits, the others go on.
+    """Concurrent states: while one waits, the others continue.
 
     Args:
-        outcomes: of the whole.
-        default_outcome: where no other is meant.
+        outcomes: outcomes of the container.
+        default_outcome: the outcome if no other applies.
         outcome_map: for an outcome, the outcomes of states that must all hold.
         outcome_cb: returns the outcome from those of all states.
-        child_termination_cb: told of the outcomes so far whenever a state ends; returns whether the others
-            shall end, too.
+        child_termination_cb: called with the outcomes so far whenever a state ends; returns whether to end
+            the others, too.
     """
 
     def __init__(

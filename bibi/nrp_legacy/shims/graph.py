@@ -13,8 +13,11 @@ from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Findings
+from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.topics import Stamped, Subscription, check_message
 from nrp_core.world.world import World
+from nrp_legacy.documents import ROBOT
 from nrp_legacy.shims.tuples import as_in_ros1
 
 log = logging.getLogger("nrp_legacy")
@@ -27,7 +30,7 @@ def absolute(name: str) -> str:
 
 
 class Listener:
-    """A callback for what comes on a topic.
+    """A callback for the messages of a topic.
 
     Args:
         topic: its absolute name.
@@ -41,7 +44,7 @@ class Listener:
         self._seen: Stamped | None = None
 
     def deliver(self, graph: Graph) -> None:
-        """Call back if a message came; what the callback raises is logged, as in ROS."""
+        """Call back if a message came; exceptions of the callback are logged, as in ROS."""
         if self._subscription is None:
             graph.declare(self.topic, self.kind)
             self._subscription = graph.world.subscribe(self.topic)
@@ -52,14 +55,14 @@ class Listener:
         try:
             self.callback(as_in_ros1(latest.message))
         except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
-            graph.warn(f"a callback of {self.topic} raised {type(error).__name__}: {error}")
+            graph.warn(Code.NRP281, f"a callback of {self.topic} raised {type(error).__name__}: {error}")
 
 
 class Attendant(Protocol):
-    """What has a turn before the functions of each step."""
+    """An object that is called before the functions of each step."""
 
     def deliver(self, graph: Graph) -> None:
-        """Take the turn."""
+        """Called before the functions of each step."""
 
 
 class Graph:
@@ -69,17 +72,20 @@ class Graph:
         self._run: Run | None = None
         self._listeners: list[Attendant] = []
         self.wanted: dict[str, type] = {}
+        self.scales: dict[str, Vector] = {}
+        """Factors by which states have scaled models."""
 
     def __deepcopy__(self, memo: object) -> Graph:
-        """Return the graph itself: a variable that begins with a service proxy keeps the run's."""
+        """Return the graph itself, so that copies of service proxies belong to the run."""
         return self
 
     # -- before and during the run
 
     def begin(self, run: Run) -> None:
-        """Take part in a run."""
+        """Connect to a run."""
         self._run = run
         run.loop.hooks.before_functions.append(self._deliver)
+        run.loop.hooks.after_reset.append(lambda _loop: self.scales.clear())
 
     @property
     def has_begun(self) -> bool:
@@ -93,6 +99,12 @@ class Graph:
         return self._run.world
 
     @property
+    def robot(self) -> str | None:
+        """The robot of code that names none: ``robot``, else the first; None without robots."""
+        robots = () if self._run is None else self._run.experiment.world.robots
+        return ROBOT if ROBOT in robots else next(iter(robots), None)
+
+    @property
     def now_ns(self) -> int:
         """Simulated time, ns; 0 before the run."""
         return 0 if self._run is None else self._run.loop.now_ns
@@ -102,12 +114,11 @@ class Graph:
         """Simulated time, s."""
         return seconds(self.now_ns)
 
-    def warn(self, message: str) -> None:
+    def warn(self, code: Code, message: str, *, subject: str | None = None) -> None:
         """Report something once, with the result of the run."""
-        told = [] if self._run is None else self._run.world.warnings
-        if message not in told:
+        reported = Findings() if self._run is None else self._run.world.warnings
+        if reported.add(code, message, subject=subject):
             log.warning(message)
-            told.append(message)
 
     def _deliver(self, loop: ClosedLoop) -> None:
         for listener in list(self._listeners):
@@ -121,35 +132,35 @@ class Graph:
         return [] if self._run is None else list(self.world.topics)
 
     def want(self, topic: str, kind: Any) -> type:
-        """Ask for a topic; return its type."""
+        """Request a topic; return its type."""
         self.wanted[topic] = known = message_type(kind)
         return known
 
     def declare(self, topic: str, kind: type) -> None:
-        """Add a topic that nobody serves."""
+        """Add a topic that the world does not have."""
         if topic not in self.world.topics:
             self.world.declare(topic, kind)
 
     def listen(self, topic: str, kind: Any, callback: Callable[[Any], Any]) -> Listener:
-        """Call back for what comes on a topic, at most once a step."""
+        """Add a callback for a topic, called at most once a step."""
         listener = Listener(topic, self.want(topic, kind), callback)
         self._listeners.append(listener)
         return listener
 
     def attend(self, attendant: Attendant) -> None:
-        """Let something have its turn before the functions of each step."""
+        """Add an object to be called before the functions of each step."""
         self._listeners.append(attendant)
 
     def forget(self, listener: Attendant) -> None:
-        """Call back no more."""
+        """Remove a callback."""
         if listener in self._listeners:
             self._listeners.remove(listener)
 
     def publish(self, topic: str, kind: type, message: Any) -> None:
-        """Publish a message; before the run, nobody hears it.
+        """Publish a message; before the run it has no effect.
 
         Raises:
-            TopicError: the topic cannot carry it.
+            TopicError: it does not fit the topic.
         """
         if self._run is None:
             return

@@ -1,4 +1,4 @@
-"""``sys.path`` of one experiment: what its code adds leads its own imports, and nobody else's."""
+"""``sys.path`` of one experiment: additions by its code affect only its own imports."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _OF_PACKAGES = ("site-packages", "dist-packages")
 
 
 class ImportPath:
-    """The folders whose modules code can import, those included that it adds meanwhile.
+    """The folders whose modules code can import, including those added meanwhile.
 
     Args:
-        names: what is ``sys.path`` to the code.
-        folders: that come first.
-        library: where folders are looked for that are not where the code says.
+        names: ``sys.path`` of the code.
+        folders: the folders that come first.
+        library: the search path for folders that do not exist as named.
     """
 
     def __init__(self, names: list[str], folders: Iterable[Path], library: Library) -> None:

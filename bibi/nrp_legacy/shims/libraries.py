@@ -1,4 +1,4 @@
-"""Libraries under the names that they had when experiments were written: OpenCV 2, those of Python 2."""
+"""Libraries by their old names: OpenCV 2, and those of Python 2."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import string
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -52,9 +53,9 @@ def libraries_of_old(
     Args:
         environment: variables that the platform set.
         sleep: waits for some seconds of simulated time.
-        seed: of what is random, any integer.
-        import_path: what is ``sys.path``.
-        paths: where files are.
+        seed: the seed of random numbers, any integer.
+        import_path: ``sys.path`` of the code.
+        paths: the locations of files.
     """
     chance = np.random.RandomState(seed % 2**32)
     numpy_random = overlay("numpy.random", _methods(chance))
@@ -74,6 +75,7 @@ def libraries_of_old(
         **scipy_of_old(numpy, paths),
         "random": overlay("random", _methods(random.Random(seed))),
         "cv2": overlay("cv2", _headless(paths), _opencv),
+        **_fonts(),
         "cv2.cv": overlay("cv2.cv", old=_opencv, real="cv2"),
         **_os(environment, paths),
         "sys": overlay(
@@ -108,7 +110,7 @@ def _headless(paths: Paths) -> dict[str, Any]:
 
 
 def _opencv(here: ModuleType, name: str) -> Any:
-    """Return what a name of OpenCV 2 stands for: ``cv2.cv.CV_AA``, ``cv2.xfeatures2d.SIFT_create``."""
+    """Return the present object for a name of OpenCV 2: ``cv2.cv.CV_AA``, ``cv2.xfeatures2d.SIFT_create``."""
     if name == "cv":
         return overlay("cv2.cv", old=_opencv, real="cv2")
     if name == "xfeatures2d":
@@ -123,11 +125,38 @@ def _opencv(here: ModuleType, name: str) -> Any:
     return getattr(here, known.get(plain, plain if hasattr(here, plain) else f"COLOR_{plain}"))
 
 
+# -- fonts
+
+
+def _fonts() -> dict[str, ModuleType]:
+    """Return PIL with fonts found by their names on other machines: the same font, else a similar one."""
+
+    def truetype(font: Any = None, *values: Any, **options: Any) -> Any:
+        real = import_module("PIL.ImageFont").truetype
+        try:
+            return real(font, *values, **options)
+        except OSError:
+            return real(_font_file(str(font)), *values, **options)
+
+    fonts = overlay("PIL.ImageFont", {"truetype": truetype})
+    whole = overlay("PIL", {"ImageFont": fonts}, lambda _here, name: import_module(f"PIL.{name}"))
+    return {"PIL": whole, "PIL.ImageFont": fonts}
+
+
+def _font_file(name: str) -> str:
+    """Return the file of the font most similar to one by name, such as ``Ubuntu-B.ttf``."""
+    from matplotlib.font_manager import FontProperties, findfont
+
+    family, _, style = Path(name).stem.partition("-")
+    weight = "bold" if style.lower().startswith("b") or "bold" in name.lower() else "normal"
+    return str(findfont(FontProperties(family=family, weight=weight)))
+
+
 # -- Python
 
 
 def _pickle() -> dict[str, Any]:
-    """Return functions that take pickles of Python 2, and files that were opened for text."""
+    """Return functions that accept pickles of Python 2, and files opened as text."""
 
     def load(file: Any, **options: Any) -> Any:
         return pickle.load(_binary(file), **{"encoding": "latin1", **options})

@@ -17,7 +17,7 @@ class ClientLogger:
     """Shows texts to the user.
 
     Args:
-        graph: of the run.
+        graph: the graph of the run.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -33,4 +33,4 @@ class ClientLogger:
     advertise = info
 
     def clear_advertisements(self) -> None:
-        """Do nothing: what was shown stays."""
+        """Do nothing, because shown texts stay."""

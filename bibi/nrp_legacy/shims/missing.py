@@ -6,12 +6,14 @@ Unknown ROS packages have messages that accept any field.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
+from nrp_core.findings import Code
+from nrp_legacy.notes import Notes
 from nrp_legacy.shims.modules import OpenMessage, ServiceType, open_module
 
 _MESSAGES = ("msg", "action")
@@ -19,11 +21,11 @@ _SERVICES = "srv"
 
 
 class Missing:
-    """Something of a module that is not installed.
+    """An object of a module that is not installed.
 
     Args:
         name: its dotted name.
-        why: it is not here.
+        why: the reason why it is missing.
     """
 
     def __init__(self, name: str, why: str) -> None:
@@ -45,7 +47,7 @@ class Missing:
 
 
 def with_missing_parts(known: ModuleType) -> None:
-    """Let a module have all names: what it has not can be imported, and fails where it is used."""
+    """Make all names of a module importable: missing ones fail when they are used."""
     name = known.__name__
 
     def attribute(child: str) -> Missing:
@@ -57,19 +59,19 @@ def with_missing_parts(known: ModuleType) -> None:
 
 
 class StandIns:
-    """What files get for modules that are not there.
+    """The substitutes for missing modules.
 
     Args:
-        notes: told of each, once.
+        notes: receives a note about each, once.
     """
 
-    def __init__(self, notes: Callable[[str], None]) -> None:
+    def __init__(self, notes: Notes) -> None:
         self._notes = notes
         self._told: set[str] = set()
         self._module = cache(self._made)
 
     def __call__(self, name: str, importer: Mapping[str, Any]) -> ModuleType | None:
-        """Return a module, None if the import may fail: the importing file has an answer to that."""
+        """Return a module, None if the import may fail because the importing file handles this."""
         if _may_fail(name.partition(".")[0], importer.get("__file__")):
             return None
         return self._module(name)
@@ -77,7 +79,8 @@ class StandIns:
     def _made(self, name: str) -> ModuleType:
         root, _, rest = name.partition(".")
         if rest in _MESSAGES:
-            self._notes(f"the message package '{root}' is not known: its messages accept any field")
+            message = f"the message package '{root}' is not known: its messages accept any field"
+            self._notes(Code.NRP286, message, subject=root)
             return open_module(name, lambda child: type(child, (OpenMessage,), {}), {})
         if rest == _SERVICES:
             return open_module(name, ServiceType, {})
@@ -94,7 +97,8 @@ class StandIns:
     def _tell(self, root: str) -> str:
         if root not in self._told:
             self._told.add(root)
-            self._notes(f"module '{root}' is not installed: code that uses it fails")
+            message = f"module '{root}' is not installed: code that uses it fails"
+            self._notes(Code.NRP286, message, subject=root)
         return f"the module '{root}' is not installed"
 
 

@@ -8,10 +8,11 @@ from functools import partial
 from typing import Any
 
 from nrp_core.errors import NrpError
+from nrp_core.findings import Code
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Vector3
 from nrp_core.world.pose_messages import pose_of
-from nrp_core.world.rigid.pose import multiply
+from nrp_core.world.rigid.pose import Vector, multiply
 from nrp_core.world.scene.materials import color_of
 from nrp_core.world.scene.model import (
     Box,
@@ -32,15 +33,34 @@ from nrp_legacy.shims.smach import State
 OUTCOMES = ("succeeded", "aborted", "preempted")
 HEAVY_KG, MOMENT = 1.0, 0.01
 
-Change = Callable[[], None]
+Change = Callable[[Any], None]
+
+
+class Given:
+    """An argument of a state: a value, or a function of the user data and the value of the last time.
+
+    Args:
+        value: the value or function.
+    """
+
+    def __init__(self, value: Any) -> None:
+        self._value = value
+        self._last: Any = None
+
+    def __call__(self, userdata: Any) -> Any:
+        """Return the value for this time."""
+        if callable(self._value):
+            self._last = self._value(userdata, self._last)
+            return self._last
+        return self._value
 
 
 class ChangeState(State):
-    """Changes the scene once; what cannot be done is reported, and the state is aborted.
+    """Changes the scene once; if this fails, the error is reported and the state is aborted.
 
     Args:
-        graph: of the run.
-        change: does it.
+        graph: the graph of the run.
+        change: makes the change, given the user data.
     """
 
     def __init__(self, graph: Graph, change: Change) -> None:
@@ -49,9 +69,9 @@ class ChangeState(State):
 
     def execute(self, userdata: Any) -> str:
         try:
-            self._change()
+            self._change(userdata)
         except (NrpError, ServiceException) as error:
-            self._graph.warn(str(error))
+            self._graph.warn(Code.NRP280, str(error))
             return "aborted"
         return "succeeded"
 
@@ -59,7 +79,7 @@ class ChangeState(State):
 def spawn(
     shape: Callable[[Any], Geometry],
     graph: Graph,
-    model_name: str,
+    model_name: Any,
     size: Any = None,
     position: Any = None,
     rotation: Any = None,
@@ -68,22 +88,23 @@ def spawn(
     color: str = "Gazebo/Grey",
     **more: Any,
 ) -> ChangeState:
-    """Return a state that adds a thing of one shape; without gravity it stays where it is put.
+    """Return a state that adds an object with one shape; without gravity it does not move.
 
     Args:
-        shape: makes the shape from what gives its size.
-        graph: of the run.
-        model_name: of the thing.
-        size: of the shape, or by the name that goes with it (``radius``).
-        position: of its centre.
+        shape: creates the shape from its size.
+        graph: the graph of the run.
+        model_name: name of the object.
+        size: size of the shape, or the parameter with its own name (``radius``).
+        position: position of its centre, m.
         rotation: its orientation.
-        gravity_factor: 0 for a thing that nothing moves.
+        gravity_factor: 0 for a static object.
         color: name of a material.
         more: the size by its own name.
     """
     given = size if size is not None else more
+    name_of, position_of = Given(model_name), Given(position)
 
-    def change() -> None:
+    def change(userdata: Any) -> None:
         geometry = shape(given)
         inertial = Inertial(HEAVY_KG, inertia=(MOMENT, MOMENT, MOMENT, 0.0, 0.0, 0.0))
         link = Link(
@@ -92,17 +113,49 @@ def spawn(
             visuals=(Visual("visual", geometry, rgba=color_of(color)),),
             collisions=(Collision("collision", geometry),),
         )
-        pose = pose_of(_pose(position, rotation))
-        graph.world.spawn(Model(model_name, (link,), pose=pose, static=not gravity_factor))
+        name, pose = name_of(userdata), pose_of(_pose(position_of(userdata), rotation))
+        graph.scales.pop(name, None)
+        graph.world.spawn(Model(name, (link,), pose=pose, static=not gravity_factor))
 
     return ChangeState(graph, change)
 
 
 def set_pose(
-    graph: Graph, services: Services, model_name: str, position: Any = None, rotation: Any = None
+    graph: Graph,
+    services: Services,
+    model_name: Any,
+    position: Any = None,
+    rotation: Any = None,
+    scale: Any = None,
 ) -> ChangeState:
-    """Return a state that puts a model somewhere; ``position`` may be a whole pose."""
-    return _moving(graph, services, model_name, lambda _now: _pose(position, rotation))
+    """Return a state that moves a model; each argument may be a function of the user data and its last value.
+
+    Args:
+        graph: the graph of the run.
+        services: the services of the run.
+        model_name: name of the model.
+        position: its new position, m, or a whole pose; None: it stays.
+        rotation: its new orientation; None: it stays.
+        scale: its new size, as a factor or factors of its size in its file; None: it stays.
+    """
+    name_of, position_of, rotation_of, scale_of = map(Given, (model_name, position, rotation, scale))
+
+    def change(userdata: Any) -> None:
+        name, place, turn = name_of(userdata), position_of(userdata), rotation_of(userdata)
+        factors = scale_of(userdata)
+
+        def moved(now: Pose) -> Pose:
+            if isinstance(place, Pose):
+                return place
+            return _pose(now.position if place is None else place, now.orientation if turn is None else turn)
+
+        _move(services, name, moved)
+        if factors is not None:
+            before = graph.scales.get(name, (1.0, 1.0, 1.0))
+            x, y, z = (new / old for new, old in zip(_factors(factors), before, strict=True))
+            _resize(graph, name, (x, y, z))
+
+    return ChangeState(graph, change)
 
 
 def translate(
@@ -133,47 +186,66 @@ def rotate(
 
 
 def scale(graph: Graph, model_name: str, x: Any = 1.0, y: float = 1.0, z: float = 1.0) -> ChangeState:
-    """Return a state that puts a model of another size in the place of one."""
+    """Return a state that multiplies the size of a model."""
     factors = _numbers(x) if hasattr(x, "x") else (float(x), float(y), float(z))
-
-    def change() -> None:
-        world = graph.world
-        model, now = world.scene.model(model_name), world.model_motion(model_name)
-        world.delete(model.name)
-        world.spawn(replace(scaled(model, factors), pose=now.pose))
-
-    return ChangeState(graph, change)
+    return ChangeState(graph, lambda _userdata: _resize(graph, model_name, factors))
 
 
 def spawn_model(
-    graph: Graph, services: Services, model_name: str, model_xml: str = "", *places: Any, **more: Any
+    graph: Graph, services: Services, model_name: Any, model_xml: str = "", *places: Any, **more: Any
 ) -> ChangeState:
-    """Return a state that adds a model of a text in SDF; a pose, or position and rotation, may follow."""
+    """Return a state that adds a model from a text in SDF; a pose, or position and rotation, may follow."""
     xml = next((more[name] for name in ("xml", "sdf", "model_sdf") if name in more), model_xml)
     named = [more.get("initial_pose", more.get("pose", more.get("position"))), more.get("rotation")]
     position, rotation = (*places, *named, None, None)[:2] if places else named
+    name_of, position_of = Given(model_name), Given(position)
 
-    def change() -> None:
-        answer = services.call("/gazebo/spawn_sdf_entity", model_name, xml, "", _pose(position, rotation), "")
+    def change(userdata: Any) -> None:
+        pose = _pose(position_of(userdata), rotation)
+        answer = services.call("/gazebo/spawn_sdf_entity", name_of(userdata), xml, "", pose, "")
         if not answer.success:
             raise ServiceException(answer.status_message)
 
     return ChangeState(graph, change)
 
 
-def destroy(graph: Graph, model_name: str) -> ChangeState:
-    """Return a state that takes a model out."""
-    return ChangeState(graph, lambda: graph.world.delete(model_name))
+def destroy(graph: Graph, model_name: Any) -> ChangeState:
+    """Return a state that deletes a model; its name may be a function of the user data and the last name."""
+    name_of = Given(model_name)
+
+    def change(userdata: Any) -> None:
+        name = name_of(userdata)
+        graph.world.delete(name)
+        graph.scales.pop(name, None)
+
+    return ChangeState(graph, change)
 
 
 def _moving(graph: Graph, services: Services, name: str, moved: Callable[[Pose], Pose]) -> ChangeState:
-    def change() -> None:
-        now = services.call("/gazebo/get_model_state", name)
-        if not now.success:
-            raise ServiceException(now.status_message)
-        services.call("/gazebo/set_model_state", ModelState(name, moved(now.pose)))
+    return ChangeState(graph, lambda _userdata: _move(services, name, moved))
 
-    return ChangeState(graph, change)
+
+def _move(services: Services, name: str, moved: Callable[[Pose], Pose]) -> None:
+    now = services.call("/gazebo/get_model_state", name)
+    if not now.success:
+        raise ServiceException(now.status_message)
+    services.call("/gazebo/set_model_state", ModelState(name, moved(now.pose)))
+
+
+def _resize(graph: Graph, name: str, factors: Vector) -> None:
+    """Replace a model by one that is larger or smaller by some factors."""
+    if factors == (1.0, 1.0, 1.0):
+        return
+    world = graph.world
+    model, now = world.scene.model(name), world.model_motion(name)
+    world.delete(name)
+    world.spawn(replace(scaled(model, factors), pose=now.pose))
+    x, y, z = (a * b for a, b in zip(graph.scales.get(name, (1.0, 1.0, 1.0)), factors, strict=True))
+    graph.scales[name] = x, y, z
+
+
+def _factors(value: Any) -> Vector:
+    return (float(value),) * 3 if isinstance(value, (int, float)) else _numbers(value)
 
 
 def _pose(position: Any, rotation: Any) -> Pose:
@@ -217,6 +289,7 @@ def model_states(graph: Graph, services: Services) -> dict[str, Callable[..., St
         "SpawnSphere": partial(spawn, _sphere, graph),
         "SpawnCylinder": partial(spawn, _cylinder, graph),
         "DestroyModel": partial(destroy, graph),
+        "ModelDestroyServiceState": partial(destroy, graph),
         "SetModelPose": put,
         "SetModelServiceState": put,
         "SetPose": put,

@@ -37,7 +37,7 @@ def module(name: str, /, **content: Any) -> ModuleType:
 
 
 def bound(base: type, *first: Any) -> type:
-    """Return a class whose first arguments are given, and which users can derive theirs from."""
+    """Return a class with given first arguments, from which users can derive classes."""
 
     class Bound(base):  # type: ignore[misc]
         def __init__(self, *values: Any, **fields: Any) -> None:
@@ -53,13 +53,13 @@ def open_module(
     content: dict[str, Any],
     names: Callable[[], list[str]] | None = None,
 ) -> ModuleType:
-    """Return a module that makes what it lacks when it is asked for.
+    """Return a module that creates missing names on demand.
 
     Args:
-        name: of the module.
-        make: returns what is asked for by a name.
-        content: what there is already.
-        names: returns what ``import *`` brings, besides what there is already.
+        name: the name of the module.
+        make: returns the object for a name.
+        content: the existing objects.
+        names: returns the names for ``import *``, besides the existing ones.
     """
     made = module(name, **content)
 
@@ -86,7 +86,7 @@ class ServiceType:
 
 
 class Request:
-    """What is asked of a service that is not known by this name; its fields are attributes.
+    """A request to a service with an unknown name; its fields are attributes.
 
     Args:
         values: by position.
@@ -100,13 +100,13 @@ class Request:
 
     @property
     def values(self) -> tuple[Any, ...]:
-        """What was given by position."""
+        """The positional values."""
         given: tuple[Any, ...] = vars(self)["_values"]
         return given
 
     @property
     def fields(self) -> dict[str, Any]:
-        """What was given by name."""
+        """The named values."""
         return {name: value for name, value in vars(self).items() if name != "_values"}
 
     def __getattr__(self, name: str) -> Any:
@@ -116,7 +116,7 @@ class Request:
 
 
 class OpenMessage:
-    """A message of a type that nobody here reads or writes: it carries whatever it is given."""
+    """A message of an unknown type: it accepts any fields."""
 
     def __init__(self, *values: Any, **fields: Any) -> None:
         data = {"data": values[0]} if len(values) == 1 else {}
@@ -128,11 +128,11 @@ class OpenMessage:
         return self.__dict__.setdefault(name, OpenMessage())
 
     def append(self, item: Any) -> None:
-        """Take one more item: a field that nobody gave a value may have been a list."""
+        """Append an item, because a field without a value may be a list."""
         self._items.append(item)
 
     def extend(self, items: Any) -> None:
-        """Take more items."""
+        """Append items."""
         self._items.extend(items)
 
     def __iter__(self) -> Iterator[Any]:
@@ -161,7 +161,7 @@ class ModelState(KnownModelState):
 
 
 def message_modules() -> dict[str, ModuleType]:
-    """Return ``<package>.msg`` of every package of messages; types that are not known carry anything."""
+    """Return ``<package>.msg`` of every package of messages; unknown types accept any fields."""
     known = {name: package.msg for name, package in message_packages().items()}
     known["gazebo_msgs"] = module(
         "gazebo_msgs.msg", **{**vars(known["gazebo_msgs"]), "ModelState": ModelState}
@@ -178,7 +178,7 @@ def message_modules() -> dict[str, ModuleType]:
 
 
 def _public(known: ModuleType) -> list[str]:
-    """Return the types that a module has, or makes when asked for."""
+    """Return the types that a module has or creates on demand."""
     return [name for name in dir(known) if not name.startswith("_")]
 
 

@@ -1,4 +1,4 @@
-"""NumPy and SciPy under the names that they had when experiments were written."""
+"""NumPy and SciPy with their old names."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def numpy_of_old(own: Mapping[str, Any] | None = None, paths: Paths | None = Non
 
     Args:
         own: names that replace its own.
-        paths: where files are.
+        paths: the locations of files.
     """
     public = {name: value for name, value in vars(np).items() if not name.startswith("_")}
     names = {
@@ -55,7 +55,7 @@ def numpy_of_old(own: Mapping[str, Any] | None = None, paths: Paths | None = Non
 
 
 def _files(paths: Paths) -> dict[str, Callable[..., Any]]:
-    """Return what reads and writes files; pickled arrays of Python 2 too, which NumPy once took unasked."""
+    """Return functions that read and write files, including pickled arrays of Python 2 as in old NumPy."""
     read = {name: paths.reading(getattr(np, name)) for name in ("loadtxt", "genfromtxt", "fromfile")}
     written = {
         name: paths.writing(getattr(np, name)) for name in ("save", "savetxt", "savez", "savez_compressed")
@@ -72,8 +72,8 @@ def _from_string(text: Any, dtype: Any = float, count: int = -1, sep: str = "", 
 
 
 def scipy_of_old(numpy: ModuleType, paths: Paths) -> dict[str, ModuleType]:
-    """Return SciPy with the names that moved since, and with the pictures of ``scipy.misc``."""
-    pictures = {
+    """Return SciPy with the names that moved since, and with the images of ``scipy.misc``."""
+    images = {
         "imread": paths.reading(_read_image),
         "imresize": _resized,
         "imsave": paths.writing(_save_image),
@@ -82,8 +82,8 @@ def scipy_of_old(numpy: ModuleType, paths: Paths) -> dict[str, ModuleType]:
     return {
         **moved,
         "scipy": overlay("scipy", {"random": numpy.random}, lambda _here, name: getattr(numpy, name)),
-        "scipy.misc": overlay("scipy.misc", pictures, real="scipy.special"),
-        "scipy.ndimage": overlay("scipy.ndimage", {"imread": pictures["imread"]}),
+        "scipy.misc": overlay("scipy.misc", images, real="scipy.special"),
+        "scipy.ndimage": overlay("scipy.ndimage", {"imread": images["imread"]}),
         "scipy.io": overlay("scipy.io", {"loadmat": paths.reading(_load_mat)}),
     }
 
@@ -103,7 +103,7 @@ def _load_mat(name: Any, **options: Any) -> Any:
 
 
 def _read_image(name: Any, *_values: Any, **_options: Any) -> Any:
-    """Return a picture of a file, its channels red, green, blue."""
+    """Return the image in a file, with channels red, green, blue."""
     import cv2
 
     image = cv2.imread(str(name))
@@ -119,7 +119,7 @@ def _save_image(name: Any, image: Any, **_options: Any) -> None:
 
 
 def _resized(image: Any, size: Any, interp: str = "bilinear", **_more: Any) -> Any:
-    """Return a picture of 8 bits of another size: a percentage, a fraction, or rows and columns."""
+    """Return an 8-bit image with another size: a percentage, a fraction, or rows and columns."""
     import cv2
 
     rows, columns = np.shape(image)[:2]

@@ -1,4 +1,4 @@
-"""Modules with some names of their own above those of a real one."""
+"""Modules with additional names over those of a real one."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def overlay(
     Args:
         name: its name.
         own: names that replace those of the real one.
-        old: returns what a name was that the real one has no longer; raises ``AttributeError`` or
-            ``KeyError`` for none.
-        real: the name of the real one, where that differs.
+        old: returns the object for a removed name; raises ``AttributeError`` or ``KeyError`` if there is
+            none.
+        real: the name of the real one, if it differs.
     """
     made = module(name, **(own or {}))
 
@@ -46,9 +46,9 @@ def overlay(
 
 
 def renamed(**names: str) -> Callable[[ModuleType, str], Any]:
-    """Return what finds old names under the names that they have now."""
+    """Return a function that finds objects by old names."""
     return lambda here, name: getattr(here, names[name])
 
 
 def nothing(*_values: Any, **_fields: Any) -> None:
-    """Do nothing: it is not needed here."""
+    """Do nothing, because it is not needed here."""

@@ -1,4 +1,4 @@
-"""Files that code names by paths of another machine, or from the folder of the experiment."""
+"""Files that code names by paths of another machine, or relative to the experiment's folder."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ class BytesOrText(io.BufferedWriter):
 
 
 class Paths:
-    """Where files are that code names.
+    """The locations of files that code names.
 
     Args:
-        library: where they are looked for that are not where code says.
+        library: the search path for files that do not exist as named.
     """
 
     def __init__(self, library: Library) -> None:
         self._library = library
 
     def there(self, path: Any) -> Any:
-        """Return the path of what is to be read: where code says, else where it is found."""
+        """Return the path of a file to read: as named, else found by search."""
         if not isinstance(path, (str, os.PathLike)) or Path(path).exists():
             return path
         return str(self._library.find_data(os.fspath(path)) or path)
 
     def place(self, path: Any) -> Any:
-        """Return where something is to be written: where code says, else in the folder of the experiment."""
+        """Return the path of a file to write: as named, else in the folder of the experiment."""
         if not isinstance(path, (str, os.PathLike)) or Path(path).parent.is_dir():
             return path
         return str(self._library.folder / Path(path).name)
@@ -54,9 +54,9 @@ class Paths:
         return open(path, mode, buffering or 1, *more, **options)  # noqa: PTH123 - also a descriptor
 
     def reading(self, function: Callable[..., Any], **defaults: Any) -> Callable[..., Any]:
-        """Return a function that finds the file which its first argument names."""
+        """Return a function that reads the file in its first argument from its actual path."""
         return lambda name=".", *values, **options: function(self.there(name), *values, **defaults | options)
 
     def writing(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a function that has a place for the file which its first argument names."""
+        """Return a function that writes the file in its first argument to a possible path."""
         return lambda name, *values, **options: function(self.place(name), *values, **options)

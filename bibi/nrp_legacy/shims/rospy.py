@@ -9,9 +9,10 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core.clock import NS_PER_S
+from nrp_core.findings import Code
 from nrp_legacy.shims.graph import Graph, absolute, log
 from nrp_legacy.shims.modules import OpenMessage, module
-from nrp_legacy.shims.services import ServiceException, Services
+from nrp_legacy.shims.services import Service, ServiceException, Services
 from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Duration, Time
 
@@ -39,15 +40,15 @@ class Publisher:
         self._graph.publish(self.name, self.type, values[0] if is_message else self.type(*values, **fields))
 
     def get_num_connections(self) -> int:
-        """Return 1: the world listens."""
+        """Return 1, because the world is subscribed."""
         return 1
 
     def unregister(self) -> None:
-        """Do nothing: a publisher that is not used costs nothing."""
+        """Do nothing, because an unused publisher costs nothing."""
 
 
 class Subscriber:
-    """Calls back for what comes on a topic."""
+    """Calls back for the messages of a topic."""
 
     def __init__(
         self,
@@ -67,7 +68,7 @@ class Subscriber:
         self._listener = graph.listen(self.name, data_class, called)
 
     def unregister(self) -> None:
-        """Call back no more."""
+        """Stop calling back."""
         self._graph.forget(self._listener)
 
 
@@ -87,10 +88,10 @@ class ServiceProxy:
 
 
 class TimerEvent:
-    """What a timer tells: when it should have called, and did.
+    """The event of a timer: expected and actual times.
 
     Args:
-        last, current: the times, simulated.
+        last, current: simulated times.
     """
 
     def __init__(self, last: Time | None, current: Time) -> None:
@@ -117,8 +118,8 @@ class Timer:
         graph.attend(self)
 
     def deliver(self, graph: Graph) -> None:
-        """Call back as often as the time since has it."""
-        self._last_ns = min(self._last_ns, graph.now_ns)  # the run may have begun anew
+        """Call back for all periods since the last call."""
+        self._last_ns = min(self._last_ns, graph.now_ns)  # the run may have been reset
         while self._last_ns + self._period_ns <= graph.now_ns:
             self._last_ns += self._period_ns
             event = TimerEvent(self._last, Time(0, self._last_ns))
@@ -126,17 +127,17 @@ class Timer:
             try:
                 self._callback(event)
             except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
-                graph.warn(f"a callback of a timer raised {type(error).__name__}: {error}")
+                graph.warn(Code.NRP281, f"a callback of a timer raised {type(error).__name__}: {error}")
             if self._once:
                 self.shutdown()
                 return
 
     def shutdown(self) -> None:
-        """Call back no more."""
+        """Stop calling back."""
         self._graph.forget(self)
 
     def run(self) -> None:
-        """Do nothing: it runs already."""
+        """Do nothing, because it runs already."""
 
     start = join = run
 
@@ -163,6 +164,7 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
         AnyMsg=OpenMessage,
         Publisher=lambda *a, **k: Publisher(graph, *a, **k),
         Subscriber=lambda *a, **k: Subscriber(graph, *a, **k),
+        Service=lambda *a, **k: Service(services, *a, **k),
         ServiceProxy=lambda *a, **k: ServiceProxy(services, *a, **k),
         ServiceException=ServiceException,
         ROSException=ROSException,
@@ -184,7 +186,7 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
 
 
 def sleep(graph: Graph, duration: Any) -> None:
-    """Wait in simulated time; a transfer function, which cannot wait, goes on at once."""
+    """Wait in simulated time; a transfer function cannot wait and continues at once."""
     task = Task.here()
     if task is not None:
         task.wait_until(graph.now_ns + round(float(duration) * NS_PER_S))
@@ -199,7 +201,7 @@ class _Rate:
 
 
 def _wait_for_message(graph: Graph, topic: str, kind: Any, timeout: float | None) -> Any:
-    """Return the next message on a topic; what cannot wait gets the last one.
+    """Return the next message on a topic; code that cannot wait gets the last one.
 
     Raises:
         ROSException: none came in time.
@@ -239,12 +241,12 @@ def _logs(level: int) -> Callable[..., None]:
 
 
 def _after_period(write: Callable[..., None]) -> Callable[..., None]:
-    """Return a function that logs without the period at which it may."""
+    """Return a log function that ignores its period."""
     return lambda _period, message, *values, **options: write(message, *values, **options)
 
 
 def _parameters() -> dict[str, Callable[..., Any]]:
-    """Return the functions of the parameter server, of an experiment's own."""
+    """Return the functions of a parameter server for one experiment."""
     kept: dict[str, Any] = {}
     return {
         "get_param": lambda name, default=None: kept.get(name, default),
@@ -255,4 +257,4 @@ def _parameters() -> dict[str, Callable[..., Any]]:
 
 
 def _nothing(*_values: Any, **_fields: Any) -> None:
-    """Do nothing: it is not needed here."""
+    """Do nothing, because it is not needed here."""

@@ -23,11 +23,11 @@ Part = TypeVar("Part", Visual, Collision)
 
 
 def scaled(model: Model, factors: Vector) -> Model:
-    """Return a model of which all lengths are multiplied; round shapes stay round, masses what they are.
+    """Return a scaled model; round shapes stay round, and masses do not change.
 
     Args:
         model: the model.
-        factors: along x, y and z.
+        factors: factors along x, y and z.
     """
     links = tuple(_link(link, factors) for link in model.links)
     joints = tuple(replace(joint, pose=_pose(joint.pose, factors)) for joint in model.joints)

@@ -1,13 +1,15 @@
-"""The services of Gazebo as experiments call them; the world answers."""
+"""Services as experiments call them: the world answers those of Gazebo, experiments those that they serve."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 from nrp_core.errors import NrpError
-from nrp_legacy.shims.graph import Graph
-from nrp_legacy.shims.modules import Request
+from nrp_core.world.messages import gazebo_srvs, std_srvs
+from nrp_legacy.shims.graph import Graph, absolute
+from nrp_legacy.shims.modules import OpenMessage, Request
 
 _SPELLINGS = {"entity_name": "model_name", "entity_xml": "model_xml", "entity_namespace": "robot_namespace"}
 """Fields as the platform's own version of Gazebo called them."""
@@ -16,34 +18,118 @@ _UNUSED = ("attenuation_constant", "attenuation_linear", "attenuation_quadratic"
 
 
 class ServiceException(Exception):  # noqa: N818 - the name that users catch
-    """A service does not exist, or cannot do what is asked."""
+    """A service does not exist, or the request failed."""
+
+
+class Service:
+    """A service that an experiment serves; calls are answered at once, where they are made.
+
+    Args:
+        services: all services of the experiment.
+        name: its name.
+        service_class: its type.
+        handler: called with the request; returns the answer, or its fields as a list, tuple, dictionary or
+            single value.
+    """
+
+    def __init__(
+        self,
+        services: Services,
+        name: str,
+        service_class: Any,
+        handler: Callable[[Any], Any],
+        *_values: Any,
+        **_options: Any,
+    ) -> None:
+        self._services, self.resolved_name = services, absolute(name)
+        self._type, self._handler = str(getattr(service_class, "name", "")), handler
+        services.served[self.resolved_name] = self
+
+    def answer(self, values: tuple[Any, ...], fields: dict[str, Any]) -> Any:
+        """Return the answer to a call.
+
+        Raises:
+            ServiceException: the request does not fit, or the handler raised or returned nothing.
+        """
+        name = self.resolved_name
+        if len(values) == 1 and dataclasses.is_dataclass(values[0]) and not fields:
+            request = values[0]
+        else:
+            request = self._message("Request", values, fields)
+        try:
+            answer = self._handler(request)
+        except Exception as error:
+            raise ServiceException(
+                f"service {name}: its handler raised {type(error).__name__}: {error}"
+            ) from error
+        if answer is None:
+            raise ServiceException(f"service {name}: its handler returned None instead of an answer")
+        if isinstance(answer, Request):
+            return self._message("Response", answer.values, answer.fields)
+        if isinstance(answer, (list, tuple)):
+            return self._message("Response", tuple(answer), {})
+        if isinstance(answer, dict):
+            return self._message("Response", (), answer)
+        is_message = dataclasses.is_dataclass(answer) or isinstance(answer, OpenMessage)
+        return answer if is_message else self._message("Response", (answer,), {})
+
+    def _message(self, end: str, values: tuple[Any, ...], fields: dict[str, Any]) -> Any:
+        """Return a request or an answer.
+
+        Raises:
+            ServiceException: its fields are other ones, or values are without names and so are the fields.
+        """
+        name = f"{self._type}{end}"
+        known = next((getattr(one, name) for one in (std_srvs, gazebo_srvs) if hasattr(one, name)), None)
+        try:
+            if known is not None:
+                return known(*values, **fields)
+        except TypeError as error:
+            raise ServiceException(f"service {self.resolved_name}: {error}") from error
+        if values:
+            raise ServiceException(
+                f"service {self.resolved_name}: the fields of {name} are not known here: name them, as in "
+                f"{name}(field={values[0]!r})"
+            )
+        return OpenMessage(**fields)
+
+    def shutdown(self, *_reason: Any) -> None:
+        """Stop serving."""
+        self._services.served.pop(self.resolved_name, None)
+
+    def spin(self) -> None:
+        """Do nothing, because calls are answered at once."""
 
 
 class Services:
     """Answers calls.
 
     Args:
-        graph: of the run.
+        graph: the graph of the run.
     """
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
+        self.served: dict[str, Service] = {}
+        """The services that the experiment itself serves, by name."""
 
     def call(self, name: str, *values: Any, **fields: Any) -> Any:
-        """Return what a service answers.
+        """Return the answer of a service.
 
         Args:
-            name: absolute.
+            name: the absolute name.
             values: the fields of the request in their order, or one request.
             fields: the fields by name.
 
         Raises:
-            ServiceException: there is no such service, or it cannot do this.
+            ServiceException: there is no such service, or the request failed.
         """
-        if not self._graph.has_begun:
-            raise ServiceException(f"service {name} is available only while the simulation runs")
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
+        if name in self.served:
+            return self.served[name].answer(values, fields)
+        if not self._graph.has_begun:
+            raise ServiceException(f"service {name} is available only while the simulation runs")
         if name not in self._graph.world.topics:
             raise ServiceException(f"service {name} is not available")
         known = [field.name for field in dataclasses.fields(self._graph.world.topics[name].type)]

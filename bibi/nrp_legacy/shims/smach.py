@@ -1,4 +1,4 @@
-"""``smach``: states, and containers that go from one to the next."""
+"""``smach``: states, and containers that run them in sequence."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nrp_core.errors import did_you_mean
 from nrp_legacy.shims.steps import Task
 
 GOES_ON = ("invalid", "succeeded", "valid", "done")
-"""Outcomes that mean that what was waited for has come; a state with one may be wired by another."""
+"""Outcomes that mean the end of waiting; transitions may use any of them."""
 
 
 class InvalidTransitionError(Exception):
@@ -19,7 +19,7 @@ class InvalidTransitionError(Exception):
 
 
 class UserData:
-    """What states share."""
+    """The base of states."""
 
     def __getitem__(self, key: str) -> Any:
         return self.__dict__[key]
@@ -33,7 +33,7 @@ class UserData:
 
 @contextmanager
 def shared(own: UserData, given: Any) -> Iterator_[None]:
-    """Let a container within another one see its data, and leave there what it does with them."""
+    """Pass the data of the outer container to an inner one, and its changes back."""
     is_within = isinstance(given, UserData) and given is not own
     if is_within:
         vars(own).update(vars(given))
@@ -47,7 +47,7 @@ def execute_with(state: State, data: UserData, remapping: Mapping[str, str]) -> 
 
     Args:
         state: the state.
-        data: of the container.
+        data: the data of the container.
         remapping: the names of the container by those of the state.
     """
     if not remapping:
@@ -66,7 +66,7 @@ class State:
     """A state; override ``execute(userdata)``, which returns an outcome.
 
     Args:
-        outcomes: what it can return.
+        outcomes: its possible outcomes.
         input_keys, output_keys, io_keys: taken; all data is shared.
     """
 
@@ -81,11 +81,11 @@ class State:
         self.is_preempted = False
 
     def execute(self, userdata: Any) -> str:
-        """Do what the state does and return an outcome."""
+        """Execute the state and return an outcome."""
         raise NotImplementedError(f"{type(self).__name__}.execute")
 
     def get_registered_outcomes(self) -> tuple[str, ...]:
-        """Return what it can return."""
+        """Return the possible outcomes."""
         return tuple(self._outcomes)
 
     def register_outcomes(self, outcomes: Iterable[str]) -> None:
@@ -93,7 +93,7 @@ class State:
         self._outcomes += outcomes
 
     def preempt_requested(self) -> bool:
-        """Return whether it shall end early."""
+        """Return whether it was asked to end early."""
         return self.is_preempted
 
     def request_preempt(self) -> None:
@@ -101,7 +101,7 @@ class State:
         self.is_preempted = True
 
     def service_preempt(self) -> None:
-        """Take note that it ends early."""
+        """Acknowledge the early end."""
         self.is_preempted = False
 
     recall_preempt = service_preempt
@@ -114,13 +114,13 @@ OUTCOMES = "_smach_outcomes"
 def cb_interface(
     outcomes: Iterable[str] = (), *_keys: Iterable[str], **_more: Iterable[str]
 ) -> Callable[[Callable[..., str]], Callable[..., str]]:
-    """Return a decorator that tells the outcomes of a function for :class:`CBState`."""
+    """Return a decorator that sets the outcomes of a function for :class:`CBState`."""
 
-    def told(function: Callable[..., str]) -> Callable[..., str]:
+    def decorated(function: Callable[..., str]) -> Callable[..., str]:
         setattr(function, OUTCOMES, tuple(outcomes))
         return function
 
-    return told
+    return decorated
 
 
 class CBState(State):
@@ -151,7 +151,7 @@ class Container(State):
     """A state of states; ``with container: add(...)`` adds to the innermost one that is open.
 
     Args:
-        outcomes: what it can return.
+        outcomes: its possible outcomes.
     """
 
     _open: list[Any] = []  # noqa: RUF012 - one stack for all, as in smach; empty outside of `with`
@@ -193,7 +193,7 @@ class StateMachine(Container):
         """Add a state to the machine that is open; all data is shared.
 
         Args:
-            label: what other states call it.
+            label: its name for other states.
             state: the state.
             transitions: the next state, or an outcome of the machine, for each outcome.
             remapping: names of data in the machine by those in the state.
@@ -206,7 +206,7 @@ class StateMachine(Container):
         return state
 
     def set_initial_state(self, labels: Iterable[str]) -> None:
-        """Choose where to begin; by default at the first state."""
+        """Choose the initial state; by default the first one."""
         self._initial = next(iter(labels))
 
     def request_preempt(self) -> None:
@@ -237,10 +237,10 @@ class StateMachine(Container):
         return str(label)
 
     def _next(self, label: str, outcome: str) -> str:
-        """Return where an outcome leads: to a state, or out of this machine.
+        """Return the target of an outcome: a state, or an outcome of this machine.
 
         Raises:
-            InvalidTransitionError: nowhere.
+            InvalidTransitionError: it has no target.
         """
         ways = self._transitions[label]
         meant = [outcome, *(other for other in GOES_ON if outcome in GOES_ON)]
@@ -259,8 +259,8 @@ class Sequence(StateMachine):
     """States one after another.
 
     Args:
-        outcomes: of the sequence.
-        connector_outcome: what leads from a state to the next, and from the last out.
+        outcomes: outcomes of the sequence.
+        connector_outcome: the outcome that leads to the next state, and from the last one out.
     """
 
     def __init__(self, outcomes: Iterable[str], connector_outcome: str = "succeeded") -> None:

@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core.clock import NS_PER_S
+from nrp_core.findings import Code
 from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.model_states import LINK_STATES, MODEL_STATES
 from nrp_legacy.shims.actions import SimpleActionState
@@ -25,11 +26,11 @@ SERVED = ("succeeded", "aborted", "preempted")
 
 
 class PollingState(State):
-    """A state that looks once a step whether it may go on.
+    """A state that checks once a step whether it may continue.
 
     Args:
         is_over: called with the user data.
-        graph: of the run.
+        graph: the graph of the run.
     """
 
     def __init__(self, graph: Graph, is_over: Callable[[Any], bool]) -> None:
@@ -58,7 +59,7 @@ class MonitorState(PollingState):
         topic: the topic.
         msg_type: its type.
         cond_cb: called with the user data and a message; True: keep waiting.
-        max_checks: after so many messages it gives up waiting: the outcome is ``valid``.
+        max_checks: number of messages after which it stops waiting; the outcome is then ``valid``.
     """
 
     def __init__(
@@ -102,32 +103,43 @@ class MonitorState(PollingState):
 
 
 class ModelMonitorState(PollingState):
-    """Waits while a condition holds for the pose, or velocity, of a model, or of a link ``model::link``."""
+    """Waits while a condition holds for the pose, or velocity, of a model, or of a link ``model::link``.
 
-    def __init__(
-        self,
-        graph: Graph,
-        name: str,
-        callback: Callable[..., bool],
-        *_keys: Any,
-        part: str = "pose",
-        **_more: Any,
-    ) -> None:
+    A name and a callback may follow in either order, as over the years; without a name it is the robot.
+
+    Args:
+        graph: the graph of the run.
+        given: the callback, and the name of the model or link; they may be named.
+        part: ``pose`` or ``twist``.
+    """
+
+    def __init__(self, graph: Graph, *given: Any, part: str = "pose", **named: Any) -> None:
         super().__init__(graph, self._no_longer)
-        self._name, self._callback, self._part = name, callback, part
-        kind: type = LinkStates if "::" in name else ModelStates
-        self._topic = LINK_STATES if "::" in name else MODEL_STATES
-        graph.want(self._topic, kind)
+        arguments = [*given, *named.values()]
+        names = [one for one in arguments if isinstance(one, str)]
+        callbacks = [one for one in arguments if callable(one)]
+        if len(callbacks) != 1 or len(names) > 1:
+            raise TypeError(f"a monitor of a {part} takes a callback and at most one name, not {arguments}")
+        self._name, self._callback, self._part = next(iter(names), None), callbacks[0], part
+        is_link = self._name is not None and "::" in self._name
+        self._topic = LINK_STATES if is_link else MODEL_STATES
+        graph.want(self._topic, LinkStates if is_link else ModelStates)
 
     def _no_longer(self, userdata: Any) -> bool:
         states = self._graph.latest(self._topic)
-        if states is None or self._name not in states.name:
+        name = self._graph.robot if self._name is None else self._name
+        if states is None:
             return False
-        return not self._callback(userdata, getattr(states, self._part)[states.name.index(self._name)])
+        if name not in states.name:
+            self._graph.warn(
+                Code.NRP268, f"a state waits for '{name}', which is not in the world", subject=name
+            )
+            return False
+        return not self._callback(userdata, getattr(states, self._part)[states.name.index(name)])
 
 
 class TwistMonitorState(ModelMonitorState):
-    """Waits while a condition holds for how a model moves."""
+    """Waits while a condition holds for the velocity of a model."""
 
     def __init__(self, *values: Any, **more: Any) -> None:
         super().__init__(*values, **more, part="twist")
@@ -172,9 +184,9 @@ class ServiceState(State):
     Args:
         service_name: the service.
         service_spec: its type.
-        request: what is asked; or ``request_cb`` makes it from the user data and an empty request.
+        request: the request; or ``request_cb`` makes it from the user data and an empty request.
         response_cb: called with the user data and the answer; it may return an outcome.
-        request_key, response_key: where the user data have the request and take the answer.
+        request_key, response_key: the keys of the request and the answer in the user data.
     """
 
     def __init__(
@@ -203,7 +215,7 @@ class ServiceState(State):
         try:
             answer = self._services.call(self._name, *([] if asked is None else [asked]))
         except ServiceException as error:
-            self._graph.warn(str(error))
+            self._graph.warn(Code.NRP280, str(error))
             return "aborted"
         if response_key is not None:
             userdata[response_key] = answer
@@ -212,7 +224,7 @@ class ServiceState(State):
 
 
 class SetMaterialColorServiceState(ServiceState):
-    """Gives a visual another material."""
+    """Sets the material of a visual."""
 
     def __init__(
         self,
@@ -236,10 +248,10 @@ class SetMaterialColorServiceState(ServiceState):
         try:
             answer = self._services.call(self._name, *self.values)
         except ServiceException as error:
-            self._graph.warn(str(error))
+            self._graph.warn(Code.NRP280, str(error))
             return "aborted"
         if not answer.success:
-            self._graph.warn(f"service {self._name}: {answer.status_message}")
+            self._graph.warn(Code.NRP280, f"service {self._name}: {answer.status_message}")
             return "aborted"
         return "succeeded"
 
@@ -264,16 +276,16 @@ class WaitForClientLogState(MonitorState):
 
 
 class IntrospectionServer:
-    """Shows a machine to a viewer that is not there."""
+    """A viewer of machines without effect."""
 
     def __init__(self, *_values: Any, **_more: Any) -> None:
-        """Show nothing."""
+        """Do nothing."""
 
     def start(self) -> None:
-        """Show nothing."""
+        """Do nothing."""
 
     def stop(self) -> None:
-        """Show nothing."""
+        """Do nothing."""
 
 
 def smach_ros_module(graph: Graph, services: Services) -> ModuleType:

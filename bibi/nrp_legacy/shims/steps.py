@@ -1,7 +1,7 @@
-"""Let code that waits in the middle run beside the loop: it goes on only between two steps.
+"""Run code that waits beside the loop: it continues only between two steps.
 
-Each such task has a thread of its own, but only one of them or the loop runs at a time, so that the order of
-everything is that of the simulation.
+Each such task has its own thread, but only one of them or the loop runs at a time, so that the order is that
+of the simulation.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Task:
 
     Args:
         work: the code.
-        now_ns: tells the simulated time.
+        now_ns: returns the simulated time.
     """
 
     _current = threading.local()
@@ -40,20 +40,20 @@ class Task:
 
     @classmethod
     def here(cls) -> Task | None:
-        """Return the task that this code belongs to, None for the loop itself."""
+        """Return the current task, None for the loop itself."""
         return getattr(cls._current, "task", None)
 
     # -- for the loop
 
     def advance(self) -> None:
-        """Let the code run until it waits, unless the time it waits for is still to come."""
+        """Run the code until it waits, unless its time has not come."""
         if self.is_over or self.now_ns() < self._until_ns:
             return
         self._go.release()
         self._waits.acquire()
 
     def stop(self) -> None:
-        """End the code where it waits; what catches even that never goes on."""
+        """End the code where it waits; code that catches this is never resumed."""
         self._stopping = True
         for _ in range(_TRIES_TO_STOP):
             if self.is_over:
@@ -77,7 +77,7 @@ class Task:
             raise Stopped
 
     def glance(self) -> None:
-        """Count a look at the clock."""
+        """Count a reading of the clock."""
         self._glances += 1
         if self._glances > _TOO_MANY_GLANCES:
             self.wait_until(0)
@@ -98,9 +98,9 @@ class Task:
 
 
 def run_together(works: Sequence[Callable[[], object]]) -> None:
-    """Run pieces of code to their ends: where one waits for simulated time, the others go on.
+    """Run pieces of code to their ends: while one waits for simulated time, the others continue.
 
-    Outside of a task nothing can wait, and they run one after another. What one raises ends all.
+    Outside a task they cannot wait and run one after another. An exception of one ends all.
     """
     here = Task.here()
     if here is None:

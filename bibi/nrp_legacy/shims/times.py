@@ -11,23 +11,23 @@ from nrp_core.world.messages import base
 
 @total_ordering
 class Span:
-    """What times and durations can; both compare with numbers of seconds too."""
+    """The common part of times and durations; both can be compared with numbers of seconds."""
 
     sec: int
     nanosec: int
 
     def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
-        """Take seconds, a fraction too, and nanoseconds more."""
+        """Create it from seconds, possibly fractional, and additional nanoseconds."""
         self.sec, self.nanosec = divmod(round(secs * NS_PER_S) + nsecs, NS_PER_S)
 
     @classmethod
     def from_sec(cls, seconds: float) -> Any:
-        """Return one of so many seconds."""
+        """Return one from seconds."""
         return cls(seconds)
 
     @property
     def ns(self) -> int:
-        """All of it in nanoseconds."""
+        """The total in nanoseconds."""
         return self.sec * NS_PER_S + self.nanosec
 
     @property
@@ -77,11 +77,11 @@ class Span:
 
 
 class Duration(Span, base.Duration):
-    """A length of time."""
+    """A duration."""
 
 
 class Time(Span, base.Time):
-    """A moment of simulated time."""
+    """A simulated time."""
 
 
 def _ns(value: Any) -> int:

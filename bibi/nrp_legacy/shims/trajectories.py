@@ -9,6 +9,7 @@ import numpy as np
 
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import NrpError, TopicError
+from nrp_core.findings import Code
 from nrp_core.world.controllers.joint_path import JointPath, Knot
 from nrp_core.world.controllers.trajectory import knots_of
 from nrp_core.world.messages.base import ns_of
@@ -21,7 +22,7 @@ from nrp_legacy.shims.times import Duration
 
 
 def is_trajectory(kind: Any) -> bool:
-    """Whether the goals of a type of action are trajectories of joints."""
+    """Return whether the goals of a type of action are trajectories of joints."""
     return "JointTrajectory" in getattr(kind, "__name__", "")
 
 
@@ -29,9 +30,9 @@ class Movement:
     """Moves joints from where they are through the points of a trajectory, in simulated time.
 
     Args:
-        graph: of the run.
+        graph: the graph of the run.
         action: its name, which decides between models that have joints of the same name.
-        goal: has the trajectory.
+        goal: the goal with the trajectory.
         done: called when the movement is over.
 
     Attributes:
@@ -46,9 +47,14 @@ class Movement:
         owners = {name: owner for name in names if (owner := _owner(graph, action, name)) is not None}
         missing = [name for name in names if name not in owners]
         if missing:
-            graph.warn(f"the action '{action}' moves joints that do not exist: {', '.join(missing)}")
+            graph.warn(
+                Code.NRP280, f"the action '{action}' moves joints that do not exist: {', '.join(missing)}"
+            )
         if not points:
-            graph.warn(f"a goal of the action '{action}' does not have points with one position per joint")
+            graph.warn(
+                Code.NRP280,
+                f"a goal of the action '{action}' does not have points with one position per joint",
+            )
         self.is_over = not points or not owners
         self.has_succeeded = False
         if self.is_over:
@@ -59,7 +65,7 @@ class Movement:
         try:
             rows = knots_of(list(map(_point, points)), len(names), begin_ns, f"the action '{action}'")
         except TopicError as error:
-            graph.warn(error.message)
+            graph.warn(Code.NRP280, error.message)
             self.is_over = True
             return
         for number, name in enumerate(names):
@@ -71,9 +77,9 @@ class Movement:
         graph.attend(self)
 
     def deliver(self, graph: Graph) -> None:
-        """Move the joints to where they are to be now."""
+        """Move the joints to their present targets."""
         now_ns = graph.now_ns
-        if now_ns < self._first_ns:  # the run has begun anew
+        if now_ns < self._first_ns:  # the run has been reset
             self.drop()
             return
         for model, joint, path in self._paths:
@@ -82,7 +88,7 @@ class Movement:
                 if knot is not None:
                     self._move(model, joint, knot.position)
             except NrpError as error:
-                graph.warn(f"the action '{self._action}' is aborted: {error}")
+                graph.warn(Code.NRP280, f"the action '{self._action}' is aborted: {error}")
                 self.stop()
                 return
         if all(path.is_over(now_ns) for _, _, path in self._paths):
@@ -90,21 +96,23 @@ class Movement:
             self.stop()
 
     def stop(self) -> None:
-        """Move no further, and tell so."""
+        """Stop and report it."""
         self.drop()
         if self._done is not None:
             try:
                 self._done()
             except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
-                self._graph.warn(f"a callback of an action raised {type(error).__name__}: {error}")
+                self._graph.warn(
+                    Code.NRP281, f"a callback of an action raised {type(error).__name__}: {error}"
+                )
 
     def drop(self) -> None:
-        """Move no further."""
+        """Stop."""
         self.is_over = True
         self._graph.forget(self)
 
     def _move(self, model: Model, joint: str, position: float) -> None:
-        """Command a joint's controller; what has none is put where it is to be."""
+        """Command a joint's controller; a joint without one is set to its position."""
         for controller in model.controllers:
             if (controller.joint, controller.kind) == (joint, "position"):
                 self._graph.publish(controller.topic, Float64, Float64(position))
@@ -113,7 +121,7 @@ class Movement:
 
 
 def _owner(graph: Graph, action: str, joint: str) -> Model | None:
-    """Return the model that has a joint that moves; of several, the one that the action names."""
+    """Return the model with a movable joint; of several, the one that the action names."""
     models = graph.world.scene.models
     owners = [model for model in models if any(joint in j.coordinates for j in model.joints)]
     return min(owners, key=lambda model: f"/{model.name}/" not in action, default=None)
@@ -125,11 +133,11 @@ def _position(graph: Graph, model: Model, joint: str) -> float:
 
 
 def _point(point: Any) -> Any:
-    """Return a point of a trajectory as a message, whatever fields it has been given."""
-    told = {name: getattr(point, name, ()) for name in ("positions", "velocities", "accelerations")}
+    """Return a point of a trajectory as a message, with any fields."""
+    values_of = {name: getattr(point, name, ()) for name in ("positions", "velocities", "accelerations")}
     after = Duration(0, _ns(point.time_from_start))
     return JointTrajectoryPoint(
-        **{name: np.array(list(value), float) for name, value in told.items()}, time_from_start=after
+        **{name: np.array(list(value), float) for name, value in values_of.items()}, time_from_start=after
     )
 
 

@@ -43,13 +43,13 @@ def euler_from_quaternion(quaternion: Sequence[float], axes: str = _FIXED_AXES) 
 
 
 def quaternion_multiply(q1: Sequence[float], q0: Sequence[float]) -> npt.NDArray[np.float64]:
-    """Return the turn that is ``q0`` followed by ``q1``."""
+    """Return the product of quaternions ``q0 * q1``."""
     (ax, ay, az, aw), (bx, by, bz, bw) = q1, q0
     return np.array(multiply((ax, ay, az, aw), (bx, by, bz, bw)))
 
 
 def quaternion_conjugate(quaternion: Sequence[float]) -> npt.NDArray[np.float64]:
-    """Return the turn back of a unit quaternion."""
+    """Return the conjugate of a quaternion."""
     return np.array(quaternion) * (-1, -1, -1, 1)
 
 
@@ -74,20 +74,20 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str = _FIXED_AXES) -> np
 
 
 def translation_matrix(direction: Sequence[float]) -> npt.NDArray[np.float64]:
-    """Return the homogeneous matrix of a shift, shape ``(4, 4)``."""
+    """Return the homogeneous matrix of a translation, shape ``(4, 4)``."""
     matrix = np.eye(4)
     matrix[:3, 3] = direction[:3]
     return matrix
 
 
 def quaternion_about_axis(angle: float, axis: Sequence[float]) -> Array:
-    """Return the quaternion of a turn about an axis."""
+    """Return the quaternion of a rotation about an axis."""
     quaternion: Array = _rotation().from_rotvec(angle * unit_vector(axis)).as_quat()
     return quaternion
 
 
 def rotation_matrix(angle: float, direction: Sequence[float], point: Any = None) -> Array:
-    """Return the homogeneous matrix of a turn about an axis, through a point, shape ``(4, 4)``."""
+    """Return the homogeneous matrix of a rotation about an axis through a point, shape ``(4, 4)``."""
     matrix = quaternion_matrix(quaternion_about_axis(angle, direction).tolist())
     if point is not None:
         matrix[:3, 3] = np.asarray(point[:3]) - matrix[:3, :3] @ np.asarray(point[:3])
@@ -106,7 +106,7 @@ def euler_from_matrix(matrix: Any, axes: str = _FIXED_AXES) -> tuple[float, ...]
 
 
 def translation_from_matrix(matrix: Any) -> Array:
-    """Return the shift in a homogeneous matrix."""
+    """Return the translation in a homogeneous matrix."""
     return np.array(matrix, dtype=float)[:3, 3]
 
 
@@ -144,14 +144,14 @@ def _unit(quaternion: Sequence[float]) -> list[float]:
 
 
 class LookupException(Exception):  # noqa: N818 - the name that users catch
-    """Nobody publishes this frame."""
+    """This frame is not published."""
 
 
 class TransformListener:
-    """Knows no frames: nobody publishes any."""
+    """A listener without frames, because none are published."""
 
     def __init__(self, *_values: Any, **_fields: Any) -> None:
-        """Take no part in anything."""
+        """Do nothing."""
 
     def __getattr__(self, name: str) -> Any:
         def refuse(*_values: Any, **_fields: Any) -> None:
@@ -161,7 +161,7 @@ class TransformListener:
 
 
 class TransformBroadcaster:
-    """Publishes for nobody."""
+    """A broadcaster without effect."""
 
     def sendTransform(self, *_values: Any, **_fields: Any) -> None:  # noqa: N802 - its name
         """Do nothing."""

@@ -1,4 +1,4 @@
-"""Messages as ROS 1 gives them: tuples of numbers, which can be searched, joined and empty, and bytes."""
+"""Messages as in ROS 1, with tuples of numbers and bytes instead of arrays."""
 
 from __future__ import annotations
 

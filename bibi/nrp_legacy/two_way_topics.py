@@ -11,13 +11,14 @@ from dataclasses import replace
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.dsl.parameters.topics import Topic
+from nrp_core.findings import Code
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Direction, Stamped
 from nrp_core.world.world import World
 from nrp_legacy.shims.modules import OpenMessage
 
 HEARD, UNHEARD, MISTYPED = "/heard", "/unheard", "/mistyped"
-"""Before the names of what is sent to a robot, of what is sent to nobody, and of what has another type."""
+"""Prefixes of topics to a robot, of topics without a receiver, and of topics with another type."""
 
 
 def plain_name(topic: Topic) -> str:
@@ -27,7 +28,7 @@ def plain_name(topic: Topic) -> str:
 
 
 def let_all_talk(functions: Sequence[TransferFunction], world: World, aliases: Mapping[str, str]) -> None:
-    """Redirect what functions read and publish against the direction of its topic.
+    """Redirect reading and publishing against the direction of a topic.
 
     Args:
         functions: the transfer functions, not bound.
@@ -50,11 +51,11 @@ class _Redirection:
         self._world, self._aliases = world, aliases
 
     def published(self, topic: Topic) -> Topic:
-        """Return a topic that takes what is meant for one that only the robot fills."""
+        """Return a topic for messages to a topic that only the robot publishes."""
         return self._mistyped(topic) or self._beside(topic, UNHEARD, Direction.IN)[0]
 
     def read(self, topic: Topic) -> Topic:
-        """Return a topic that repeats what is sent on one that only the robot reads."""
+        """Return a topic that repeats the messages to a topic that only the robot reads."""
         topic = self._known(topic)
         mistyped = self._mistyped(topic)
         if mistyped is not None:
@@ -65,14 +66,14 @@ class _Redirection:
         return beside
 
     def _known(self, topic: Topic) -> Topic:
-        """Return a topic with the type that the world serves where the user's is not known, but its name."""
+        """Return a topic with the type in the world, if the user's type is unknown but has the same name."""
         info, kind = self._world.topics.get(plain_name(topic)), topic.topic_type
         is_open = isinstance(kind, type) and issubclass(kind, OpenMessage)
         same = info is not None and is_open and kind.__name__ == info.type.__name__
         return replace(topic, topic_type=info.type) if info is not None and same else topic
 
     def _mistyped(self, topic: Topic) -> Topic | None:
-        """Return a silent topic for one that carries other messages, as such connections fail in ROS."""
+        """Return a silent topic for one with other messages, as such connections fail in ROS."""
         name, kind = plain_name(topic), topic.topic_type
         info = self._world.topics.get(name)
         if info is None or kind is None or type_name(kind) == type_name(info.type):
@@ -81,7 +82,8 @@ class _Redirection:
         if beside.name not in self._world.topics:
             self._world.declare(beside.name, message_type(kind))
             carried = f"'{name}' carries {type_name(info.type)}, not {type_name(message_type(kind))}"
-            self._world.warnings.append(f"{carried}: a subscriber with the other type gets no messages")
+            message = f"{carried}: a subscriber with the other type gets no messages"
+            self._world.warnings.add(Code.NRP282, message, subject=name)
         return beside
 
     def _beside(self, topic: Topic, lead: str, wanted: Direction) -> tuple[Topic, bool]:

@@ -1,0 +1,104 @@
+"""The plugins of the iCub: one holds its joints in a posture, one takes commands for them.
+
+Commands are positions and velocities, ``/icub/neck_yaw/pos`` and ``/icub/neck_yaw/vel``. The version and the
+vergence of the eyes are the mean and the difference of the two joints that pan the eyes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Literal
+
+from nrp_core.findings import Code
+from nrp_core.world.scene.acting import JointController, PairController, Pid
+from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.reading.actuators import Actuators
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.topics import resolve_name
+
+Kind = Literal["position", "velocity"]
+
+POSTURE = {
+    f"{side}_{joint}": angle
+    for side in "lr"
+    for joint, angle in (
+        ("shoulder_pitch", -0.52),
+        ("shoulder_roll", 0.52),
+        ("elbow", 0.785),
+        ("wrist_yaw", 0.698),
+    )
+}
+"""Where the robot holds its joints at first, rad; all others at 0."""
+_LIMIT = 10.0  # limit of the integral part, N m
+_TRUNK, _ARM, _HEAD = Pid(1000, 10, 10, _LIMIT), Pid(100, 10, 10, _LIMIT), Pid(50, 7, 0.1, _LIMIT)
+_GAINS: dict[str, dict[Kind, Pid]] = {
+    "torso": {"position": _TRUNK, "velocity": Pid(100, 50, 0, _LIMIT)},
+    "hip knee ankle": {"position": _TRUNK, "velocity": Pid(500, 20, 0, _LIMIT)},
+    "shoulder": {"position": _ARM, "velocity": Pid(500, 2, 0, _LIMIT)},
+    "elbow wrist": {"position": _ARM, "velocity": Pid(300, 0.1, 0, _LIMIT)},
+    "neck": {"position": _HEAD, "velocity": Pid(50, 50, 0, _LIMIT)},
+    "eye": {"position": _HEAD, "velocity": Pid(2, 0.1, 0, _LIMIT)},
+}
+"""Gains of joints with one of these words in their names, N m for each rad, rad s and rad/s."""
+_EYES = ("left_eye_pan", "right_eye_pan")
+_PAIRS: tuple[tuple[str, Literal["mean", "difference"]], ...] = (
+    ("eye_version", "mean"),
+    ("eye_vergence", "difference"),
+)
+_KINDS: tuple[tuple[Kind, str], ...] = (("position", "pos"), ("velocity", "vel"))
+
+
+def read_initialization(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
+    """Read ``icub_initialization``: joints are held, at the positions of a posture or at velocity 0."""
+    by_position = plugin.flag("control_method", True)
+    kind, end = _KINDS[0 if by_position else 1]
+    return Actuators(
+        controllers=tuple(
+            replace(_controller(joint, kind, end, reading), initial=_posture(joint) if by_position else 0.0)
+            for joint in _led(model)
+        )
+    )
+
+
+def read_controller(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
+    """Read ``controller_ros_gazebo_icub``: each joint, and the eyes together, follow commands."""
+    if plugin.flag("degree", False):
+        message = "<degree> is not supported: joints of the iCub are commanded in radians"
+        reading.notes.warn(plugin, Code.NRP263, message, subject="degree")
+    controllers = [_controller(joint, kind, end, reading) for joint in _led(model) for kind, end in _KINDS]
+    return Actuators(controllers=tuple(controllers), pair_controllers=tuple(_eyes(model, reading)))
+
+
+def _eyes(model: ModelParts, reading: Reading) -> Iterator[PairController]:
+    if not {joint.name for joint in _led(model)}.issuperset(_EYES):
+        return
+    for kind, end in _KINDS:
+        for name, of in _PAIRS:
+            yield PairController(name, of, _EYES, kind, _topic(name, end, reading), _gains(name, kind))
+
+
+def _controller(joint: Joint, kind: Kind, end: str, reading: Reading) -> JointController:
+    return JointController(joint.name, kind, _topic(joint.name, end, reading), _gains(joint.name, kind))
+
+
+def _gains(joint: str, kind: Kind) -> Pid | None:
+    """Return the gains of the plugin; None if it sets none, as for fingers."""
+    known = (gains[kind] for words, gains in _GAINS.items() if any(word in joint for word in words.split()))
+    return next(known, None)
+
+
+def _led(model: ModelParts) -> Iterator[Joint]:
+    """Yield the joints that can be controlled and do not follow another one."""
+    return (joint for joint in model.joints if joint.takes_commands and joint.mimic is None)
+
+
+def _posture(joint: Joint) -> float:
+    """Return the initial position of a joint, within its limits."""
+    return min(max(POSTURE.get(joint.name, 0.0), joint.lower), joint.upper)
+
+
+def _topic(joint: str, end: str, reading: Reading) -> str:
+    return resolve_name(f"{joint}/{end}", reading.robot)
